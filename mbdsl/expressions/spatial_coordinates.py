@@ -7,24 +7,25 @@ changes its origin by dr and each axis a by dphi x a.
 
 from __future__ import annotations
 
-from mbdsl.expressions.symbolic import Expr, const, coordinate, diff
+from mbdsl.expressions.symbolic import Expr, call, const, coordinate, diff
 
 AXES = ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz")
 POSITIONS = ("x", "y", "z", *AXES)
 VELOCITIES = ("vx", "vy", "vz", "wx", "wy", "wz")
-RATES = {"x": "vx", "y": "vy", "z": "vz"}
 COORDINATES = POSITIONS + VELOCITIES
 
 
-def rate(frame: str, key: str) -> Expr:
-    """The time derivative of a position-level coordinate of a frame."""
-    if key in RATES:
-        return coordinate(frame, RATES[key])
-    axis, i = key[0], "xyz".index(key[1])
-    a = [coordinate(frame, axis + other) for other in "xyz"]
-    w = [coordinate(frame, "w" + other) for other in "xyz"]
-    j, k = (i + 1) % 3, (i + 2) % 3
-    return w[j] * a[k] - w[k] * a[j]
+#: names of the coordinates of a frame in models, and their units: phi is the angle of its x axis about the z axis
+UNITS = {"x": "m", "y": "m", "z": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "vz": "m/s"}
+UNITS |= dict.fromkeys(("wx", "wy", "wz", "w"), "rad/s") | dict.fromkeys(AXES, "1")
+NAMES = tuple(UNITS)
+
+
+def named(frame: str, key: str) -> Expr:
+    """A coordinate of a frame by its name in models."""
+    if key == "phi":
+        return call("atan2", coordinate(frame, "xy"), coordinate(frame, "xx"))
+    return coordinate(frame, "wz" if key == "w" else key)
 
 
 def virtual(root: Expr, frame: str) -> list[Expr]:

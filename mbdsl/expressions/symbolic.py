@@ -15,6 +15,8 @@ from weakref import WeakValueDictionary
 #: coordinate key -> key of its time derivative
 RATE = {"x": "vx", "y": "vy", "phi": "w"}
 COORDINATES = ("x", "y", "phi", "vx", "vy", "w")
+#: the velocities among the coordinates of frames, in the plane and in space
+_VELOCITIES = frozenset((*RATE.values(), "vz", "wx", "wy", "wz"))
 #: operations without arguments whose value varies
 LEAVES = ("time", "coordinate", "input", "multiplier")
 
@@ -324,8 +326,27 @@ def diff(root: Expr, *variables: Expr) -> list[Expr]:
     return results
 
 
+def is_velocity(leaf: Expr) -> bool:
+    """Whether a leaf is a velocity of a frame."""
+    return leaf.op == "coordinate" and leaf.value[1] in _VELOCITIES  # type: ignore[index]
+
+
 def is_velocity_level(root: Expr) -> bool:
-    return any(n.op == "coordinate" and n.value[1] in RATE.values() for n in leaves(root))  # type: ignore[index]
+    return any(map(is_velocity, leaves(root)))
+
+
+def _rate(leaf: Expr) -> Expr | None:
+    """The time derivative of a coordinate of a frame; None of velocities."""
+    frame, key = leaf.value  # type: ignore[misc]
+    if key in RATE or key == "z":
+        return coordinate(frame, RATE.get(key, "vz"))
+    if key in _VELOCITIES:
+        return None
+    # a component of an axis a of a frame in space: (omega x a)_i
+    i = "xyz".index(key[1])
+    j, k = "xyz"[(i + 1) % 3], "xyz"[(i + 2) % 3]
+    axis, spin = (lambda other: coordinate(frame, key[0] + other)), (lambda other: coordinate(frame, "w" + other))
+    return spin(j) * axis(k) - spin(k) * axis(j)
 
 
 def der(root: Expr) -> Expr:
@@ -341,9 +362,8 @@ def der(root: Expr) -> Expr:
     for leaf, partial in zip(variables, diff(root, *variables), strict=True):
         if leaf.op == "time":
             rate: Expr = const(1.0)
-        elif leaf.op == "coordinate" and leaf.value[1] in RATE:  # type: ignore[index]
-            frame, key = leaf.value  # type: ignore[misc]
-            rate = coordinate(frame, RATE[key])
+        elif leaf.op == "coordinate" and (found := _rate(leaf)) is not None:
+            rate = found
         else:
             raise ValueError(_no_rate(leaf))
         total = total + partial * rate

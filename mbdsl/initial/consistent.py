@@ -182,7 +182,7 @@ def _positions(
         y = guess
         if attempt:  # at a singular pose there is no direction of descent: later attempts start near it
             rng = rng or np.random.default_rng(0)
-            y = guess + rng.normal(size=len(guess)) * 0.1 * attempt / scale
+            y = shape.moved(guess, rng.normal(size=len(guess)) * 0.1 * attempt / scale)
         shape.begin()
         for k in range(160):
             if perf_counter() > until:
@@ -206,11 +206,11 @@ def _positions(
             value, d_q = metric.positions_at(t, q)
             d_y = scaled(shape.reduce(y, d_q), np.ones(len(value)), 1.0 / scale)
             S, r_s = _stacked(S, d_y), np.concatenate([r_s, value - members])
-            step = solve(weight, weight * (y - guess) * scale, S, r_s, J, r_c) / scale
+            step = solve(weight, weight * shape.difference(y, guess) * scale, S, r_s, J, r_c) / scale
             if not np.isfinite(step).all():
                 break
             turn = np.abs(step[angles]).max(initial=0.0)
-            y = y + step * min(1.0, LONGEST / max(turn, 1e-300))
+            y = shape.moved(y, step * min(1.0, LONGEST / max(turn, 1e-300)))
             if violation <= tolerance and np.abs(step * scale).max(initial=0.0) <= 10.0 * tolerance:
                 return y
         if violation <= 1e3 * tolerance:
@@ -375,7 +375,7 @@ def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, .
     null = np.linalg.svd(J, full_matrices=True)[2][np.linalg.matrix_rank(J, tol=1e-9) :]
     direction = null.T @ np.random.default_rng(1).normal(size=len(null))
     size = np.abs(direction).max(initial=0.0)
-    near = q + (1e-2 / size if size else 0.0) * direction / scale
+    near = system.moved(q, (1e-2 / size if size else 0.0) * direction / scale)
     for _ in range(20):
         J, r = _without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
         near = near - least_squares(J, r, 1e-9) / scale

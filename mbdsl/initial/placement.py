@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import POSITIONS
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import Expr, expr
+from mbdsl.initial import placement_in_space
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Component, InitialValue
 from mbdsl.system.body_models import body_pose
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 
 def place(system: System, graph: MechanismGraph, t: float, given: list[InitialValue]) -> Array:
     """Poses of all bodies (n,), from the ground outwards: at initial values, else as the joints require."""
+    if system.scene.spatial:
+        return placement_in_space.place(system, graph, t, given)
     scene, tables = system.scene, system.tables
     said: dict[Expr | None, float] = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
     pose = {name: _ground_pose(system, name, t) for name in scene.frames if not _coordinates(system, name)}

@@ -26,7 +26,7 @@ class AsIs:
     def __init__(self, system: System, q: Array) -> None:
         self.system, self.start, self.scale = system, q, system.tables.scale
         self._turns = {name: body.turn for name, body in system.tables.models.items()}
-        self.angles = np.array([name.endswith(".phi") for name in system.names()], bool)
+        self.angles = np.array([name.endswith((".phi", ".rx", ".ry", ".rz")) for name in system.names()], bool)
 
     def begin(self) -> None:
         """Turns are counted from the start on."""
@@ -49,6 +49,14 @@ class AsIs:
     def weights(self, weight: Array) -> Array:
         """The weights of y from those of q."""
         return weight
+
+    def moved(self, y: Array, d: Array) -> Array:
+        """y after the displacements d."""
+        return self.system.moved(y, d)
+
+    def difference(self, y: Array, y0: Array) -> Array:
+        """The displacements from y0 to y."""
+        return self.system.difference(y, y0)
 
 
 class Undeformed:
@@ -125,3 +133,9 @@ class Undeformed:
 
     def weights(self, weight: Array) -> Array:
         return weight[self._of]
+
+    def moved(self, y: Array, d: Array) -> Array:
+        return y + d  # there are no flexible bodies in space
+
+    def difference(self, y: Array, y0: Array) -> Array:
+        return y - y0

@@ -77,6 +77,8 @@ def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | N
         return value.value
     value = fit(value, units.dimension(parameter.unit), what, parameter.unit, e)
     found = values.shape(value)
+    if parameter.shape == (3,) and found == (2,):
+        value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
     if found != parameter.shape:
         right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None
         hint = f"a vector of the plane is written `{right}`" if right is not None else None
@@ -106,6 +108,23 @@ def law(parameter: Parameter, value: Value, owner: str, e: s.Expression | None =
     if isinstance(value.value, symbolic.Expr):
         return value.value
     return symbolic.const(number(value, what))
+
+
+def spatial_pose(value: Value, what: str) -> tuple[float, ...]:
+    """``{x, y}``, ``{x, y, z}``, or ``{x, y, phi}`` with an angle about the z axis: origin and axes (12 numbers)."""
+    if not isinstance(value, tuple) or len(value) not in (2, 3) or any(isinstance(v, tuple) for v in value):
+        raise ModelError(f"{what}: found {describe(value)}, expected a position {{x, y, z}}")
+    last = value[2] if len(value) == 3 else Quantity(0.0)
+    turned = last.dimension == units.dimension("rad") and last.unit is not None  # type: ignore[union-attr]
+    if turned:
+        x, y, phi = pose(value, what)
+        c, s_ = math.cos(phi), math.sin(phi)
+        return x, y, 0.0, c, s_, 0.0, -s_, c, 0.0, 0.0, 0.0, 1.0
+    fitted = [
+        number(fit(p, units.dimension("m"), f"{name} of {what}", "m"), f"{name} of {what}")  # type: ignore[arg-type]
+        for p, name in zip((*value[:2], last), "xyz", strict=True)
+    ]
+    return *fitted, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
 
 
 def pose(value: Value, what: str) -> tuple[float, float, float]:

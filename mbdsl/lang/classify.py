@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mbdsl.elements import find, kinds
-from mbdsl.elements.kind import BodyKind
+from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError
 from mbdsl.lang import foreign_kinds, foreign_names, quantities
 from mbdsl.lang import syntax as s
@@ -40,11 +40,31 @@ def classify(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = 
         return "table"
     kind = foreign_names.kind(name)
     quantity = quantities.type_unit(name) is not None
-    if quantity and (find(kind) is None or d.value is not None or d.prefixes & {"parameter", "constant", "input"}):
+    if quantity and (_known(kind) is None or d.value is not None or d.prefixes & {"parameter", "constant", "input"}):
         return "value"
-    if find(kind) is not None:
+    if _known(kind) is not None:
         return kind
     raise no_type(d, unit, around)
+
+
+def _known(kind: str) -> Kind | None:
+    """The kind of this name, of models in the plane or in space."""
+    return find(kind) or find(kind, spatial=True)
+
+
+def other_dimension(kind: str, spatial: bool, d: s.Declaration) -> ModelError:
+    """The error for a kind that does not exist in models of this dimension."""
+    if spatial:
+        return ModelError(
+            f"there is no {kind} in models in space",
+            span_of(d.type_at),
+            f"the kinds in space are {', '.join(kinds(spatial=True))}",
+        )
+    return ModelError(
+        f"{kind} belongs to models in space, and this model is in the plane",
+        span_of(d.type_at),
+        "write `spatial model` at the beginning of the model",
+    )
 
 
 def no_type(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = list) -> ModelError:

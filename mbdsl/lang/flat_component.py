@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, units
@@ -23,7 +23,7 @@ from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism import signals
 from mbdsl.mechanism.frozen_dict import FrozenDict
-from mbdsl.mechanism.scene import Component, Frame
+from mbdsl.mechanism.scene import Component, Frame, SpatialFrame
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
@@ -217,7 +217,8 @@ class Part:
             value = modifier.evaluate()
             try:
                 picked = modifier.pick(value, 1, self.contexts)
-                found.append((name, argument_checks.pose(picked, what)))
+                read = argument_checks.spatial_pose if self.assembly.spatial else argument_checks.pose
+                found.append((name, read(picked, what)))
                 if isinstance(picked, tuple) and len(picked) == 3:
                     doubts.angle(self.assembly.warn, picked[2], modifier.value, f"phi of {what}")
             except ModelError as problem:
@@ -260,12 +261,13 @@ class Part:
 
     # -- frames ------------------------------------------------------------------------------------------------
 
-    def _poses(self, found: dict) -> dict[str, tuple[float, float, float]]:
+    def _poses(self, found: dict) -> dict[str, tuple[float, ...]]:
         """Frames of a body by their own names, in the body's axes."""
         if not isinstance(self.kind, BodyKind):
             return {}
         com = self.kind.com(found)
-        poses = {"c": (com[0], com[1], 0.0), **self.kind.frames(found)}
+        centre = (*com, *SpatialFrame.axes) if self.assembly.spatial else (com[0], com[1], 0.0)
+        poses = {"c": centre, **self.kind.frames(found)}
         for name, pose in found.get("frames", ()):
             taken = name in poses or self.kind.parameter(name) or any(x.name == name for x in self.kind.signals)
             if taken or name in ACCELERATIONS:
@@ -284,7 +286,7 @@ class Part:
             poses = shared[1] if shared is not None and shared[0] is found else self._poses(found)
             span = span_of(self.at)
             self._frames = {
-                name: Frame(f"{self.name}.{name}", self.name, x, y, phi, span) for name, (x, y, phi) in poses.items()
+                name: frame_at(f"{self.name}.{name}", self.name, pose, span) for name, pose in poses.items()
             }
         return self._frames
 
@@ -407,10 +409,16 @@ class Part:
         return found
 
 
+def frame_at(name: str, body: str, pose: tuple[float, ...], span: Span | None) -> Frame:
+    """The frame at a pose on a body: (x, y, phi), or in space origin and axes."""
+    if len(pose) == 3:
+        return Frame(name, body, *pose, span=span)
+    return SpatialFrame(name, body, pose[0], pose[1], span=span, z=pose[2], axes=tuple(pose[3:]))
+
+
 def _at_rest(leaf: Expr) -> Expr | None:
     """Zero for velocities."""
-    rate = leaf.op == "coordinate" and leaf.value[1] in symbolic.RATE.values()  # type: ignore[index]
-    return symbolic.const(0.0) if rate else None
+    return symbolic.const(0.0) if symbolic.is_velocity(leaf) else None
 
 
 def _dimension(kind: Kind, signal: str) -> Dimension | None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError, ModelWarning
-from mbdsl.expressions import symbolic
+from mbdsl.expressions import spatial_coordinates, symbolic
 from mbdsl.lang import doubts, limits, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected, connect
@@ -62,7 +62,8 @@ class Positional:
 class Assembly:
     """All components, connections and initial values of a model."""
 
-    def __init__(self) -> None:
+    def __init__(self, spatial: bool = False) -> None:
+        self.spatial = spatial
         self.budget = Budget()
         self.parts: dict[str, Part] = {}
         self.frames: list[FrameMember | Node] = []
@@ -143,9 +144,17 @@ class Assembly:
 
     # -- frames ------------------------------------------------------------------------------------------------
 
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of a frame."""
+        return spatial_coordinates.NAMES if self.spatial else symbolic.COORDINATES
+
     def coordinate(self, frame: Frame, key: str) -> Quantity:
         """A coordinate of a frame as an expression; zero if it cannot change."""
         kind = self.parts[frame.body].kind
+        if self.spatial:
+            unit = spatial_coordinates.UNITS[key]
+            return Quantity(spatial_coordinates.named(frame.name, key), units.dimension(unit))
         dimension = _COORDINATE_DIMENSION[key]
         if key in ("phi", "w") and isinstance(kind, BodyKind) and kind.coordinates and "phi" not in kind.coordinates:
             return Quantity(symbolic.const(0.0), dimension)
@@ -304,6 +313,7 @@ class Assembly:
             aliases=aliases,
             shapes=self._shapes(),
             warnings=tuple(self._warnings.values()),
+            spatial=self.spatial,
         )
 
     def _doubt_names(self) -> None:

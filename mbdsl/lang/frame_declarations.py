@@ -4,23 +4,34 @@ from __future__ import annotations
 
 from math import cos, sin
 
+from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, doubts, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
-from mbdsl.lang.flat_component import Part, is_body
+from mbdsl.lang.flat_component import Part, frame_at, is_body
 from mbdsl.lang.flat_model import Positional
 from mbdsl.lang.foreign_names import in_braces
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
-from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.poses_in_space import about, composed
+from mbdsl.mechanism.scene import Frame, SpatialFrame
+
+#: parameters of a frame in space
+SPATIAL_FRAME = {
+    "r": Parameter("r", "m", (0.0, 0.0, 0.0), "position", shape=(3,)),
+    "n": Parameter("n", "1", (0.0, 0.0, 1.0), "axis of the rotation phi", shape=(3,)),
+    "phi": Parameter("phi", "rad", 0.0, "angle about n"),
+}
 
 
 def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
     """A frame at a given pose on a body, or relative to another frame."""
+    if base.scope.namespace.assembly.spatial:
+        return _in_space(name, base, modifiers, contexts, at)
     entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
     x0 = y0 = phi0 = 0.0
     if isinstance(entity, Part) and is_body(entity):
@@ -58,6 +69,36 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
             raise place(problem, angle.value.at) from None
     c, sn = cos(phi0), sin(phi0)
     return Frame(name, body, x0 + c * x - sn * y, y0 + sn * x + c * y, phi0 + phi, span_of(at))
+
+
+def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
+    """As ``fixed_frame``, in space: at ``r``, turned by ``phi`` about ``n``."""
+    entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
+    pose: tuple[float, ...] = (0.0, 0.0, 0.0, *SpatialFrame.axes)
+    if isinstance(entity, Part) and is_body(entity):
+        body = entity.name
+    else:
+        found = base.find(contexts)
+        if not isinstance(found, Frame):
+            raise ModelError(
+                f"`{write(base.e)}` is a port or connector, a Frame is fixed to a body or to its frames",
+                span_of(base.e.at),
+            )
+        body, pose = found.body, found.pose
+    given = {}
+    for key, parameter in SPATIAL_FRAME.items():
+        modifier = modifiers.get(key)
+        given[key] = parameter.default
+        if modifier is not None and modifier.value is not None:
+            try:
+                picked = modifier.pick(modifier.evaluate(), len(parameter.shape), contexts)
+                given[key] = argument_checks.argument(parameter, picked, name, modifier.value)
+                if key == "phi":
+                    doubts.angle(base.scope.namespace.assembly.warn, picked, modifier.value, f"`phi` of `{name}`")
+            except ModelError as problem:
+                raise place(problem, modifier.value.at) from None
+    axes = about(given["n"], given["phi"])
+    return frame_at(name, body, composed(pose, (*given["r"], *axes)), span_of(at))
 
 
 def alias(argument: Positional, contexts: Contexts) -> Frame | Node:

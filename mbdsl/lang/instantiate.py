@@ -13,7 +13,7 @@ from mbdsl.lang import functions, limits, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
-from mbdsl.lang.classify import classify, is_frame_type, no_type
+from mbdsl.lang.classify import classify, is_frame_type, no_type, other_dimension
 from mbdsl.lang.connections import Node
 from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop, place
@@ -222,8 +222,9 @@ class Instance:
         scope: Scope,
     ):
         """The function that makes a component of a kind."""
-        declared = find(kind)
-        assert declared is not None
+        declared = find(kind, self.assembly.spatial)
+        if declared is None:
+            raise other_dimension(kind, self.assembly.spatial, d)
         template = Template(declared, modifiers)
         frames = [a.e for a in arguments]
         template.unknown(d.name, frames)
@@ -245,7 +246,7 @@ class Instance:
         """Refuse a Shape of anything except a body or the ground at its declaration."""
         from mbdsl.lang.shapes import ICON, shapes_among
 
-        known = find(kind) if isinstance(kind, str) else None
+        known = find(kind, self.assembly.spatial) if isinstance(kind, str) else None
         if isinstance(known, BodyKind) and "outer" not in d.prefixes:
             return
         for shape in shapes_among(d.notes):
@@ -273,6 +274,12 @@ class Instance:
         elements: Elements,
     ):
         """The function that makes a sub-model."""
+        if model.spatial and not self.assembly.spatial:
+            raise ModelError(
+                f"`{model.name}` is a model in space, and this model is in the plane",
+                span_of(d.type_at),
+                "write `spatial model` at its beginning, too",
+            )
         if model.partial:
             raise ModelError(
                 f"`{model.name}` is partial: it can be extended, but not used as it is", span_of(d.type_at)

@@ -23,7 +23,7 @@ Allowed = bool | str | os.PathLike[str]
 
 _allowed: ContextVar[Allowed] = ContextVar("allowed imports", default=False)
 #: how a file of the language begins, after comments
-_MODEL = re.compile(r'(?:\s|//[^\n]*|/\*.*?\*/)*(?:import\s*"|(?:partial|model)\b|\Z)', re.DOTALL)
+_MODEL = re.compile(r'(?:\s|//[^\n]*|/\*.*?\*/)*(?:import\s*"|(?:spatial|partial|model)\b|\Z)', re.DOTALL)
 
 
 @contextmanager

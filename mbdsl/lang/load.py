@@ -172,7 +172,7 @@ def _is_model(path: object) -> bool:
     """Whether a path is the text of a model."""
     if not isinstance(path, str) or path.endswith(".mbd"):
         return False
-    return "\n" in path or (re.match(r"\s*(partial\s+)?model\s+\w", path) is not None and not os.path.exists(path))
+    return "\n" in path or (re.match(r"\s*(spatial\s+)?(partial\s+)?model\s+\w", path) is not None and not os.path.exists(path))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:
@@ -211,7 +211,7 @@ def instantiate(
     model: s.Model, unit: Unit, overrides: Mapping[str, Any] = {}, without: tuple[str, ...] = ()
 ) -> Instance:
     """The main model with all that it declares, before it is connected."""
-    assembly = Assembly()
+    assembly = Assembly(model.spatial)
     assembly.without = without
     instance = Instance(assembly, Namespace(assembly), model, unit, {})
     instance.modifiers = read_overrides(overrides, instance)

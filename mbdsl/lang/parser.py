@@ -98,8 +98,10 @@ class _Builders:
         return s.Import(unquote(parts[1]), alias, at=self._at(parts[1]))
 
     def model(self, parts: list) -> s.Model:
-        partial = parts[0].type == "PARTIAL"
-        name, doc, end_name = parts[1 + partial], parts[2 + partial], parts[-2]
+        spatial = parts[0].type == "SPATIAL"
+        partial = parts[int(spatial)].type == "PARTIAL"
+        first = spatial + partial
+        name, doc, end_name = parts[1 + first], parts[2 + first], parts[-2]
         if name.text != end_name.text:
             raise SyntaxProblem(
                 f"`end {end_name.text}` does not match `model {name.text}`",
@@ -109,7 +111,7 @@ class _Builders:
             )
         items: list[s.Item] = []
         sections: dict[str, list[s.Item]] = {"equations": [], "initials": []}
-        for part in _flat(parts[3 + partial : -3]):
+        for part in _flat(parts[3 + first : -3]):
             if isinstance(part, tuple):
                 sections[part[0]] += part[1]
             else:
@@ -118,7 +120,7 @@ class _Builders:
             items += (i for i in section if isinstance(i, s.Annotation))
             section[:] = (i for i in section if not isinstance(i, s.Annotation))
         equations, initials = tuple(sections["equations"]), tuple(sections["initials"])
-        return s.Model(name.text, doc, tuple(items), equations, initials, partial, at=self._at(name))
+        return s.Model(name.text, doc, tuple(items), equations, initials, partial, spatial, at=self._at(name))
 
     def doc(self, parts: list) -> str:
         return unquote(parts[0]) if parts else ""

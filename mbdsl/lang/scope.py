@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import ModelError
-from mbdsl.expressions.symbolic import COORDINATES, TIME
+from mbdsl.expressions.symbolic import TIME
 from mbdsl.lang import doubts, foreign_names, functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
@@ -231,11 +231,12 @@ class Scope:
         if isinstance(entity, FrameMember):
             entity = entity.target()
         if isinstance(entity, Frame | Node):
-            if name in COORDINATES:
+            coordinates = self.namespace.assembly.coordinates
+            if name in coordinates:
                 return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
             if name in ACCELERATIONS:
                 raise _output_only(f"{owner}.{name}", step.at)
-            hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, COORDINATES, "a frame has")
+            hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, coordinates, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
         if isinstance(entity, Part):
             return self._of_part(entity, step, owner)
@@ -251,7 +252,7 @@ class Scope:
             return found
         if part.output_only(name):
             raise _output_only(f"{owner}.{name}", step.at)
-        if is_body(part) and part.kind.is_frame and name in COORDINATES:  # type: ignore[attr-defined]
+        if is_body(part) and part.kind.is_frame and name in self.namespace.assembly.coordinates:  # type: ignore[attr-defined]
             frame = part.frames["c"]
             return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
         other = part.by_other_name(name)

@@ -276,6 +276,7 @@ class Model(Node):
     equations: tuple[Item, ...]
     initial: tuple[Item, ...]
     partial: bool = False
+    spatial: bool = False
 
 
 @node

@@ -17,6 +17,7 @@ from typing import Any, Protocol
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, const, coordinate, der, substitute
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -69,23 +70,20 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class SpatialFrame:
+class SpatialFrame(Frame):
     """A frame fixed to a body or to the ground of a model in space.
 
-    Its origin [m] and its axes x, y, z are relative to the body's reference point, in the body's axes.
+    Its origin x, y, z [m] and its axes x, y, z are relative to the body's reference point, in the body's axes; ``phi``
+    is not used.
     """
 
-    name: str
-    body: str
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    z: float = 0.0
     axes: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    span: Span | None = field(default=None, compare=False)
-    motion: tuple[Expr, ...] | None = None
 
     @property
     def pose(self) -> tuple[float, ...]:
         """Origin and axes."""
-        return *self.origin, *self.axes
+        return self.x, self.y, self.z, *self.axes
 
 
 @dataclass(frozen=True, repr=False)
@@ -450,7 +448,7 @@ class Scene:
         frame = self.frames.get(self.aliases.get(owner, owner))
         if frame is None and component is not None and isinstance(component.kind, BodyKind) and component.kind.is_frame:
             frame = self.frames.get(f"{owner}.c")
-        if frame is not None and key in COORDINATES:
+        if frame is not None and key in (spatial_coordinates.NAMES if self.spatial else COORDINATES):
             return self._coordinate(frame.name, key)
         raise ModelError(f"there is no signal `{name}`", hint=self._closest(name, owner))
 
@@ -462,6 +460,8 @@ class Scene:
         return Formulas(c.kind, c.name, c.values.__getitem__, frame_coordinate)
 
     def _coordinate(self, frame: str, key: str) -> Expr:
+        if self.spatial:
+            return spatial_coordinates.named(frame, key)
         kind = self.components[self.frames[frame].body].kind
         if key in ("phi", "w") and isinstance(kind, BodyKind) and "phi" not in (kind.coordinates or ("phi",)):
             return const(0.0)  # a point mass does not rotate

@@ -150,7 +150,7 @@ class Motion:
         integration = _run(system, method, plan, options)
         lap("compile")
         members = members_of(self.reduction, system)
-        flexible = [c for c in system.scene.bodies() if len(c.coordinates) > len(RATE)]
+        flexible = [c for c in system.scene.bodies() if c.deforms]
         static = [c.name for c in flexible if c.values["shape"] == "static"]
         relax = None
         if flexible:

@@ -33,8 +33,8 @@ def body_pose(component: Component, frame) -> Pose:
     """A frame's (x, y, phi) from the centre of mass (of a beam: from its centre), in the body's axes; of bodies in
     space the origin and the axes (12 numbers)."""
     if component.kind.spatial:
-        com = component.kind.com(component.values)
-        return (*(x - c for x, c in zip(frame.origin, com, strict=True)), *frame.axes)
+        x, y, z = component.kind.com(component.values)
+        return frame.x - x, frame.y - y, frame.z - z, *frame.axes
     cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
     return frame.x - cx, frame.y - cy, frame.phi
 

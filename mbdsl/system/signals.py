@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bodies.contract import POSITIONS, VELOCITIES
+from mbdsl.bodies import contract
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import RATE, Expr, der, diff, evaluate, leaves
 from mbdsl.mechanism.scene import Scene
@@ -117,9 +118,12 @@ def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, row: 
         return  # the ground
     d = system.tables.coordinates[frame.body]
     pose = body_pose(system.scene.components[frame.body], frame)
-    B, rate = body.gradient(pose, q[d : d + body.n], v[d : d + body.n])
-    velocity = key in VELOCITIES
-    k = (VELOCITIES if velocity else POSITIONS).index(key)
-    (d_v if velocity else d_q).extend((row, d + j, partial * x) for j, x in enumerate(B[k].tolist()) if x)
+    found = body.gradient(pose, q[d : d + body.n], v[d : d + body.n])
+    B, G, rate = found if system.scene.spatial else (found[0], *found)
+    keys = spatial_coordinates if system.scene.spatial else contract
+    velocity = key in keys.VELOCITIES
+    k = (keys.VELOCITIES if velocity else keys.POSITIONS).index(key)
+    entries = (G if velocity else B)[k].tolist()
+    (d_v if velocity else d_q).extend((row, d + j, partial * x) for j, x in enumerate(entries) if x)
     if velocity:
         d_q.extend((row, d + j, partial * x) for j, x in enumerate(rate[k].tolist()) if x)

@@ -4,14 +4,38 @@ The state is the position x of the centre of mass and the attitude R; M = diag(m
 centre of mass in body axes. How frames move with it: :mod:`mbdsl.bodies.spatial_rigid_body_kernels`.
 """
 
+from collections.abc import Mapping
+
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
 
+#: axes of a frame that are those of its body
+UNTURNED = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
 SIGNALS = (
     *(Signal(key, "m", f"c.{key}", "centre of mass") for key in ("x", "y", "z")),
+    Signal("phi", "rad", "c.phi", "angle of the x axis about the z axis of the world"),
     *(Signal(key, "m/s", f"c.{key}") for key in ("vx", "vy", "vz")),
     *(Signal(key, "rad/s", f"c.{key}", "angular velocity, in world axes") for key in ("wx", "wy", "wz")),
+    Signal("w", "rad/s", "c.wz", "angular velocity about the z axis of the world"),
 )
+
+
+def ends(values: Mapping) -> dict[str, tuple[float, ...]]:
+    """Frames a and b at -length/2 and +length/2 on the body's x axis."""
+    half = values["length"]
+    return {} if half is None else {"a": (-half / 2, 0.0, 0.0, *UNTURNED), "b": (half / 2, 0.0, 0.0, *UNTURNED)}
+
+
+def check(values: Mapping) -> str | None:
+    if values["I"] is None and values["length"] is None:
+        return "the moments of inertia I are missing; give I = {Ixx, Iyy, Izz}, or the length of a uniform bar"
+    return None
+
+
+def derive(values: Mapping) -> dict:
+    bar = 0.0 if values["length"] is None else values["m"] * values["length"] ** 2 / 12
+    return {"I": (0.0, bar, bar)} if values["I"] is None else {}
 
 
 def inertia(I) -> tuple[float, ...]:
@@ -24,11 +48,16 @@ KIND = BodyKind(
     doc="A rigid body in space.",
     parameters=(
         Parameter("m", "kg", doc="mass", minimum=0.0),
-        Parameter("I", "kg.m2", doc="moments of inertia about the centre of mass, in body axes", shape=(3,)),
+        Parameter("I", "kg.m2", None, "moments of inertia {Ixx, Iyy, Izz} about the centre of mass", shape=(3,)),
+        Parameter("length", "m", None, "distance of the frames a and b, reference point halfway", positive=True),
         Parameter("com", "m", (0.0, 0.0, 0.0), "centre of mass, from the reference point", shape=(3,)),
         Parameter("frames", "", (), "further frames"),
     ),
     signals=SIGNALS,
+    check=check,
+    derive=derive,
+    size="length",
+    frames=ends,
     coordinates=("x", "y", "z", "rx", "ry", "rz"),
     com=lambda v: v["com"],
     table=lambda v: (v["m"], *inertia(v["I"])),

@@ -35,7 +35,8 @@ def system(kind, count=4):
     for body in ("ground", "a", "b"):
         for f in "pq":
             axes = rotation_arrays.matrices(rng.uniform(-1.5, 1.5, (1, 3)))[0].T
-            frames.append(SpatialFrame(f"{body}.{f}", body, tuple(rng.uniform(-1, 1, 3)), tuple(axes.ravel())))
+            x, y, z = rng.uniform(-1, 1, 3)
+            frames.append(SpatialFrame(f"{body}.{f}", body, x, y, z=z, axes=tuple(axes.ravel())))
         if body != "ground":
             A = rng.uniform(-1, 1, (3, 3))
             J = A @ A.T + np.eye(3)
@@ -101,7 +102,8 @@ def test_a_turned_scene_has_turned_forces():
     for name, frame in scene.frames.items():
         if frame.body == "ground":
             axes = (turn @ np.array(frame.axes).reshape(3, 3).T).T
-            frames[name] = replace(frame, origin=tuple(turn @ frame.origin), axes=tuple(axes.ravel()))
+            x, y, z = turn @ frame.pose[:3]
+            frames[name] = replace(frame, x=x, y=y, z=z, axes=tuple(axes.ravel()))
     ground = scene.components["ground"]
     ground = replace(ground, values=dict(ground.values) | {"n": tuple(turn @ ground.values["n"])})
     turned = build(replace(scene, frames=frames, components=dict(scene.components) | {"ground": ground}), NO_GRAPH)

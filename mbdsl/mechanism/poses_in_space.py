@@ -1,0 +1,37 @@
+"""Poses in space as 12 numbers, origin and axes, without numpy: for reading models."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, hypot, sin
+
+
+def about(n: Sequence[float], phi: float) -> tuple[float, ...]:
+    """The axes of a frame that is turned by phi about the direction n (9)."""
+    length = hypot(*n)
+    x, y, z = (a / length for a in n)
+    c, s = cos(phi), sin(phi)
+    d = 1.0 - c
+    return (
+        c + d * x * x, d * x * y + s * z, d * x * z - s * y,
+        d * x * y - s * z, c + d * y * y, d * y * z + s * x,
+        d * x * z + s * y, d * y * z - s * x, c + d * z * z,
+    )  # fmt: skip
+
+
+def turned(axes: Sequence[float], a: Sequence[float]) -> tuple[float, ...]:
+    """The vector with the components a along ``axes`` (9)."""
+    return tuple(axes[i] * a[0] + axes[3 + i] * a[1] + axes[6 + i] * a[2] for i in range(3))
+
+
+def composed(first: Sequence[float], second: Sequence[float]) -> tuple[float, ...]:
+    """The pose ``second``, given relative to ``first``, relative to the base of ``first``."""
+    axes = first[3:]
+    origin = (x + d for x, d in zip(first, turned(axes, second[:3]), strict=False))
+    return (*origin, *(x for k in (3, 6, 9) for x in turned(axes, second[k : k + 3])))
+
+
+def inverse(pose: Sequence[float]) -> tuple[float, ...]:
+    """The pose of the base relative to ``pose``."""
+    transposed = tuple(pose[3 + 3 * j + i] for i in range(3) for j in range(3))
+    return (*(-x for x in turned(transposed, pose[:3])), *transposed)
