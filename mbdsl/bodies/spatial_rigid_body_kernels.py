@@ -46,7 +46,7 @@ POINT = 12  #: floats of a frame in numbers: s, then the columns of R_m
 #: J, row by row, and their inverse; scratch
 R, PAST, J, INVERSE_J, SCRATCH = 0, 13, 22, 31, 40
 ROTATION = SCRATCH + 27
-MASS = 1  #: the mass matrix is constant
+MASS = 1  #: the mass matrix is constant in body axes
 MODEL = "mbdsl.bodies.spatial_rigid_body"
 
 

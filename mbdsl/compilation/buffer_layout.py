@@ -104,7 +104,10 @@ COUPLING = 4  #: ints of such a record: offset in numbers of (f, f', f''), and t
 ROTATIONS, N_ROTATIONS = 46, 47
 CHART = 48  #: 1 in a run of a method, whose unknowns are changes of rotation vectors
 PAST_POSITIONS = 49  #: row with the position at the start of the previous step, of methods that have one; else 0
-BLOCKS = 50  #: first block header
+# angles between frames in space: offset in layout of (offset in numbers of the angle at the end of the last accepted
+# step, which precedes that of the last evaluation) of each; number
+COUNTED, N_COUNTED = 50, 51
+BLOCKS = 52  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------

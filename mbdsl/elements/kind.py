@@ -87,6 +87,12 @@ class Kind:
     size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
     spatial: bool = False  #: whether it belongs to models in space
+    #: of kinds in space: values -> {port: axes (9 numbers)} of the frames that its kernels and formulas use instead of
+    #: those of the ports, relative to them
+    axes: Callable[[Mapping], Mapping[str, tuple[float, ...]]] = lambda values: {}
+    #: of kinds in space: whether its kernels count the turns of an angle: ``table`` begins with two numbers, the angle
+    #: at the end of the last accepted step and that of the last evaluation
+    counts_turns: bool = False
     #: values (with defaults; of laws only: None or not) -> error text or None, for conditions that declarations lack
     check: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``

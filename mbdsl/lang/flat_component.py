@@ -21,7 +21,7 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism import signals
+from mbdsl.mechanism import poses_in_space, signals
 from mbdsl.mechanism.frozen_dict import FrozenDict
 from mbdsl.mechanism.scene import Component, Frame, SpatialFrame
 from mbdsl.messages import did_you_mean
@@ -290,6 +290,15 @@ class Part:
             }
         return self._frames
 
+    def own_frame(self, port: str) -> Frame:
+        """The frame that its kernels use for a port: that of the port, or one with other axes."""
+        base = self.port_frame(port)
+        axes = self.kind.axes(self.values).get(port) if self.kind.spatial else None
+        if axes is None or axes == SpatialFrame.axes:
+            return base
+        pose = poses_in_space.composed(base.pose, (0.0, 0.0, 0.0, *axes))
+        return frame_at(f"{self.name}.{port}", base.body, pose, span_of(self.at))
+
     def port_frame(self, port: str) -> Frame:
         """The frame of a port, after all connections are made."""
         frame = self.nodes[port].frame
@@ -328,7 +337,7 @@ class Part:
         return self.law(name) if name in self.kind.law_parameters else self.values[name]
 
     def _coordinate(self, port: str, key: str) -> Expr:
-        frame = self.frames["c"] if port == "c" else self.port_frame(port)
+        frame = self.frames["c"] if port == "c" else self.own_frame(port)
         return self.assembly.coordinate(frame, key).value  # type: ignore[return-value]
 
     def signal(self, name: str) -> Quantity:
@@ -386,7 +395,7 @@ class Part:
             self.name,
             kind,
             {**self.values, **laws} if laws else self.values,
-            {port: self.port_frame(port).name for port in self.nodes},
+            {port: self.own_frame(port).name for port in self.nodes},
             self.signal_names(),
             span_of(self.at),
             self.doc,

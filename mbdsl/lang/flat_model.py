@@ -288,6 +288,9 @@ class Assembly:
         parameters, variables, inputs = self._slots(root)
         components: dict[str, Component] = {part.name: part.component() for part in self.parts.values()}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
+        if self.spatial:
+            turned = (part.own_frame(port) for part in self.parts.values() for port in part.nodes)
+            frames |= {frame.name: frame for frame in turned if frame.name not in frames}
         aliases: dict[str, str] = {}
         for member in self.frames:
             found = member.target() if isinstance(member, FrameMember) else member

@@ -98,7 +98,7 @@ def _fill(tables: Tables, size: float | None) -> None:
 
     starts = {name: x.start for name, x in scene.inputs.items()}
     tables.multipliers = _multipliers(tables)
-    tape = Tape(frames, tables.multipliers, starts)
+    tape = Tape(frames, scene.spatial, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
     _fill_bodies(tables, buffers, g)
     layout[buffer_layout.ROTATIONS] = buffers.ints(x for rotation in buffers.rotations for x in rotation)

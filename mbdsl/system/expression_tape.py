@@ -17,6 +17,7 @@ from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, sin, sinh
 
 from mbdsl.compilation.buffer_layout import LAW_ROW, REGISTERS, TABLES, TAPE
 from mbdsl.compilation.marks import rare
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, Expr, const, walk
 
 # The order matters: the interpreter compares in this order, so that frequent cheap operations come first.
@@ -35,6 +36,7 @@ class Tape:
     """A program under construction: ``code`` in order, ``registers`` with their initial content (constants, time)."""
 
     frames: dict[str, int]
+    spatial: bool = False
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> entry in a row of vectors
     starts: dict[str, float] = field(default_factory=dict)  #: name of an input -> its start value
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> register, of those in use
@@ -43,6 +45,11 @@ class Tape:
     tables: list = field(default_factory=list)
     roots: list[Expr] = field(default_factory=list)  #: the expressions requested by ``add``
     _where: dict[Expr, int] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The coordinates in the columns of the frame table."""
+        return spatial_coordinates.COORDINATES if self.spatial else COORDINATES
 
     def add(self, root: Expr) -> int:
         """The register of ``root``; appends the missing instructions."""
@@ -66,7 +73,7 @@ class Tape:
                 continue
             if node.op == "coordinate":
                 frame, key = node.value  # type: ignore[misc]
-                self.code.append((LOAD, target, self.frames[frame], COORDINATES.index(key), 0))
+                self.code.append((LOAD, target, self.frames[frame], self.columns.index(key), 0))
                 continue
             if node.op == "table":
                 table, order = node.value  # type: ignore[misc]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, der, diff, expr, leaves
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.in_space import layout_of
@@ -20,6 +21,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     couplings: list[list[int]] = []
+    counted: list[int] = []
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
             continue
@@ -35,6 +37,9 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
             buffers.floats(v for p in parameters for v in p),
             len(parameters[0]) if parameters else 0,
         ]
+        if block.module.KIND.counts_turns:
+            first, stride = buffers.layout[header + 2], buffers.layout[header + 3]
+            counted += [first + stride * e for e in range(len(block.components))]
         for e, c in enumerate(block.components):
             if block.coupled:
                 couplings.append([buffers.layout[header + 2] + buffers.layout[header + 3] * e, 0, 0, 0])
@@ -76,7 +81,21 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
         layout[buffer_layout.COUPLED] = buffers.ints(x for record in couplings for x in record)
 
     layout[buffer_layout.N_COUPLED] = len(couplings)
+    layout[buffer_layout.COUNTED], layout[buffer_layout.N_COUNTED] = buffers.ints(counted), len(counted)
+    tables.counted = counted
     later.append(place_details)
+
+
+def by_motion(root: Expr, frame: str, spatial: bool) -> list[Expr]:
+    """Derivatives of ``root`` with respect to the pose of a frame, in space its virtual displacement and rotation."""
+    if spatial:
+        return spatial_coordinates.virtual(root, frame)
+    return diff(root, *(coordinate(frame, key) for key in COORDINATES[:3]))
+
+
+def by_rate(root: Expr, frame: str, spatial: bool) -> list[Expr]:
+    """Derivatives of ``root`` with respect to the velocities of a frame."""
+    return diff(root, *(coordinate(frame, key) for key in (spatial_coordinates.VELOCITIES if spatial else COORDINATES[3:])))
 
 
 def _coupling(tables: Tables, c, record: list[int], tape: Tape) -> Callable[[], None]:
@@ -119,7 +138,7 @@ def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
 
     def fill() -> None:
         for name in used:
-            partials = diff(law, *(coordinate(name, key) for key in COORDINATES))
+            partials = [*by_motion(law, name, tables.scene.spatial), *by_rate(law, name, tables.scene.spatial)]
             leaf.extend([tables.frames[name], *(tape.add(g) for g in partials)])
         leaf.extend([len(reactions), *(tape.add(diff(law, x)[0]) for x in reactions)])
 

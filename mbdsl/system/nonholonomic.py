@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, coordinate, diff, leaves
+from mbdsl.expressions.symbolic import TIME, Expr, diff, leaves
 from mbdsl.system.expression_tape import Tape
+from mbdsl.system.gradient_rows import by_motion, by_rate
+from mbdsl.system.in_space import layout_of
 from mbdsl.system.structure import frame_of
-
-POSITIONS, VELOCITIES = COORDINATES[:3], COORDINATES[3:]
-
 
 def tabulate(
     gammas: list[Expr], frames: dict[str, int], dofs, first_row: int, buffers, tape: Tape, later: list[Callable]
@@ -32,10 +31,10 @@ def tabulate(
         for r in used:
             for c in used:
                 buffers.slots(dofs[frames[r]], dofs[frames[c]])
-        rates = {name: diff(gamma, *(coordinate(name, key) for key in VELOCITIES)) for name in used}
+        rates = {name: by_rate(gamma, name, tape.spatial) for name in used}
         record = [tape.add(gamma), 0, slot, 0, len(used)]
         for name in used:
-            record += [frames[name], *(tape.add(g) for g in rates[name]), 0, 0, 0]
+            record += [frames[name], *(tape.add(g) for g in rates[name]), *[0] * len(rates[name])]
         records.append(record)
         later.append(_derivatives(gamma, used, rates, record, tape))
 
@@ -52,12 +51,12 @@ def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: T
     def fill() -> None:
         record[1] = tape.add(diff(gamma, TIME)[0])
         for l, name in enumerate(used):
-            at = buffer_layout.GAMMA + buffer_layout.LEAF * l + 1 + buffer_layout.POSE
-            record[at : at + 3] = [tape.add(g) for g in diff(gamma, *(coordinate(name, key) for key in POSITIONS))]
+            sizes = layout_of(tape.spatial)
+            at = buffer_layout.GAMMA + sizes.LEAF * l + 1 + sizes.POSE
+            record[at : at + sizes.POSE] = [tape.add(g) for g in by_motion(gamma, name, tape.spatial)]
         for r in used:
             for c in used:
-                for keys in (POSITIONS, VELOCITIES):
-                    variables = [coordinate(c, key) for key in keys]
-                    record.extend(tape.add(g) for rate in rates[r] for g in diff(rate, *variables))
+                for derivatives in (by_motion, by_rate):
+                    record.extend(tape.add(g) for rate in rates[r] for g in derivatives(rate, c, tape.spatial))
 
     return fill

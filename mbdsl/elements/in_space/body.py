@@ -7,11 +7,11 @@ centre of mass in body axes. How frames move with it: :mod:`mbdsl.bodies.spatial
 from collections.abc import Mapping
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
+from mbdsl.elements.in_space.vectors import UNTURNED
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
 
-#: axes of a frame that are those of its body
-UNTURNED = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-
+#: position of the centre of mass, and the rotation vector of the attitude
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 SIGNALS = (
     *(Signal(key, "m", f"c.{key}", "centre of mass") for key in ("x", "y", "z")),
     Signal("phi", "rad", "c.phi", "angle of the x axis about the z axis of the world"),
@@ -58,7 +58,7 @@ KIND = BodyKind(
     derive=derive,
     size="length",
     frames=ends,
-    coordinates=("x", "y", "z", "rx", "ry", "rz"),
+    coordinates=COORDINATES,
     com=lambda v: v["com"],
     table=lambda v: (v["m"], *inertia(v["I"])),
     spatial=True,

@@ -7,13 +7,14 @@ dg/dz and, in column VALUE, g itself, and one that adds factor * d(G^T)/dz to H.
     point   d (3 rows)   G = [-I, 0, I, 0]
     dot1    a . b        G = [0, (a x b)^T, 0, -(a x b)^T]    H = [[b~ a~, -a~ b~], [-b~ a~, a~ b~]] at (dphi_a, dphi_b)
     dot2    a . d        G = [-a^T, (a x d)^T, a^T, 0]        H = a~ at (r_a, phi_a), [-a~, d~ a~, a~] at phi_a, -a~ at (r_b, phi_a)
+    angle   of x_b about z_a: see ``angle``
     length  |d|          G = [-u^T, 0, u^T, 0], u = d/|d|     H = +-(I - u u^T)/|d|
 
 H is not symmetric, as rotations do not commute. Source: the gradients are classical; E. J. Haug, *Computer Aided
 Kinematics and Dynamics of Mechanical Systems* (1989), section 9.2.
 """
 
-from math import sqrt
+from math import atan2, floor, pi, sqrt
 
 from mbdsl.compilation.buffer_layout_in_space import AXES, VALUE
 from mbdsl.compilation.marks import kernel
@@ -85,6 +86,56 @@ def dot2_hessian(frames, a, u, b, factor, H):
         for j in range(3):
             H[PHI_A + i, PHI_A + j] += factor * frames[a, u + i] * (frames[b, j] - frames[a, j])
         H[PHI_A + i, PHI_A + i] -= dot
+
+
+@kernel
+def angle(frames, a, b, p, G, k):
+    """g = atan2(y_a . x_b, x_a . x_b), the angle of x_b about z_a, which counts turns [rad].
+
+    p[0] is the angle at the end of the last accepted step, and p[1] becomes that of this evaluation.
+    With u = z_a . x_b and the projection e = x_b - u z_a, dg = (z_a - u/e^2 e) . (dphi_b - dphi_a).
+    """
+    x, y = 0.0, 0.0
+    u, e2 = 0.0, 0.0
+    for i in range(3):
+        x += frames[a, X + i] * frames[b, X + i]
+        y += frames[a, Y + i] * frames[b, X + i]
+        u += frames[a, Z + i] * frames[b, X + i]
+    e2 = x * x + y * y
+    g = atan2(y, x)
+    p[1] = g + 2.0 * pi * floor((p[0] - g) / (2.0 * pi) + 0.5)
+    G[k, VALUE] = p[1]
+    for i in range(3):
+        m = frames[a, Z + i] - u / e2 * (frames[b, X + i] - u * frames[a, Z + i])
+        G[k, PHI_A + i], G[k, PHI_B + i] = -m, m
+
+
+@kernel
+def angle_hessian(frames, a, b, factor, H):
+    """H += factor * d(G^T)/dz."""
+    u, e2 = 0.0, 0.0
+    for i in range(3):
+        u += frames[a, Z + i] * frames[b, X + i]
+    e2 = 1.0 - u * u
+    c, d = factor * u / e2, factor * (1.0 + u * u) / (e2 * e2)
+    zx, zy, zz = frames[a, Z], frames[a, Z + 1], frames[a, Z + 2]
+    xx, xy, xz = frames[b, X], frames[b, X + 1], frames[b, X + 2]
+    # m = z - u/e^2 e: dm = (factor + c u) dz + (c z - d e) du - c dx, with dz = dphi_a x z, dx = dphi_b x x
+    t = factor + c * u
+    add_cross(t * zx, t * zy, t * zz, H, PHI_A, PHI_A)
+    add_cross(-t * zx, -t * zy, -t * zz, H, PHI_B, PHI_A)
+    add_cross(-c * xx, -c * xy, -c * xz, H, PHI_A, PHI_B)
+    add_cross(c * xx, c * xy, c * xz, H, PHI_B, PHI_B)
+    for j in range(3):
+        k, l = (j + 1) % 3, (j + 2) % 3
+        # du = (z x x) . (dphi_a - dphi_b)
+        n = frames[a, Z + k] * frames[b, X + l] - frames[a, Z + l] * frames[b, X + k]
+        for i in range(3):
+            w = (c * frames[a, Z + i] - d * (frames[b, X + i] - u * frames[a, Z + i])) * n
+            H[PHI_A + i, PHI_A + j] -= w
+            H[PHI_A + i, PHI_B + j] += w
+            H[PHI_B + i, PHI_A + j] += w
+            H[PHI_B + i, PHI_B + j] -= w
 
 
 @kernel

@@ -1,14 +1,34 @@
-"""Revolute: a hinge, whose axis is the z axis of both frames.
+"""Revolute: a hinge, whose axis n is fixed in both frames.
 
-    g = r_b - r_a,   x_a . z_b,   y_a . z_b                                              (5 rows)
+    g = r_b - r_a,   x_a . z_b,   y_a . z_b       with z along n                             (5 rows)
 """
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, point
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, reactions, total
+from mbdsl.elements.kind import JointKind, Parameter, Signal
+
+X_A, Y_A, Z_A = (axis("frame_a", i) for i in "xyz")
+X_B, Z_B = axis("frame_b", "x"), axis("frame_b", "z")
+AXIS = Parameter("n", "1", (0.0, 0.0, 1.0), "axis of the rotation, in frame_a", shape=(3,))
+SIGNALS = (
+    Signal("phi", "rad", f"atan2({dot(Y_A, X_B)}, {dot(X_A, X_B)})", "angle of frame_b about the axis of frame_a"),
+    Signal("w", "rad/s", dot(W, Z_A), "its rate"),
+)
 
 KIND = JointKind(
-    "Revolute", doc="A hinge: the origins and the z axes of frame_a and frame_b coincide.", rows=5, spatial=True
+    "Revolute",
+    doc="A hinge: the origins of frame_a and frame_b coincide, and so does the axis n in both.",
+    rows=5,
+    parameters=(AXIS,),
+    signals=SIGNALS,
+    reactions=reactions(
+        ("-lam[1]", "-lam[2]", "-lam[3]"), total(("lam[4]", cross(X_A, Z_B)), ("lam[5]", cross(Y_A, Z_B)))
+    ),
+    check=direction,
+    axes=both("z"),
+    angle=("phi",),
+    spatial=True,
 )
 
 

@@ -5,9 +5,16 @@ g = r_b - r_a                                                                   
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import point
+from mbdsl.elements.in_space.vectors import reactions
 from mbdsl.elements.kind import JointKind
 
-KIND = JointKind("Spherical", doc="A ball joint: the origins of frame_a and frame_b coincide.", rows=3, spatial=True)
+KIND = JointKind(
+    "Spherical",
+    doc="A ball joint: the origins of frame_a and frame_b coincide.",
+    rows=3,
+    reactions=reactions(("-lam[1]", "-lam[2]", "-lam[3]"), None),
+    spatial=True,
+)
 
 
 @kernel

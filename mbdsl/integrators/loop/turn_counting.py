@@ -6,7 +6,7 @@ rejected steps have no effect. See :mod:`mbdsl.bodies.ancf_cable_kernels`.
 
 from math import atan2, floor, pi
 
-from mbdsl.compilation.buffer_layout import N_TURNS, POSITION, TURNS
+from mbdsl.compilation.buffer_layout import COUNTED, N_COUNTED, N_TURNS, POSITION, TURNS
 from mbdsl.compilation.marks import kernel
 
 
@@ -18,3 +18,6 @@ def count_turns(run):
         at, d = layout[layout[TURNS] + 2 * k], layout[layout[TURNS] + 2 * k + 1]
         angle = atan2(vectors[POSITION, d + 3] + 0.0, vectors[POSITION, d + 2])
         numbers[at] = angle + 2.0 * pi * floor((numbers[at] - angle) / (2.0 * pi) + 0.5)
+    for k in range(layout[N_COUNTED]):
+        at = layout[layout[COUNTED] + k]
+        numbers[at] = numbers[at + 1]

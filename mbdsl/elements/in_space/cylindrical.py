@@ -1,0 +1,48 @@
+"""Cylindrical: frame_b slides along the axis n of frame_a and turns about it.
+
+    g = y_a . d,   z_a . d,   y_a . x_b,   z_a . x_b     with d = r_b - r_a, x along n                     (4 rows)
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements.in_space import prismatic
+from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
+from mbdsl.elements.in_space.prismatic import X_A, Y_A, Y_B, Z_A
+from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, reactions, total
+from mbdsl.elements.kind import JointKind, Signal
+
+X_B = axis("frame_b", "x")
+
+KIND = JointKind(
+    "Cylindrical",
+    doc="Frame_b slides along the axis n of frame_a and turns about it.",
+    rows=4,
+    parameters=(prismatic.AXIS,),
+    signals=(
+        *prismatic.SIGNALS,
+        Signal("phi", "rad", f"atan2({dot(Z_A, Y_B)}, {dot(Y_A, Y_B)})", "angle of frame_b about the axis"),
+        Signal("w", "rad/s", dot(W, X_A), "its rate"),
+    ),
+    reactions=reactions(
+        total(("-lam[1]", Y_A), ("-lam[2]", Z_A)), total(("lam[3]", cross(Y_A, X_B)), ("lam[4]", cross(Z_A, X_B)))
+    ),
+    check=direction,
+    axes=both("x"),
+    along=("s",),
+    spatial=True,
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    dot2(frames, a, Y, b, G, 0)
+    dot2(frames, a, Z, b, G, 1)
+    dot1(frames, a, Y, b, X, G, 2)
+    dot1(frames, a, Z, b, X, G, 3)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    dot2_hessian(frames, a, Y, b, s[0], H)
+    dot2_hessian(frames, a, Z, b, s[1], H)
+    dot1_hessian(frames, a, Y, b, X, s[2], H)
+    dot1_hessian(frames, a, Z, b, X, s[3], H)

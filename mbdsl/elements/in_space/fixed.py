@@ -1,0 +1,38 @@
+"""Fixed: a weld.
+
+    g = r_b - r_a,   x_a . y_b,   x_a . z_b,   y_a . z_b                                     (6 rows)
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, point
+from mbdsl.elements.in_space.prismatic import X_A, Y_A, Y_B, Z_B
+from mbdsl.elements.in_space.vectors import about, cross, reactions, total
+from mbdsl.elements.kind import JointKind, Parameter
+
+KIND = JointKind(
+    "Fixed",
+    doc="A weld: frame_b keeps position and attitude relative to frame_a.",
+    rows=6,
+    parameters=(Parameter("phi0", "rad", 0.0, "the constant angle of frame_b about the z axis of frame_a"),),
+    reactions=reactions(
+        ("-lam[1]", "-lam[2]", "-lam[3]"),
+        total(("lam[4]", cross(X_A, Y_B)), ("lam[5]", cross(X_A, Z_B)), ("lam[6]", cross(Y_A, Z_B))),
+    ),
+    axes=lambda v: {"frame_b": about((0.0, 0.0, 1.0), -v["phi0"])} if v["phi0"] else {},
+    spatial=True,
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    point(frames, a, b, G, 0)
+    dot1(frames, a, X, b, Y, G, 3)
+    dot1(frames, a, X, b, Z, G, 4)
+    dot1(frames, a, Y, b, Z, G, 5)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    dot1_hessian(frames, a, X, b, Y, s[3], H)
+    dot1_hessian(frames, a, X, b, Z, s[4], H)
+    dot1_hessian(frames, a, Y, b, Z, s[5], H)

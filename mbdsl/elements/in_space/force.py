@@ -1,0 +1,34 @@
+"""Force: acts at the origin of frame_b, with components in the axes of frame_a (default: world axes).
+
+f = fx x_a + fy y_a + fz z_a.  frame_a only defines the directions: no reaction acts on it.
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import force
+from mbdsl.elements.in_space.coordinates import PHI_A, R_B, X, add_cross
+from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.kind import Parameter
+
+KIND = in_space(
+    force.KIND,
+    rows=3,
+    parameters=(
+        *force.KIND.parameters,
+        Parameter("fz", "N", 0.0, "component along z, a number or an expression", law=True),
+    ),
+    laws=("fx", "fy", "fz"),
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    for k in range(3):
+        for i in range(3):
+            G[k, R_B + i] = frames[a, X + 3 * k + i]
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    for k in range(3):
+        x, y, z = s[k] * frames[a, X + 3 * k], s[k] * frames[a, X + 3 * k + 1], s[k] * frames[a, X + 3 * k + 2]
+        add_cross(-x, -y, -z, H, R_B, PHI_A)

@@ -1,0 +1,35 @@
+"""PointOnPlane: the origin of frame_b stays on the plane through the origin of frame_a with the normal n.
+
+    g = z_a . d     with d = r_b - r_a, z along n                                            (1 row)
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements.in_space.coordinates import Z, dot2, dot2_hessian
+from mbdsl.elements.in_space.revolute import X_A, Y_A, Z_A
+from mbdsl.elements.in_space.vectors import D, direction, dot, reactions, total, turned_to
+from mbdsl.elements.kind import JointKind, Parameter, Signal
+
+KIND = JointKind(
+    "PointOnPlane",
+    doc="The origin of frame_b stays on the plane with the normal n through the origin of frame_a.",
+    rows=1,
+    parameters=(Parameter("n", "1", (0.0, 0.0, 1.0), "normal of the plane, in frame_a", shape=(3,)),),
+    signals=(
+        Signal("s_x", "m", dot(X_A, D), "position of frame_b along the x axis of the plane"),
+        Signal("s_y", "m", dot(Y_A, D), "position of frame_b along the y axis of the plane"),
+    ),
+    reactions=reactions(total(("-lam[1]", Z_A)), None),
+    check=direction,
+    axes=lambda v: {"frame_a": turned_to("z", v["n"])},
+    spatial=True,
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    dot2(frames, a, Z, b, G, 0)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    dot2_hessian(frames, a, Z, b, s[0], H)

@@ -1,0 +1,99 @@
+"""Formulas of signals in space, made of vectors: each vector is a tuple of three formulas, in world axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import atan2, cos, hypot, sin
+
+from mbdsl.elements.kind import Signal
+
+Vector = tuple[str, str, str]
+#: axes of a frame that is not turned
+UNTURNED = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def axis(port: str, name: str) -> Vector:
+    """The axis x, y or z of the frame at a port."""
+    return tuple(f"{port}.{name}{i}" for i in "xyz")  # type: ignore[return-value]
+
+
+def origin(port: str) -> Vector:
+    return tuple(f"{port}.{i}" for i in "xyz")  # type: ignore[return-value]
+
+
+def spin(port: str) -> Vector:
+    return tuple(f"{port}.w{i}" for i in "xyz")  # type: ignore[return-value]
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    return tuple(f"({x} - {y})" for x, y in zip(a, b, strict=True))  # type: ignore[return-value]
+
+
+def dot(a: Vector, b: Vector) -> str:
+    return "(" + " + ".join(f"{x}*{y}" for x, y in zip(a, b, strict=True)) + ")"
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    return tuple(f"({a[j]}*{b[k]} - {a[k]}*{b[j]})" for j, k in ((1, 2), (2, 0), (0, 1)))  # type: ignore[return-value]
+
+
+def total(*terms: tuple[str, Vector]) -> Vector:
+    """The sum of factors times vectors."""
+    return tuple(" + ".join(f"{factor}*{a[i]}" for factor, a in terms) for i in range(3))  # type: ignore[return-value]
+
+
+#: from frame_a to frame_b
+D = minus(origin("frame_b"), origin("frame_a"))
+#: angular velocity of frame_b relative to frame_a
+W = minus(spin("frame_b"), spin("frame_a"))
+
+
+def reactions(force: Vector | None, torque: Vector | None) -> tuple[Signal, ...]:
+    """The wrench that a joint transmits to frame_b, at its origin in world axes."""
+    found = [] if force is None else [Signal(f"f{i}", "N", f, f"force along {i}") for i, f in zip("xyz", force, strict=True)]
+    if torque is not None:
+        found += [Signal(f"t{i}", "N.m", f, f"torque about {i}") for i, f in zip("xyz", torque, strict=True)]
+        found.append(Signal("tau", "N.m", torque[2], "torque about z"))
+    return tuple(found)
+
+
+def turned_to(default: str, n: Sequence[float]) -> tuple[float, ...]:
+    """Axes (9) of a frame whose axis ``default``, x or z, has the direction n: turned by the smallest angle."""
+    length = hypot(*n)
+    x, y, z = (a / length for a in n)
+    if default == "x":
+        angle, along = atan2(hypot(y, z), x), (0.0, -z, y)
+    else:
+        angle, along = atan2(hypot(x, y), z), (-y, x, 0.0)
+    size = hypot(*along)
+    if size == 0.0:
+        along = (0.0, 0.0, 1.0) if default == "x" else (1.0, 0.0, 0.0)
+        size = 1.0
+    return about(tuple(a / size for a in along), angle) if angle else UNTURNED
+
+
+def about(n: Sequence[float], phi: float) -> tuple[float, ...]:
+    """The axes of a frame that is turned by phi about the unit vector n (9)."""
+    x, y, z = n
+    c, s = cos(phi), sin(phi)
+    d = 1.0 - c
+    return (
+        c + d * x * x, d * x * y + s * z, d * x * z - s * y,
+        d * x * y - s * z, c + d * y * y, d * y * z + s * x,
+        d * x * z + s * y, d * y * z - s * x, c + d * z * z,
+    )  # fmt: skip
+
+
+def direction(v) -> str | None:
+    """A ``check`` for the axis n."""
+    return "the axis n is zero" if not any(v["n"]) else None
+
+
+def both(default: str):
+    """``axes`` of kinds whose axis is n, in both frames."""
+
+    def axes(v):
+        found = turned_to(default, v["n"])
+        return {"frame_a": found, "frame_b": found}
+
+    return axes
