@@ -22,6 +22,7 @@ ARRAY_OPERATIONS = {
     "acos": np.arccos,
     "atan": np.arctan,
     "atan2": np.arctan2,
+    "angle": np.arctan2,
     "sinh": np.sinh,
     "cosh": np.cosh,
     "tanh": np.tanh,
@@ -47,6 +48,25 @@ ARRAY_OPERATIONS = {
     "not": lambda a: np.logical_not(a).astype(float),
     "select": lambda c, a, b: np.where(np.asarray(c) != 0.0, a, b),
 }
+
+
+def counted(t: Array, angle: Array, rate: Array, start: float) -> Array:
+    """Angles (N,) at successive times (N,), each known up to whole turns, with their turns counted.
+
+    The first is the closest to ``start``. Between two times, turns follow from the mean of both rates; the error of
+    this change must be less than half a turn.
+    """
+    found = np.array(np.broadcast_to(angle, np.shape(t)), float)
+    if not len(found):
+        return found
+    rate = np.broadcast_to(rate, found.shape)
+    change = np.diff(found)
+    expected = 0.5 * (rate[1:] + rate[:-1]) * np.diff(t)
+    turns = np.round((expected - change) / (2.0 * np.pi))
+    first = np.round((start - found[0]) / (2.0 * np.pi))
+    found[0] += 2.0 * np.pi * first
+    found[1:] += 2.0 * np.pi * (first + np.cumsum(turns))
+    return found
 
 
 def table_value(table, order: int, u) -> Array:

@@ -24,7 +24,7 @@ NAMES = tuple(UNITS)
 def named(frame: str, key: str) -> Expr:
     """A coordinate of a frame by its name in models."""
     if key == "phi":
-        return call("atan2", coordinate(frame, "xy"), coordinate(frame, "xx"))
+        return call("angle", coordinate(frame, "xy"), coordinate(frame, "xx"), coordinate(frame, "wz"))
     return coordinate(frame, "wz" if key == "w" else key)
 
 

@@ -169,6 +169,9 @@ def input_signal(name: str) -> Expr:
 def call(op: str, *args: Expr | float) -> Expr:
     """Apply ``op`` (a key of ``OPERATIONS``), evaluating it now if all arguments are constants."""
     nodes = tuple(expr(a) for a in args)
+    if op == "angle":
+        y, x, rate = nodes
+        return call("atan2", y, x) if is_const(y) and is_const(x) else Expr("angle", (y, x), rate)
     if all(is_const(a) for a in nodes):
         try:
             return const(OPERATIONS[op](*(a.value for a in nodes)))
@@ -206,6 +209,7 @@ OPERATIONS: dict[str, Callable[..., float]] = {
     "acos": math.acos,
     "atan": math.atan,
     "atan2": math.atan2,
+    "angle": math.atan2,  # counts turns where states follow each other; the node's value is its rate, an expression
     "sinh": math.sinh,
     "cosh": math.cosh,
     "tanh": math.tanh,
@@ -247,6 +251,7 @@ _PARTIALS: dict[str, Callable[..., tuple[Expr | float, ...]]] = {
     "acos": lambda n, a: (-1.0 / call("sqrt", 1.0 - a * a),),
     "atan": lambda n, a: (1.0 / (1.0 + a * a),),
     "atan2": lambda n, a, b: (b / (a * a + b * b), -a / (a * a + b * b)),
+    "angle": lambda n, a, b: (b / (a * a + b * b), -a / (a * a + b * b)),
     "sinh": lambda n, a: (call("cosh", a),),
     "cosh": lambda n, a: (call("sinh", a),),
     "tanh": lambda n, a: (1.0 - n * n,),
@@ -386,6 +391,8 @@ def substitute(root: Expr, replacement: Callable[[Expr], Expr | None]) -> Expr:
         found = replacement(n) if not n.args else None
         if found is not None:
             new[n] = found
+        elif n.op == "angle":
+            new[n] = call("angle", *(new[a] for a in n.args), substitute(n.value, replacement))  # type: ignore[arg-type]
         elif all(new[a] is a for a in n.args):
             new[n] = n
         else:
@@ -406,6 +413,8 @@ _ARITHMETIC: dict[str, Callable[..., Expr]] = {
 def rebuild(node: Expr, args: list[Expr]) -> Expr:
     if node.op == "table":
         return Expr("table", tuple(args), node.value)
+    if node.op == "angle":
+        return call("angle", *args, node.value)  # type: ignore[arg-type]
     if node.op in _ARITHMETIC:
         return _ARITHMETIC[node.op](*args)
     return call(node.op, *args)
@@ -416,8 +425,12 @@ def evaluate(
     leaf: Callable[[Expr], object],
     operations: dict[str, Callable] = OPERATIONS,
     table: Callable[[object, int, object], object] | None = None,
+    angle: Callable[[Expr, object, object, object], object] | None = None,
 ) -> list:
-    """Values of ``roots`` given the value of every leaf; works on arrays with array ``operations``."""
+    """Values of ``roots`` given the value of every leaf; works on arrays with array ``operations``.
+
+    ``angle`` evaluates nodes of this operation, which count turns.
+    """
     roots = list(roots)
     values: dict[Expr, object] = {}
     for n in walk(*roots):
@@ -426,6 +439,8 @@ def evaluate(
         elif n.op == "table":
             data, nth = n.value  # type: ignore[misc]
             values[n] = (table or _table)(data, nth, values[n.args[0]])
+        elif n.op == "angle" and angle is not None:
+            values[n] = angle(n, *(values[a] for a in n.args))
         elif n.args:
             values[n] = operations[n.op](*(values[a] for a in n.args))
         else:

@@ -189,9 +189,9 @@ def _positions(
                 raise TimeoutError(_inconsistent(system, t, shape.expand(best), fixed, velocity=None))
             q = shape.expand(y)
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)
-            r_c = np.concatenate([system.Phi(t, q), value - np.array([x.value for x in fixed])])
+            r_c = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
             soft_value, soft_q, _v = _stack(system, soft, t, q, at_rest)
-            r_s = soft_value - np.array([x.value for x in soft])
+            r_s = _misses(soft_value, soft)
             J, r_c = _without_units(shape.reduce(y, _stacked(system.Phi_q(t, q), d_q)), r_c, scale)
             S, r_s = _without_units(shape.reduce(y, soft_q), r_s, scale)
             violation = np.abs(r_c).max(initial=0.0)
@@ -259,6 +259,14 @@ def _sizes(system: System, items: list[InitialValue], t: float, q: Array, v: Arr
 
 def _stack(system: System, items: list[InitialValue], t: float, q: Array, v: Array):
     return gradients(system, [x.target for x in items], t, q, v)
+
+
+def _misses(value: Array, items: list[InitialValue]) -> Array:
+    """The differences of ``value`` from the initial values; of angles in space less than half a turn."""
+    found = value - np.array([x.value for x in items])
+    angles = np.array([x.target.op == "angle" for x in items], bool)
+    found[angles] -= 2.0 * np.pi * np.round(found[angles] / (2.0 * np.pi))
+    return found
 
 
 def _stacked(J: Matrix, rows: Matrix) -> Matrix:

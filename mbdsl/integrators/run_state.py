@@ -146,7 +146,9 @@ class RunState:
     @property
     def counters(self) -> list[int]:
         """Offsets in ``numbers`` of the angles whose turns are counted."""
-        return [body.counter for body in self.system.tables.models.values() if body.counter >= 0]
+        tables = self.system.tables
+        counted = [at for places in tables.angles.values() for at in places]
+        return [*(body.counter for body in tables.models.values() if body.counter >= 0), *counted]
 
     @property
     def time(self) -> float:

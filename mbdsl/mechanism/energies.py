@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from math import hypot
 
 from mbdsl.elements.kind import BodyKind, ForceKind
@@ -19,6 +19,23 @@ def gravity(scene: Scene) -> tuple[float, ...]:
     return tuple(g * x / length if length else 0.0 for x in n)
 
 
+def _kinetic(frame: str, masses: Sequence[float]) -> Expr:
+    """The kinetic energy of a body in space with the given frame in its centre of mass: m, then J row by row."""
+    found = const(0.0)
+    for i in "xyz":
+        found = found + 0.5 * masses[0] * (coordinate(frame, f"v{i}") * coordinate(frame, f"v{i}"))
+    if len(masses) == 1:
+        return found
+    # angular velocity in body axes
+    w = [
+        sum((coordinate(frame, axis + i) * coordinate(frame, f"w{i}") for i in "xyz"), const(0.0)) for axis in "xyz"
+    ]
+    for i in range(3):
+        for j in range(3):
+            found = found + 0.5 * masses[1 + 3 * i + j] * (w[i] * w[j])
+    return found
+
+
 def energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:
     """Kinetic energy, potential energy and their sum [J], without the ``excluded`` bodies.
 
@@ -32,6 +49,11 @@ def energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, 
             if c.name in excluded:
                 continue
             masses = c.kind.table(dict(c.values))
+            if scene.spatial:
+                kinetic = kinetic + _kinetic(f"{c.name}.c", masses)
+                for key, field in zip("xyz", g, strict=True):
+                    potential = potential - masses[0] * field * coordinate(f"{c.name}.c", key)
+                continue
             for key, rate, mass in zip(("x", "y", "phi"), ("vx", "vy", "w"), masses, strict=False):
                 speed = coordinate(f"{c.name}.c", rate)
                 kinetic = kinetic + 0.5 * mass * (speed * speed)

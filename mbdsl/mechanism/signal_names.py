@@ -7,6 +7,7 @@ from functools import cached_property
 
 from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.errors import UsageError
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import Expr, coordinate
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene import ENERGIES, Component, Scene
@@ -15,6 +16,8 @@ from mbdsl.results.selection import matching
 
 UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
+#: coordinates of frames in space among the signals: without the components of axes
+SPATIAL_UNITS = {k: unit for k, unit in spatial_coordinates.UNITS.items() if k not in spatial_coordinates.AXES}
 
 
 class SignalNames:
@@ -43,12 +46,10 @@ class SignalNames:
         for c in scene.components.values():
             for key, expression in scene.signals_of(c).items():
                 found[f"{c.name}.{key}"] = (expression, c.kind.unit_of(key) or "")
-        for name in scene.frames:
-            for key, unit in UNITS.items():
-                found.setdefault(f"{name}.{key}", (coordinate(name, key), unit))
-        for name, frame in scene.aliases.items():
-            for key, unit in UNITS.items():
-                found.setdefault(f"{name}.{key}", (coordinate(frame, key), unit))
+        units, of_frame = (SPATIAL_UNITS, spatial_coordinates.named) if scene.spatial else (UNITS, coordinate)
+        for name, frame in ({name: name for name in scene.frames} | dict(scene.aliases)).items():
+            for key, unit in units.items():
+                found.setdefault(f"{name}.{key}", (of_frame(frame, key), unit))
         for name, expression in scene.variables.items():
             unit = scene.inputs[name].unit if name in scene.inputs else ""
             found.setdefault(name, (expression, unit))
@@ -66,9 +67,9 @@ class SignalNames:
         found = {}
         for c in self.scene.components.values():
             if isinstance(c.kind, BodyKind) and c.kind.coordinates:
-                for key, unit in ACCELERATIONS.items():
-                    if key != "alpha" or "phi" in c.kind.coordinates:
-                        found[f"{c.name}.{key}"] = unit
+                found |= {f"{c.name}.{key}": unit for key, unit in accelerations(c.kind).items()}
+                if c.kind.spatial and len(c.kind.coordinates) > 3:
+                    found |= {f"{c.name}.p{k}": "1" for k in range(4)}
                 if c.deforms:
                     found.update(dict.fromkeys(_elastic(c), ""))
             elif isinstance(c.kind, JointKind):
@@ -87,8 +88,10 @@ class SignalNames:
     @property
     def defaults(self) -> list[str]:
         """Names of the coordinates and velocities of all bodies."""
-        keys = {"x": "vx", "y": "vy", "phi": "w"}
         bodies = self.scene.bodies()
+        if self.scene.spatial:
+            return [f"{b.name}.{key}" for keys in ("position", "velocity") for b in bodies for key in _spatial(b, keys)]
+        keys = {"x": "vx", "y": "vy", "phi": "w"}
         found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
         return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
 
@@ -133,6 +136,22 @@ class SignalNames:
         listed = "`*` matches all; `mbdsl signals MODEL` and `Trajectory.signals` list them"
         hint = did_you_mean(name, self.names) or listed
         return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
+
+
+def accelerations(kind: BodyKind) -> dict[str, str]:
+    """The accelerations of a body and their units, in world axes."""
+    if not kind.spatial:
+        return {key: unit for key, unit in ACCELERATIONS.items() if key != "alpha" or "phi" in kind.coordinates}
+    rotates = len(kind.coordinates) > 3
+    return {f"a{i}": "m/s2" for i in "xyz"} | ({f"alpha{i}": "rad/s2" for i in "xyz"} if rotates else {})
+
+
+def _spatial(body: Component, level: str) -> list[str]:
+    """The signals of a body in space that are its position or its velocity."""
+    rotates = len(body.kind.coordinates) > 3
+    if level == "position":
+        return ["x", "y", "z", *(["p0", "p1", "p2", "p3"] if rotates else [])]
+    return ["vx", "vy", "vz", *(["wx", "wy", "wz"] if rotates else [])]
 
 
 def _elastic(body: Component) -> list[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.mechanism.energies import energies
+from mbdsl.numerics import rotation_arrays
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import values
@@ -85,6 +86,25 @@ def centre_accelerations(system: System, name: str, q: Array, v: Array, a: Array
     for i in range(len(a)):
         B, rate = body.gradient((0.0, 0.0, 0.0), q[i, own], v[i, own])
         found[i] = B @ a[i, own] + rate @ v[i, own]
+    return found
+
+
+def of_spatial_body(
+    system: System, name: str, key: str, q: Array, v: Array, a: Callable[[], Array]
+) -> dict[str, Array]:
+    """Signals (N,) of a body in space at N states: its quaternion, or its accelerations in world axes."""
+    d, body = system.tables.coordinates[name], system.tables.models[name]
+    if key.startswith("p"):
+        p = rotation_arrays.quaternions(q[:, d + 3 : d + 6])
+        for i in range(1, len(p)):  # p and -p are the same attitude
+            if p[i] @ p[i - 1] < 0.0:
+                p[i] = -p[i]
+        return {f"{name}.p{k}": p[:, k] for k in range(4)}
+    own = a()[:, d : d + body.n]
+    found = {f"{name}.a{i}": own[:, k] for k, i in enumerate("xyz")}
+    if body.n > 3:
+        R = rotation_arrays.matrices(q[:, d + 3 : d + 6])
+        found |= {f"{name}.alpha{i}": (R[:, k] * own[:, 3:]).sum(axis=1) for k, i in enumerate("xyz")}
     return found
 
 

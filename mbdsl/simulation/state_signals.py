@@ -144,7 +144,7 @@ class StateSignals:
         if name in self._known or name == "time":
             return True
         if name not in self._names.expressions:
-            return name in self._names.computed and name.rpartition(".")[2] not in ACCELERATIONS
+            return name in self._names.computed and not name.rpartition(".")[2].startswith(("ax", "ay", "az", "alpha"))
         needed: list = [leaf.value for leaf in leaves(self._names.expressions[name][0]) if leaf.op == "multiplier"]
         if not needed or "lam" in vars(self):
             return True
@@ -168,6 +168,9 @@ class StateSignals:
         if name in ENERGIES:
             found = derived_signals.flexible_energies(self.system, self.t, self.q, self.v, self.inputs)
             self._known.update(zip(ENERGIES, found, strict=True))
+            return
+        if self.scene.spatial and owner in self.system.tables.models:
+            self._known.update(derived_signals.of_spatial_body(self.system, owner, key, self.q, self.v, lambda: self.a))
             return
         if key in ACCELERATIONS:
             d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
@@ -203,6 +206,9 @@ class StateSignals:
         """Inputs and reference angles (N,) that the equations depend on, by their index in the table F."""
         tables = self.system.tables
         found = {tables.inputs[name]: value for name, value in self.inputs.items() if name in tables.inputs}
+        for node, places in tables.angles.items():
+            (angle,) = values(self.system, [node], self.t, self.q, self.v, None, self.inputs)
+            found |= dict.fromkeys(places, angle)
         return found | {tables.models[body].counter: angle for body, angle in self.turns.items()}
 
     @cached_property

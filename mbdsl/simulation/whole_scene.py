@@ -54,6 +54,8 @@ class WholeScene:
 
     def __init__(self, system: System, reduction: Reduction, parts: Sequence[System], solved: Sequence[bool]) -> None:
         self._system, self._parts = system, parts
+        for part in parts:
+            system.tables.first_angles |= part.tables.first_angles
         self.known = np.zeros(system.m + system.p, bool)
         self._rows = []
         for part, own in zip(parts, solved, strict=True):
@@ -76,7 +78,7 @@ class WholeScene:
             k = owner.get(reduction.scene.frames[frame].body)
             d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
             source: slice | list[Expr]
-            if k is not None and count > len(RATE):  # flexible bodies are not reduced
+            if k is not None and (body.deforms or system.scene.spatial):  # these are not reduced
                 own = self._parts[k].tables.coordinates[body.name]
                 source = slice(own, own + count)
             else:

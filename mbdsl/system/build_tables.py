@@ -115,6 +115,10 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
     _fill_tape(buffers, tape, later)
+    for node, register in tape.angles.items():
+        tables.angles.setdefault(node, []).append(layout[buffer_layout.REGISTERS] + register)
+    counted = [at for places in tables.angles.values() for at in places]
+    layout[buffer_layout.COUNTED], layout[buffer_layout.N_COUNTED] = buffers.ints(counted), len(counted)
     tables.inputs = {name: layout[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)

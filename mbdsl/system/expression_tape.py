@@ -13,7 +13,7 @@ from numpy import arccos as acos
 from numpy import arcsin as asin
 from numpy import arctan as atan
 from numpy import arctan2 as atan2
-from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, sin, sinh, sqrt, tan, tanh
+from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, pi, sin, sinh, sqrt, tan, tanh
 
 from mbdsl.compilation.buffer_layout import LAW_ROW, REGISTERS, TABLES, TAPE
 from mbdsl.compilation.marks import rare
@@ -23,12 +23,12 @@ from mbdsl.expressions.symbolic import COORDINATES, Expr, const, walk
 # The order matters: the interpreter compares in this order, so that frequent cheap operations come first.
 _NAMES = (
     "load add sub mul div neg sin cos ratio hypot sqrt select lt le eq ne and or not abs sign min max pow tan asin "
-    "acos atan atan2 sinh cosh tanh exp log log10 floor ceil mod multiplier table"
+    "acos atan atan2 sinh cosh tanh exp log log10 floor ceil mod multiplier table angle"
 ).split()
 OPCODE = {name: i for i, name in enumerate(_NAMES)}
 LOAD, ADD, SUB, MUL, DIV, NEG, SIN, COS, RATIO, HYPOT, SQRT, SELECT = range(12)
 LT, LE, EQ, NE, AND, OR, NOT, ABS, SIGN, MIN, MAX, POW, TAN, ASIN = range(12, 26)
-ACOS, ATAN, ATAN2, SINH, COSH, TANH, EXP, LOG, LOG10, FLOOR, CEIL, MOD, MULTIPLIER, TABLE = range(26, 40)
+ACOS, ATAN, ATAN2, SINH, COSH, TANH, EXP, LOG, LOG10, FLOOR, CEIL, MOD, MULTIPLIER, TABLE, ANGLE = range(26, 41)
 
 
 @dataclass
@@ -44,6 +44,7 @@ class Tape:
     registers: list[float] = field(default_factory=lambda: [0.0])  #: register 0 is time
     tables: list = field(default_factory=list)
     roots: list[Expr] = field(default_factory=list)  #: the expressions requested by ``add``
+    angles: dict[Expr, int] = field(default_factory=dict)  #: angle that counts turns -> register of its last value
     _where: dict[Expr, int] = field(default_factory=dict)
 
     @property
@@ -60,6 +61,9 @@ class Tape:
             if node.op == "time":
                 self._where[node] = 0
                 continue
+            if node.op == "angle":  # the register before that of the angle is for its value at the last accepted step
+                self.angles[node] = len(self.registers)
+                self.registers.append(0.0)
             self._where[node] = target = len(self.registers)
             self.registers.append(float(node.value) if node.op == "const" else 0.0)  # type: ignore[arg-type]
             if node.op == "const":
@@ -82,6 +86,8 @@ class Tape:
                 self.code.append((TABLE, target, self._where[node.args[0]], self.tables.index(table), order))
                 continue
             a = [self._where[x] for x in node.args] + [0, 0]
+            if node.op == "angle":
+                a[2] = target - 1
             self.code.append((OPCODE[node.op], target, a[0], a[1], a[2]))
         return self._where[root]
 
@@ -239,6 +245,9 @@ def run(t, first, count, vectors, frames, numbers, layout):
             y = ceil(a) * 1.0
         elif op == MOD:
             y = a - floor(a / b) * b
+        elif op == ANGLE:
+            y = atan2(a, b)
+            y = y + 2.0 * pi * floor((numbers[r + layout[o + 4]] - y) / (2.0 * pi) + 0.5)
         else:
             y = interpolate(a, layout[o + 4], layout[TABLES] + 3 * layout[o + 3], numbers, layout)
         numbers[target] = y

@@ -21,7 +21,6 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     couplings: list[list[int]] = []
-    counted: list[int] = []
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
             continue
@@ -39,7 +38,10 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
         ]
         if block.module.KIND.counts_turns:
             first, stride = buffers.layout[header + 2], buffers.layout[header + 3]
-            counted += [first + stride * e for e in range(len(block.components))]
+            for e, c in enumerate(block.components):
+                node = tables.scene.signal_of(c, "phi")
+                assert node is not None
+                tables.angles.setdefault(node, []).append(first + stride * e)
         for e, c in enumerate(block.components):
             if block.coupled:
                 couplings.append([buffers.layout[header + 2] + buffers.layout[header + 3] * e, 0, 0, 0])
@@ -81,8 +83,6 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
         layout[buffer_layout.COUPLED] = buffers.ints(x for record in couplings for x in record)
 
     layout[buffer_layout.N_COUPLED] = len(couplings)
-    layout[buffer_layout.COUNTED], layout[buffer_layout.N_COUNTED] = buffers.ints(counted), len(counted)
-    tables.counted = counted
     later.append(place_details)
 
 

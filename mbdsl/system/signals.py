@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mbdsl.bodies import contract
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
+from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, counted, table_value
 from mbdsl.expressions.symbolic import RATE, Expr, der, diff, evaluate, leaves
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system.body_models import at_rest, body_pose
@@ -67,8 +67,12 @@ def values(
             return values(system, [moved], t, q, v)[0]
         return frame_coordinate(system, name, key, q, v, t)
 
+    def angle(node: Expr, y: Array, x: Array) -> Array:
+        (rate,) = values(system, [node.value], t, q, v, lam, inputs)  # type: ignore[list-item]
+        return counted(t, np.arctan2(y, x), rate, system.tables.first_angles.get(node, 0.0))
+
     with np.errstate(all="ignore"):
-        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle)  # type: ignore[arg-type]
     return [np.broadcast_to(np.asarray(r, float), (len(t),)) for r in results]
 
 

@@ -243,6 +243,13 @@ class System:
         """Their Jacobian (p, n) with respect to q."""
         return self.tangent(t, q, v, cW=1.0)[self.n + self.m :, : self.n]
 
+    def set_first_angle(self, node: Expr, value: float) -> None:
+        """Set the value at the start of an angle that counts turns."""
+        self.tables.first_angles[node] = value
+        for at in self.tables.angles.get(node, ()):
+            self.tables.numbers[at] = value
+            self.set_number(at, value)
+
     def set_input(self, name: str, value: float) -> None:
         """Set the value of an input u for all later evaluations."""
         if name in self.tables.inputs:

@@ -46,7 +46,10 @@ class Tables:
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> entry in a row of vectors
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in numbers, of inputs that are used
     rotations: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 2), np.int64))  #: see Buffers
-    counted: list[int] = field(default_factory=list)  #: offsets in numbers of angles whose turns are counted
+    #: angle in space that counts turns -> offsets in numbers of its values at the last accepted step
+    angles: dict[Expr, list[int]] = field(default_factory=dict)
+    #: such an angle -> its value at the start, up to less than half a turn
+    first_angles: dict[Expr, float] = field(default_factory=dict)
     switches: list[switches.Switch] = field(default_factory=list)
     values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
 

@@ -19,7 +19,7 @@ KIND = JointKind(
     parameters=(prismatic.AXIS,),
     signals=(
         *prismatic.SIGNALS,
-        Signal("phi", "rad", f"atan2({dot(Z_A, Y_B)}, {dot(Y_A, Y_B)})", "angle of frame_b about the axis"),
+        Signal("phi", "rad", f"angle({dot(Z_A, Y_B)}, {dot(Y_A, Y_B)}, w)", "angle of frame_b about the axis"),
         Signal("w", "rad/s", dot(W, X_A), "its rate"),
     ),
     reactions=reactions(

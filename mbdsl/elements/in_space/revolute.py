@@ -12,7 +12,7 @@ X_A, Y_A, Z_A = (axis("frame_a", i) for i in "xyz")
 X_B, Z_B = axis("frame_b", "x"), axis("frame_b", "z")
 AXIS = Parameter("n", "1", (0.0, 0.0, 1.0), "axis of the rotation, in frame_a", shape=(3,))
 SIGNALS = (
-    Signal("phi", "rad", f"atan2({dot(Y_A, X_B)}, {dot(X_A, X_B)})", "angle of frame_b about the axis of frame_a"),
+    Signal("phi", "rad", f"angle({dot(Y_A, X_B)}, {dot(X_A, X_B)}, w)", "angle of frame_b about the axis of frame_a"),
     Signal("w", "rad/s", dot(W, Z_A), "its rate"),
 )
 

@@ -62,7 +62,7 @@ def reduce(graph: MechanismGraph) -> Reduction:
     """The parts of the mechanism of ``graph``."""
     scene, notes = graph.scene, list[Note]()
     reduced = graph
-    for step in (welds.merge, drivers.carry):
+    for step in () if scene.spatial else (welds.merge, drivers.carry):
         found, more = step(reduced)
         notes += more
         if found is not reduced.scene:
