@@ -29,6 +29,7 @@ from mbdsl.initial.consistent import initial_position, redundant_rows
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
+from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
@@ -234,6 +235,7 @@ def prepare(
 ) -> tuple[System, mechanism_graph.MechanismGraph]:
     """The System of a model as written, with its code loaded or compiled, and its graph."""
     scene = as_scene(model, parameters, without)
+    planar_only(scene, "equilibria, eigenmodes and linearisations")
     mechanism = mechanism_graph.build(scene)
     system = build(scene, mechanism)
     # code that a simulation has compiled is used if it is in the cache

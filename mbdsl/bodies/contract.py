@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Pose = tuple[float, float, float]
+Pose = Any  #: a tuple of floats: (x, y, phi), or in space origin and axes (12 numbers)
 #: largest rotation of a section [rad] in theories of small deformation; their relative error is about its square
 LARGEST_BEND = 0.5
 POSITIONS, VELOCITIES = ("x", "y", "phi"), ("vx", "vy", "w")

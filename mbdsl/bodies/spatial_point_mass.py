@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.contract import Array, Described
-from mbdsl.bodies.spatial_rigid_body import Pose
+from mbdsl.bodies.contract import Array, Described, Pose
 from mbdsl.expressions.spatial_coordinates import POSITIONS, VELOCITIES
 
 

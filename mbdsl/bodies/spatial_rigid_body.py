@@ -6,12 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.contract import Array, Described
+from mbdsl.bodies.contract import Array, Described, Pose
 from mbdsl.bodies.spatial_rigid_body_kernels import ROTATION
 from mbdsl.expressions.spatial_coordinates import POSITIONS, VELOCITIES
 from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
-
-Pose = tuple[float, ...]
 
 
 class SpatialRigid:
@@ -96,7 +94,9 @@ class SpatialRigid:
         return np.eye(6)
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
-        kinetic = 0.5 * self._m * (v[:, :3] ** 2).sum(axis=1) + 0.5 * np.einsum("ki,ij,kj->k", v[:, 3:], self._J, v[:, 3:])
+        kinetic = 0.5 * self._m * (v[:, :3] ** 2).sum(axis=1) + 0.5 * np.einsum(
+            "ki,ij,kj->k", v[:, 3:], self._J, v[:, 3:]
+        )
         return kinetic, -self._m * (q[:, :3] @ g)
 
     def bend(self, q: Array) -> Array:

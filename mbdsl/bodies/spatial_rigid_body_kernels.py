@@ -4,13 +4,13 @@ R maps body axes to world axes; the velocities are v = x' in world axes and Omeg
 is the matrix of the cross product a x. For a frame at s with axes R_m, both in body axes, l = R s:
 
     r = x + l,   A = R R_m,   r' = v + omega x l,   omega = R Omega
-    B = [[I, -l~], [0, I]],   (B v)_q = [[0, -(omega x l)~], [0, -omega~]]      for displacements and rotations in world axes
-    d(B^T F)/dtheta of the torque, in body axes: tau~ + l~ F~, turned to world axes
+    B = [[I, -l~], [0, I]],   (B v)_q = [[0, -(omega x l)~], [0, -omega~]],   for small motions in world axes
+    d(torque)/dtheta = tau~ + l~ F~,   of the torque in body axes, turned to world axes
 
 Equations of motion and unknowns are in body axes (residuals J Omega' + Omega x J Omega = ...), matrices in world axes:
-a matrix then changes by the motion of the mechanism alone, and not by the spin of its bodies. :mod:`mbdsl.system.rotations`
-turns residuals and corrections. The attitude is R = R_0 exp(psi~), with psi in the coordinates and R_0, as a
-quaternion, in numbers.
+they change with the motion of the mechanism alone, and not with the spin of its bodies.
+:mod:`mbdsl.integrators.loop.rotation_chart` turns residuals and corrections. The attitude is R = R_0 exp(psi~), with
+psi in the coordinates and R_0, as a quaternion, in numbers.
 
 Record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames' (s, R_m),
 offset in numbers of the rotation (see the names below), first of nine slots of the rotations in the iteration matrix.
@@ -231,8 +231,8 @@ def inertia(block, task, row, target, vectors, numbers, layout):
 def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     """matrix += R [cM J + cD (Omega~ J - (J Omega)~)] T^{-1} R^T - cM diag(J), of rotations in world axes.
 
-    T(psi), the tangent of the exponential, relates the rotation to the change of psi. In matrices without forces (cK and
-    cD are zero), which have to be symmetric, and outside of a step, T is the unit matrix.
+    T(psi), the tangent of the exponential, relates the rotation to the change of psi. In matrices without forces (cK
+    and cD are zero), which have to be symmetric, and outside of a step, T is the unit matrix.
     """
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
@@ -256,5 +256,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
         slots = layout[layout[SLOTS] + layout[o + 5] :]
         for i in range(3):
             for j in range(3):
-                value = P[3 * i] * own[R + 3 * j] + P[3 * i + 1] * own[R + 3 * j + 1] + P[3 * i + 2] * own[R + 3 * j + 2]
+                value = (
+                    P[3 * i] * own[R + 3 * j] + P[3 * i + 1] * own[R + 3 * j + 1] + P[3 * i + 2] * own[R + 3 * j + 2]
+                )
                 matrix[slots[3 * i + j]] += value - cM * own[J + 4 * i] if i == j else value

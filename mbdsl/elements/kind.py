@@ -135,7 +135,11 @@ class Kind:
         """Pickled by name: its functions are those of the process that reads it."""
         from mbdsl.elements import find
 
-        return (_named, (self.name, self.spatial)) if find(self.name, self.spatial) is self else object.__reduce_ex__(self, 2)
+        return (
+            (_named, (self.name, self.spatial))
+            if find(self.name, self.spatial) is self
+            else object.__reduce_ex__(self, 2)
+        )
 
 
 @dataclass(eq=False, repr=False)
@@ -151,8 +155,8 @@ class BodyKind(Kind):
     ``motion``: a module, or a function of the values, whose possible results ``MOTIONS`` lists.
     """
 
-    frames: Callable[[Mapping], dict[str, tuple[float, float, float]]] = lambda values: {}
-    com: Callable[[Mapping], tuple[float, float]] = lambda values: (0.0, 0.0)
+    frames: Callable[[Mapping], Mapping[str, tuple[float, ...]]] = lambda values: {}
+    com: Callable[[Mapping], tuple[float, ...]] = lambda values: (0.0, 0.0)
     is_frame: bool = False
     #: values -> names of the generalised coordinates, if they differ from ``coordinates``
     coordinates_of: Callable[[Mapping], tuple[str, ...]] | None = None

@@ -475,6 +475,7 @@ _JETS: dict[str, Callable[..., Jet]] = {
     "ratio": _ratio,
     "hypot": _hypot,
     "atan2": _atan2,
+    "angle": _atan2,  # turns that are not counted show as jumps
     "abs": _absolute,
     "min": _min,
     "max": _max,

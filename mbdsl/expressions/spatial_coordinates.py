@@ -1,6 +1,6 @@
 """Names of the coordinates of a frame in space, and the derivatives of expressions in them.
 
-The pose of a frame is its origin x, y, z and its axes in world coordinates: xx, xy, xz are the components of its x axis.
+The pose of a frame is its origin x, y, z and its axes, in world axes: xx, xy, xz are the components of its x axis.
 Rates are the velocity of the origin and the angular velocity, in world axes. A virtual motion (dr, dphi) of the frame
 changes its origin by dr and each axis a by dphi x a.
 """

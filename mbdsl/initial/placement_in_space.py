@@ -41,6 +41,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         pose, turn = (0.0, 0.0, 0.0, *about(Z, values[3] or 0.0)), values[3] or 0.0
         if placement.joint is not None:
             joint = scene.components[placement.joint]
+            assert isinstance(joint.kind, JointKind)
             a, b = (joint.ports[port] for port in ("frame_a", "frame_b"))
             forward = scene.frames[b].body == body.name
             angle, along = (_known(scene, joint, said, names) for names in (joint.kind.angle, joint.kind.along))
@@ -48,7 +49,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
             for driver, u in drivers.items():
                 ports = scene.components[driver].ports.values()
                 if {scene.frames[f].body for f in ports} == ends:
-                    angle = u if [scene.frames[f].body for f in ports][0] == scene.frames[a].body else -u
+                    angle = u if next(scene.frames[f].body for f in ports) == scene.frames[a].body else -u
             around = turns.get(scene.frames[other_of(a, b, forward)].body, 0.0)
             if values[3] is not None and not angle and joint.kind.angle:
                 angle = (values[3] - around) if forward else (around - values[3])

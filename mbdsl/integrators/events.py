@@ -87,7 +87,10 @@ class Events:
         """The switches that a perturbation of the size of rounding changes at the present state."""
         t, (q, v, lam) = self.run.time, self.run.state()
         far, fast = UNDECIDED * self.system.tables.size, UNDECIDED * np.abs(v).max(initial=0.0)
-        near = [(q + a * far, v + b * fast) for a, b in ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))]
+        near = [
+            (self.system.moved(q, np.full_like(q, a * far)), v + b * fast)
+            for a, b in ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))
+        ]
         states = np.array([self.system.switches(t, *state, lam) for state in near])
         return _changed(self.system, states.min(axis=0), states.max(axis=0))
 
@@ -154,7 +157,7 @@ class Events:
                 if found is None:
                     return self._progress(t, old) if at_once else loop_state.RUNNING, None
                 s = found
-            t, q, v = t + s, q + s * (v + s / 2 * a), v + s * a
+            t, q, v = t + s, system.moved(q, s * (v + s / 2 * a)), v + s * a
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
         except InitialisationError:
@@ -180,7 +183,7 @@ class Events:
         """The switches that differ between the state at t and the end of the last attempt or its search."""
         vectors, system, n = self.run.vectors, self.system, self.system.n
         rows = ((buffer_layout.BEFORE, buffer_layout.BEFORE2), (buffer_layout.POSITION, buffer_layout.VELOCITY))
-        ends = [(vectors[x, :n], vectors[w, :n]) for x, w in rows]
+        ends = [(system.out_of_charts(vectors[x, :n], self.run.numbers), vectors[w, :n]) for x, w in rows]
         states = np.array([system.switches(t, *end, lam) for end in ((q, v), *ends)])
         return _changed(system, states.min(axis=0), states.max(axis=0))
 
@@ -190,7 +193,8 @@ class Events:
             return 0.0  # the last Newton correction of the step has changed a switch
 
         def same(s: float) -> bool:
-            return bool((self.system.switches(t + s, q + s * (v + s / 2 * a), v + s * a, lam) == old).all())
+            there = self.system.moved(q, s * (v + s / 2 * a))
+            return bool((self.system.switches(t + s, there, v + s * a, lam) == old).all())
 
         if same(most):
             return None

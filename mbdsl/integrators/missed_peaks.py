@@ -51,7 +51,7 @@ class Overlooked:
             first = np.concatenate(
                 [
                     [run.start],
-                    run.vectors[POSITION0, :n],
+                    system.out_of_charts(run.vectors[POSITION0, :n], run.numbers),
                     run.vectors[VELOCITY0, :n],
                     run.vectors[UNKNOWN0, n : system.unknowns],
                 ]

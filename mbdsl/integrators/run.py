@@ -178,7 +178,9 @@ class Integration(RunState):
         vectors[buffer_layout.POSITION0, :n] = vectors[buffer_layout.POSITION, :n] = in_charts
         vectors[buffer_layout.VELOCITY0, :n] = vectors[buffer_layout.VELOCITY, :n] = v
         vectors[buffer_layout.FORCE0, :n] = system.M(t0, q) @ a
-        self._begin_method(method, Start(self.h, in_charts, v, a, lam, fa, jerk, fa_rate, stiff), t is None or controlled)
+        self._begin_method(
+            method, Start(self.h, in_charts, v, a, lam, fa, jerk, fa_rate, stiff), t is None or controlled
+        )
         if controlled:
             self._begin_control(t0, q, v, jerk)
         elif self.tol is not None:
@@ -296,7 +298,8 @@ class Integration(RunState):
 
         if system.kept(input_jumps.acts_by_forces):
             vectors, n = self.vectors, system.n
-            q, v = vectors[buffer_layout.POSITION0, :n], vectors[buffer_layout.VELOCITY0, :n]
+            q = system.out_of_charts(vectors[buffer_layout.POSITION0, :n], self.numbers)
+            v = vectors[buffer_layout.VELOCITY0, :n]
             self.synchronise()
             self._add(input_jumps.jump(system, t, q, v, self.left_out, change))
         else:
@@ -315,7 +318,8 @@ class Integration(RunState):
             If accelerations do not exist, as in a singular pose.
         """
         system, vectors, n = self.system, self.vectors, self.system.n
-        q, v = vectors[buffer_layout.POSITION0, :n], vectors[buffer_layout.VELOCITY0, :n]
+        q = system.out_of_charts(vectors[buffer_layout.POSITION0, :n], self.numbers)
+        v = vectors[buffer_layout.VELOCITY0, :n]
         self.synchronise()
         old = accelerations(system, before, q, v, self.left_out)
         fa = applied(system, before, q, v, old[1])

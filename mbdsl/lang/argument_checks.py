@@ -78,6 +78,7 @@ def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | N
     value = fit(value, units.dimension(parameter.unit), what, parameter.unit, e)
     found = values.shape(value)
     if parameter.shape == (3,) and found == (2,):
+        assert isinstance(value, tuple)
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
     if found != parameter.shape:
         right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, sin
+from typing import Any
 
 from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
@@ -85,7 +86,7 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
                 span_of(base.e.at),
             )
         body, pose = found.body, found.pose
-    given = {}
+    given: dict[str, Any] = {}
     for key, parameter in SPATIAL_FRAME.items():
         modifier = modifiers.get(key)
         given[key] = parameter.default

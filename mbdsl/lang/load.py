@@ -172,7 +172,9 @@ def _is_model(path: object) -> bool:
     """Whether a path is the text of a model."""
     if not isinstance(path, str) or path.endswith(".mbd"):
         return False
-    return "\n" in path or (re.match(r"\s*(spatial\s+)?(partial\s+)?model\s+\w", path) is not None and not os.path.exists(path))
+    return "\n" in path or (
+        re.match(r"\s*(spatial\s+)?(partial\s+)?model\s+\w", path) is not None and not os.path.exists(path)
+    )
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:

@@ -99,7 +99,11 @@ def dump(node: s.Node, level: int = 0) -> str:
             lines += [f'  Import "{i.path}"' + (f" as {i.alias}" if i.alias else "") for i in imports]
             return "\n".join(lines + [dump(m, level + 1) for m in models])
         case s.Model():
-            lines = [f"{pad}Model {node.name}" + (" (partial)" if node.partial else "") + (" (spatial)" if node.spatial else "")]
+            lines = [
+                f"{pad}Model {node.name}"
+                + (" (partial)" if node.partial else "")
+                + (" (spatial)" if node.spatial else "")
+            ]
             for title, items in (("", node.items), ("equation", node.equations), ("initial", node.initial)):
                 if items and title:
                     lines.append(f"{pad}  {title}")

@@ -27,9 +27,7 @@ def _kinetic(frame: str, masses: Sequence[float]) -> Expr:
     if len(masses) == 1:
         return found
     # angular velocity in body axes
-    w = [
-        sum((coordinate(frame, axis + i) * coordinate(frame, f"w{i}") for i in "xyz"), const(0.0)) for axis in "xyz"
-    ]
+    w = [sum((coordinate(frame, axis + i) * coordinate(frame, f"w{i}") for i in "xyz"), const(0.0)) for axis in "xyz"]
     for i in range(3):
         for j in range(3):
             found = found + 0.5 * masses[1 + 3 * i + j] * (w[i] * w[j])

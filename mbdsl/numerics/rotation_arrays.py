@@ -54,6 +54,28 @@ def turned(psi: Array, change: Array) -> Array:
     return vectors(p / np.linalg.norm(p, axis=-1, keepdims=True))
 
 
+def to_spin(psi: Array, rate: Array) -> Array:
+    """Angular velocities (N, 3) in body axes, T(psi) psi', of rotation vectors and their rates (N, 3)."""
+    t2 = (psi**2).sum(axis=-1, keepdims=True)
+    t = np.sqrt(t2)
+    small, some = t < SMALL, np.where(t < SMALL, 1.0, t)
+    b = np.where(small, 0.5 - t2 / 24.0 * (1.0 - t2 / 30.0), (1.0 - np.cos(t)) / some**2)
+    c = np.where(small, 1.0 / 6.0 - t2 / 120.0 * (1.0 - t2 / 42.0), (t - np.sin(t)) / some**3)
+    across = np.cross(psi, rate)
+    return rate - b * across + c * np.cross(psi, across)
+
+
+def from_spin(psi: Array, w: Array) -> Array:
+    """Rates (N, 3) of rotation vectors, T(psi)^{-1} w, of angular velocities in body axes (N, 3)."""
+    t2 = (psi**2).sum(axis=-1, keepdims=True)
+    t = np.sqrt(t2)
+    some = np.where(t < SMALL, 1.0, t)
+    half = 0.5 * some
+    c = np.where(t < SMALL, 1.0 / 12.0 + t2 / 720.0 * (1.0 + t2 / 42.0), (1.0 - half / np.tan(half)) / some**2)
+    across = np.cross(psi, w)
+    return w + 0.5 * across + c * np.cross(psi, across)
+
+
 def of_matrix(R: Array) -> Array:
     """The rotation vector (3,) of a rotation matrix (3, 3)."""
     # the quaternion is the eigenvector of the largest eigenvalue of a symmetric matrix, well-conditioned for any angle

@@ -110,6 +110,8 @@ def growth(
     """
     if system.unknowns > MOST or len(t) < 2 or not system.n:
         return None
+    if len(system.tables.rotations):
+        return None  # these equations are those of coordinates whose rates are the velocities
     chosen = _samples(len(t), system, finer)
     t, q, v, lam = t[chosen], q[chosen], v[chosen], lam[chosen]
     points = _points(system, t, q, v, lam, left_out)

@@ -191,8 +191,11 @@ def _broken_law(integration: Integration) -> Component | None:
     system, vectors, n = integration.system, integration.vectors, integration.system.n
     t = np.array([integration.reals[loop_state.STEP_END]])
     for q, v in (
-        (vectors[buffer_layout.POSITION, :n], vectors[buffer_layout.VELOCITY, :n]),
-        (vectors[buffer_layout.POSITION0, :n], vectors[buffer_layout.VELOCITY0, :n]),
+        (system.out_of_charts(vectors[row, :n], integration.numbers), vectors[rate, :n])
+        for row, rate in (
+            (buffer_layout.POSITION, buffer_layout.VELOCITY),
+            (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
+        )
     ):
         for c in system.scene.components.values():
             laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
@@ -336,7 +339,9 @@ def _singular_pose(integration: Integration, t: float) -> str | None:
     """How the pose is singular, at the start of the step or at the last iterate."""
     vectors, n = integration.vectors, integration.system.n
     start, last = (
-        singular(integration.system, t, vectors[q, :n], vectors[v, :n])
+        singular(
+            integration.system, t, integration.system.out_of_charts(vectors[q, :n], integration.numbers), vectors[v, :n]
+        )
         for q, v in (
             (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
             (buffer_layout.POSITION, buffer_layout.VELOCITY),

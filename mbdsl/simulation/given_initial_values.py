@@ -11,6 +11,7 @@ from mbdsl.errors import ModelError, UsageError
 from mbdsl.expressions.symbolic import Expr, der
 from mbdsl.lang.given_values import value
 from mbdsl.lang.initial_values import check_target
+from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import InitialValue, Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.state_signals import StateSignals
@@ -59,6 +60,8 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     UsageError
         If a signal is unknown or has no initial value, or a value has the wrong dimension.
     """
+    if isinstance(initial, StateSignals):
+        planar_only(scene, "initial values from another run", "give a mapping of signals to values")
     if initial is None:
         return scene
     fixed = as_mapping(scene, initial)

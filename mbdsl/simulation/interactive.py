@@ -27,6 +27,7 @@ from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, Integration
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
+from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.failure_messages import check_bending, failure
@@ -101,6 +102,7 @@ class Simulation:
         record: bool = True,
     ) -> None:
         scene = with_initial(as_scene(model, parameters, without), initial)
+        planar_only(scene, "runs step by step", "take mbdsl.simulate")
         step, start = seconds(step, "step"), seconds(start, "start")
         said = scene.experiment
         self.method = method or said.method or DEFAULT_METHOD

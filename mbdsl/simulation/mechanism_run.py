@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
-from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
@@ -432,7 +431,8 @@ class Motion:
         else:
             times = np.unique(np.concatenate(known))
             times = times[times <= min(t[-1] for t in known)]
-            states = [between(times, t, *own) for t, own in zip(known, states, strict=True)]
+            turning = [p.system.tables.rotations[:, 0] for p in self.parts]
+            states = [between(times, t, *own, d) for t, own, d in zip(known, states, turning, strict=True)]
         return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
 
 

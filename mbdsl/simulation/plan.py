@@ -15,6 +15,7 @@ from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.run import MOST_OUTPUT
+from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.numerics.tolerance import misfit, rounding
 
@@ -71,6 +72,8 @@ def plan(
     """
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
+    if declared(method).order and not controls_locally(method):
+        planar_only(scene, f"runs with {method}", f"take another method: {DEFAULT_METHOD}, hht-i3, nstiff, ...")
     asked = tol is not None or said.tolerance is not None
     tol = _tolerance(method, step, tol, said)
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):

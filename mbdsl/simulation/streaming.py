@@ -215,7 +215,8 @@ class Stream:
         end, begin = min(own[0][-1] for own in known), self._reached if not starts else -np.inf
         times = np.unique(np.concatenate([own[0] for own in known]))
         times = times[(times > begin) & (times <= end)]
-        states = [between(times, *own) for own in known]
+        turning = [p.system.tables.rotations[:, 0] for p in motion.parts]
+        states = [between(times, own[0], own[1], own[2], own[3], d) for own, d in zip(known, turning, strict=True)]
         self._reached = float(end)
         self._brackets = []
         for own in known:  # from the last row before the end on

@@ -16,6 +16,7 @@ from mbdsl.integrators.method_files import spelled
 from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.load import chosen_now
 from mbdsl.lang.model_argument import as_scene
+from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP
@@ -102,6 +103,7 @@ def setting(
 ) -> Setting:
     """The setting of runs of ``model``, from its start to ``stop`` (default: the stop time of the model)."""
     scene = as_scene(model, parameters, without)
+    planar_only(scene, "studies", "run `mbdsl simulate` with several steps or tolerances")
     start, end = scene.experiment.start, scene.experiment.stop if stop is None else stop
     if end is None:
         raise UsageError(

@@ -32,7 +32,7 @@ def model(component: Component) -> Body:
 def body_pose(component: Component, frame) -> Pose:
     """A frame's (x, y, phi) from the centre of mass (of a beam: from its centre), in the body's axes; of bodies in
     space the origin and the axes (12 numbers)."""
-    if component.kind.spatial:
+    if isinstance(component.kind, BodyKind) and component.kind.spatial:
         x, y, z = component.kind.com(component.values)
         return frame.x - x, frame.y - y, frame.z - z, *frame.axes
     cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)

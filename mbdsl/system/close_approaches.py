@@ -53,6 +53,8 @@ class Approach(NamedTuple):
 def arguments(system: System) -> list[Expr]:
     """The arguments whose signs determine the forces: differences of compared positions."""
     found: dict[Expr, None] = {}
+    if system.scene.spatial:
+        return []  # turning points are looked for between coordinates that are interpolated one by one
     for switch in system.tables.switches:
         compared = [n for n in walk(switch.node) if n.op in COMPARISONS]
         compared += [switch.node] if switch.node.op in (*CORNERS, "abs", "sign") else []

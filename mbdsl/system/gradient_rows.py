@@ -95,7 +95,9 @@ def by_motion(root: Expr, frame: str, spatial: bool) -> list[Expr]:
 
 def by_rate(root: Expr, frame: str, spatial: bool) -> list[Expr]:
     """Derivatives of ``root`` with respect to the velocities of a frame."""
-    return diff(root, *(coordinate(frame, key) for key in (spatial_coordinates.VELOCITIES if spatial else COORDINATES[3:])))
+    return diff(
+        root, *(coordinate(frame, key) for key in (spatial_coordinates.VELOCITIES if spatial else COORDINATES[3:]))
+    )
 
 
 def _coupling(tables: Tables, c, record: list[int], tape: Tape) -> Callable[[], None]:

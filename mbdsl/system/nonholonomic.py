@@ -16,6 +16,7 @@ from mbdsl.system.gradient_rows import by_motion, by_rate
 from mbdsl.system.in_space import layout_of
 from mbdsl.system.structure import frame_of
 
+
 def tabulate(
     gammas: list[Expr], frames: dict[str, int], dofs, first_row: int, buffers, tape: Tape, later: list[Callable]
 ) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
-from mbdsl.expressions.symbolic import RATE, Expr, coordinate, evaluate, leaves, walk
+from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der, evaluate, leaves, walk
 from mbdsl.system.peaks_in_time import Function, Zone, hiding, monotone, zones
 from mbdsl.system.signals import values
 
@@ -39,7 +39,7 @@ TOGETHER = 64
 #: a smooth peak wider than this part of a step needs no zone, unless it is higher than this part of the largest value
 WIDE, HIGH = 0.4, 0.25
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
-POSITION = {rate: key for key, rate in RATE.items()}
+POSITION = {rate: key for key, rate in RATE.items()} | {"vz": "z"}
 
 
 class OnTheWay:
@@ -110,7 +110,7 @@ class OnTheWay:
         wanted: dict[Expr, None] = {}
         for x in self._leaves:
             if x.op == "coordinate":
-                wanted.update(dict.fromkeys(_position(x)))
+                wanted.update(dict.fromkeys(_position(x) or (x,)))
             elif x.op == "multiplier":
                 wanted[x] = None
         at = dict(zip(wanted, values(self._system, list(wanted), t, q, v, lam), strict=True))
@@ -118,16 +118,17 @@ class OnTheWay:
         for x in self._leaves:
             if x.op == "input":
                 continue
-            if x.op != "coordinate":
+            if x.op != "coordinate" or _position(x) is None:
                 y = t if x.op == "time" else at[x]
                 found[x] = _columns(y[:-1], np.diff(y))
                 continue
-            p, r = (at[y] for y in _position(x))
+            position, rate = _position(x)  # type: ignore[misc]
+            p, r = at[position], at[rate]
             way, r0, r1 = np.diff(p), h * r[:-1], h * r[1:]
             known = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(np.abs(p[:-1]), np.abs(p[1:]))
             way = np.where(known, way, 0.5 * (r0 + r1))
             c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
-            if x is _position(x)[0]:
+            if x is position:
                 found[x] = _columns(p[:-1], r0, c2, c3)
             else:
                 found[x] = _columns(r[:-1], 2.0 * c2 / h, 3.0 * c3 / h)
@@ -155,11 +156,13 @@ class OnTheWay:
         return None
 
 
-def _position(x: Expr) -> tuple[Expr, Expr]:
-    """The position or angle that a leaf is, or whose rate it is; and the rate."""
+def _position(x: Expr) -> tuple[Expr, Expr] | None:
+    """The position or angle that a leaf is, or whose rate it is; and the rate. None of angular velocities in space."""
     frame, key = x.value  # type: ignore[misc]
-    where = str(POSITION.get(key, key))
-    return coordinate(frame, where), coordinate(frame, RATE[where])
+    if key in ("wx", "wy", "wz"):
+        return None
+    where = coordinate(frame, str(POSITION.get(key, key)))
+    return where, der(where)
 
 
 def _columns(*c: Array) -> Array:

@@ -122,8 +122,8 @@ def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, row: 
         return  # the ground
     d = system.tables.coordinates[frame.body]
     pose = body_pose(system.scene.components[frame.body], frame)
-    found = body.gradient(pose, q[d : d + body.n], v[d : d + body.n])
-    B, G, rate = found if system.scene.spatial else (found[0], *found)
+    found: tuple[Array, ...] = body.gradient(pose, q[d : d + body.n], v[d : d + body.n])
+    B, G, rate = found if len(found) == 3 else (found[0], *found)
     keys = spatial_coordinates if system.scene.spatial else contract
     velocity = key in keys.VELOCITIES
     k = (keys.VELOCITIES if velocity else keys.POSITIONS).index(key)

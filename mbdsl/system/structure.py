@@ -33,7 +33,7 @@ class Block:
     @property
     def spatial(self) -> bool:
         """Whether it belongs to a model in space."""
-        return self.module.__package__.endswith(".in_space")
+        return (self.module.__package__ or "").endswith(".in_space")
 
     @property
     def name(self) -> str:

@@ -371,9 +371,10 @@ class System:
             return A
         from scipy.sparse import eye_array
 
-        W = eye_array(size, format="lil")
+        W, work = eye_array(size, format="lil"), self._work
+        assert work is not None
         for d, at in self.tables.rotations:
-            W[d : d + 3, d : d + 3] = self._work.numbers[at : at + 9].reshape(3, 3)
+            W[d : d + 3, d : d + 3] = work.numbers[at : at + 9].reshape(3, 3)
         return csr_array(W.T @ A @ W.tocsr())
 
     def Phi_q(self, t: float, q) -> Array | csr_array:

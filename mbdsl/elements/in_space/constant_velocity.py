@@ -1,6 +1,6 @@
 """ConstantVelocity: a homokinetic joint, which transmits the rotation about the z axes of its frames at any bend.
 
-    g = r_b - r_a,   x_a . y_b - y_a . x_b     with z along the shafts                       (4 rows)
+g = r_b - r_a,   x_a . y_b - y_a . x_b     with z along the shafts                       (4 rows)
 """
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE

@@ -5,10 +5,11 @@ motions are z = (dr_a, dphi_a, dr_b, dphi_b) in world axes. Each coordinate g ha
 dg/dz and, in column VALUE, g itself, and one that adds factor * d(G^T)/dz to H. With a~ the matrix of a x:
 
     point   d (3 rows)   G = [-I, 0, I, 0]
-    dot1    a . b        G = [0, (a x b)^T, 0, -(a x b)^T]    H = [[b~ a~, -a~ b~], [-b~ a~, a~ b~]] at (dphi_a, dphi_b)
-    dot2    a . d        G = [-a^T, (a x d)^T, a^T, 0]        H = a~ at (r_a, phi_a), [-a~, d~ a~, a~] at phi_a, -a~ at (r_b, phi_a)
+    dot1    a . b        G = [0, (a x b)^T, 0, -(a x b)^T]    H: b~ a~, -a~ b~; -b~ a~, a~ b~ in (phi_a, phi_b)
+    dot2    a . d        G = [-a^T, (a x d)^T, a^T, 0]        H: a~ in (r_a, phi_a), -a~ in (r_b, phi_a),
+                                                                 -a~, d~ a~, a~ in the row of phi_a
+    length  |d|          G = [-u^T, 0, u^T, 0], u = d/|d|     H: +-(I - u u^T)/|d| in (r_a, r_b)
     angle   of x_b about z_a: see ``angle``
-    length  |d|          G = [-u^T, 0, u^T, 0], u = d/|d|     H = +-(I - u u^T)/|d|
 
 H is not symmetric, as rotations do not commute. Source: the gradients are classical; E. J. Haug, *Computer Aided
 Kinematics and Dynamics of Mechanical Systems* (1989), section 9.2.

@@ -1,6 +1,6 @@
 """Cylindrical: frame_b slides along the axis n of frame_a and turns about it.
 
-    g = y_a . d,   z_a . d,   y_a . x_b,   z_a . x_b     with d = r_b - r_a, x along n                     (4 rows)
+g = y_a . d,   z_a . d,   y_a . x_b,   z_a . x_b     with d = r_b - r_a, x along n                     (4 rows)
 """
 
 from mbdsl.compilation.marks import kernel

@@ -1,6 +1,6 @@
 """Fixed: a weld.
 
-    g = r_b - r_a,   x_a . y_b,   x_a . z_b,   y_a . z_b                                     (6 rows)
+g = r_b - r_a,   x_a . y_b,   x_a . z_b,   y_a . z_b                                     (6 rows)
 """
 
 from mbdsl.compilation.marks import kernel

@@ -1,6 +1,6 @@
 """Planar: frame_b moves in the plane through the origin of frame_a with the normal n, and turns about n.
 
-    g = z_a . d,   x_a . z_b,   y_a . z_b     with d = r_b - r_a, z along n                  (3 rows)
+g = z_a . d,   x_a . z_b,   y_a . z_b     with d = r_b - r_a, z along n                  (3 rows)
 """
 
 from mbdsl.compilation.marks import kernel
@@ -16,9 +16,7 @@ KIND = JointKind(
     rows=3,
     parameters=point_on_plane.KIND.parameters,
     signals=(*point_on_plane.KIND.signals, *revolute.SIGNALS),
-    reactions=reactions(
-        total(("-lam[1]", Z_A)), total(("lam[2]", cross(X_A, Z_B)), ("lam[3]", cross(Y_A, Z_B)))
-    ),
+    reactions=reactions(total(("-lam[1]", Z_A)), total(("lam[2]", cross(X_A, Z_B)), ("lam[3]", cross(Y_A, Z_B)))),
     check=direction,
     axes=both("z"),
     angle=("phi",),

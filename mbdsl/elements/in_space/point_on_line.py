@@ -1,6 +1,6 @@
 """PointOnLine: the origin of frame_b stays on a line through the origin of frame_a along n, free to turn.
 
-    g = y_a . d,   z_a . d     with d = r_b - r_a, x along n                                 (2 rows)
+g = y_a . d,   z_a . d     with d = r_b - r_a, x along n                                 (2 rows)
 """
 
 from mbdsl.compilation.marks import kernel

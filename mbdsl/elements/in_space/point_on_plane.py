@@ -1,6 +1,6 @@
 """PointOnPlane: the origin of frame_b stays on the plane through the origin of frame_a with the normal n.
 
-    g = z_a . d     with d = r_b - r_a, z along n                                            (1 row)
+g = z_a . d     with d = r_b - r_a, z along n                                            (1 row)
 """
 
 from mbdsl.compilation.marks import kernel

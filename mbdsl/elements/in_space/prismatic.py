@@ -1,6 +1,6 @@
 """Prismatic: frame_b slides along the axis n of frame_a and does not turn relative to it.
 
-    g = y_a . d,   z_a . d,   x_a . y_b,   x_a . z_b,   y_a . z_b     with d = r_b - r_a, x along n        (5 rows)
+g = y_a . d,   z_a . d,   x_a . y_b,   x_a . z_b,   y_a . z_b     with d = r_b - r_a, x along n        (5 rows)
 """
 
 from mbdsl.compilation.marks import kernel

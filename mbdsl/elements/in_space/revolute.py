@@ -1,6 +1,6 @@
 """Revolute: a hinge, whose axis n is fixed in both frames.
 
-    g = r_b - r_a,   x_a . z_b,   y_a . z_b       with z along n                             (5 rows)
+g = r_b - r_a,   x_a . z_b,   y_a . z_b       with z along n                             (5 rows)
 """
 
 from mbdsl.compilation.marks import kernel

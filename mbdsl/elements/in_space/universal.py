@@ -1,6 +1,6 @@
 """Universal: a Cardan joint, whose cross has one axis n_a in frame_a and one, n_b, in frame_b.
 
-    g = r_b - r_a,   z_a . z_b     with z_a along n_a and z_b along n_b                      (4 rows)
+g = r_b - r_a,   z_a . z_b     with z_a along n_a and z_b along n_b                      (4 rows)
 """
 
 from mbdsl.compilation.marks import kernel

@@ -50,7 +50,11 @@ W = minus(spin("frame_b"), spin("frame_a"))
 
 def reactions(force: Vector | None, torque: Vector | None) -> tuple[Signal, ...]:
     """The wrench that a joint transmits to frame_b, at its origin in world axes."""
-    found = [] if force is None else [Signal(f"f{i}", "N", f, f"force along {i}") for i, f in zip("xyz", force, strict=True)]
+    found = (
+        []
+        if force is None
+        else [Signal(f"f{i}", "N", f, f"force along {i}") for i, f in zip("xyz", force, strict=True)]
+    )
     if torque is not None:
         found += [Signal(f"t{i}", "N.m", f, f"torque about {i}") for i, f in zip("xyz", torque, strict=True)]
         found.append(Signal("tau", "N.m", torque[2], "torque about z"))

@@ -59,7 +59,7 @@ def record(t0, h, times, out, step, run):
             step.interpolate(k, x, h, out, run)
         for i in range(n, size):
             out[k, n + i] = vectors[UNKNOWN0, i] + x * (vectors[UNKNOWN, i] - vectors[UNKNOWN0, i])
-        leave_chart(k, out, run)
+        leave_chart(out[k], run)
         integers[OUTPUT] += 1
 
 

@@ -7,7 +7,8 @@ step is accepted, its attitude becomes the origin of the chart.
 Matrices are in world axes, and residuals and corrections in body axes (:mod:`mbdsl.bodies.spatial_rigid_body_kernels`).
 All loops here are empty for models in the plane.
 
-Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137; the axes of the linear systems are our own.
+Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137; the axes of the linear systems are our
+own.
 """
 
 from __future__ import annotations
@@ -66,10 +67,10 @@ def move_charts(run):
 
 
 @kernel
-def leave_chart(k, out, run):
-    """In row k of ``out``, replace psi by the rotation vector of the attitude, of a length up to pi."""
+def leave_chart(out, run):
+    """In the coordinates ``out``, replace psi by the rotation vector of the attitude, of a length up to pi."""
     layout = run.layout
     for i in range(layout[N_ROTATIONS]):
         d, at = layout[layout[ROTATIONS] + 2 * i], layout[layout[ROTATIONS] + 2 * i + 1]
-        p0, p1, p2, p3 = composed(run.numbers[at + BASE :], out[k, d], out[k, d + 1], out[k, d + 2])
-        out[k, d], out[k, d + 1], out[k, d + 2] = logarithm(p0, p1, p2, p3)
+        p0, p1, p2, p3 = composed(run.numbers[at + BASE :], out[d], out[d + 1], out[d + 2])
+        out[d], out[d + 1], out[d + 2] = logarithm(p0, p1, p2, p3)

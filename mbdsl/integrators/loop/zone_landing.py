@@ -8,6 +8,7 @@ from __future__ import annotations
 from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.compilation.marks import rare
 from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP_END, ZONE, ZONES
+from mbdsl.integrators.loop.rotation_chart import leave_chart
 
 
 @rare
@@ -37,6 +38,7 @@ def note(run):
     reals[o] = reals[STEP_END]
     for i in range(n):
         reals[o + 1 + i], reals[o + 1 + n + i] = vectors[POSITION0, i], vectors[VELOCITY0, i]
+    leave_chart(reals[o + 1 :], run)
     for i in range(n, size):
         reals[o + 1 + n + i] = vectors[UNKNOWN0, i]
     integers[NOTED] += 1

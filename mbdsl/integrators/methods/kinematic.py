@@ -31,8 +31,8 @@ from mbdsl.compilation.buffer_layout import (
 )
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor, larger, solve
-from mbdsl.integrators.loop.rotation_chart import to_rates
 from mbdsl.integrators.loop.loop_state import LARGEST, STEP_SIZE
+from mbdsl.integrators.loop.rotation_chart import to_rates
 from mbdsl.integrators.loop.tangent_matrices import projection_matrix
 from mbdsl.integrators.method import Method
 

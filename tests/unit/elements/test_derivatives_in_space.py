@@ -96,15 +96,20 @@ def close(found, expected):
 def test_tangents_are_derivatives(kind):
     s = system(kind)
     for seed in range(2):
-        q, v, lam = states(s, np.random.default_rng(seed))
-        at = lambda d: s.moved(q, d)  # noqa: E731
-        close(s.stiffness(T, q, v, lam), difference(lambda d: -s.evaluate(T, at(d), v, lam)[0], s.n))
-        close(s.damping(T, q, v, lam), difference(lambda d: -s.evaluate(T, q, v + d, lam)[0], s.n))
-        if s.m:
-            close(s.Phi_q(T, q), difference(lambda d: s.Phi(T, at(d)), s.n))
-            close(s.Phi_v_q(T, q, v), difference(lambda d: s.evaluate(T, at(d), v)[2], s.n))
-            close(s.evaluate(T, q, v)[2] - s.Phi_t(T, q), s.Phi_q(T, q) @ v)
-            close(s.constraint_force(T, q, lam[: s.m]), s.Phi_q(T, q).T @ lam[: s.m])
+        compare(s, *states(s, np.random.default_rng(seed)))
+
+
+def compare(s, q, v, lam):
+    def at(d):
+        return s.moved(q, d)
+
+    close(s.stiffness(T, q, v, lam), difference(lambda d: -s.evaluate(T, at(d), v, lam)[0], s.n))
+    close(s.damping(T, q, v, lam), difference(lambda d: -s.evaluate(T, q, v + d, lam)[0], s.n))
+    if s.m:
+        close(s.Phi_q(T, q), difference(lambda d: s.Phi(T, at(d)), s.n))
+        close(s.Phi_v_q(T, q, v), difference(lambda d: s.evaluate(T, at(d), v)[2], s.n))
+        close(s.evaluate(T, q, v)[2] - s.Phi_t(T, q), s.Phi_q(T, q) @ v)
+        close(s.constraint_force(T, q, lam[: s.m]), s.Phi_q(T, q).T @ lam[: s.m])
 
 
 @pytest.mark.parametrize("kind", [k for k in PAIRS if isinstance(k, JointKind)], ids=lambda kind: kind.name)
