@@ -51,10 +51,10 @@ def composed(p, x, y, z):
 def logarithm(p0, p1, p2, p3):
     """The rotation vector, of a length up to pi, of a unit quaternion."""
     size = sqrt(p1 * p1 + p2 * p2 + p3 * p3)
-    if p0 < 0.0:
-        size = -size
-    # sin(t/2) = size and cos(t/2) = |p0|, as p and -p are the same rotation
-    k = 2.0 * atan2(size, abs(p0)) / size if abs(size) > 1e-150 else (2.0 if p0 > 0.0 else -2.0)
+    # sin(t/2) = size and cos(t/2) = |p0|
+    k = 2.0 * atan2(size, abs(p0)) / size if size > 1e-150 else 2.0
+    if p0 < 0.0:  # -p is the same rotation
+        k = -k
     return k * p1, k * p2, k * p3
 
 

@@ -151,7 +151,8 @@ def _sum(root: Component, members: list[tuple[Component, Pose]]) -> Component:
     for c, pose in members:
         assert isinstance(c.kind, BodyKind)
         mass, _, inertia = c.kind.table(c.values)
-        x, y, _ = compose(pose, (*c.kind.com(c.values), 0.0))
+        cx, cy = c.kind.com(c.values)
+        x, y, _ = compose(pose, (cx, cy, 0.0))
         parts.append((mass, float(x), float(y), inertia))  # type: ignore[arg-type]
     mass = sum(p[0] for p in parts)
     x, y = (sum(p[0] * p[k] for p in parts) / mass if mass > 0.0 else parts[0][k] for k in (1, 2))
