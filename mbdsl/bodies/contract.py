@@ -31,6 +31,9 @@ Pose = Any  #: a tuple of floats: (x, y, phi), or in space origin and axes (12 n
 #: largest rotation of a section [rad] in theories of small deformation; their relative error is about its square
 LARGEST_BEND = 0.5
 POSITIONS, VELOCITIES = ("x", "y", "phi"), ("vx", "vy", "w")
+#: coordinates of a frame in space, in the order of the frame table: origin, axes x, y, z; velocity, angular velocity
+SPATIAL_POSITIONS = ("x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz")
+SPATIAL_VELOCITIES = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 
 class Described(Protocol):

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
+from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
 from mbdsl.bodies.contract import Array, Described, Pose
-from mbdsl.expressions.spatial_coordinates import POSITIONS, VELOCITIES
 
 
 class SpatialPoint:

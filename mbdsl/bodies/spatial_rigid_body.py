@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
+from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
 from mbdsl.bodies.contract import Array, Described, Pose
 from mbdsl.bodies.spatial_rigid_body_kernels import ROTATION
-from mbdsl.expressions.spatial_coordinates import POSITIONS, VELOCITIES
 from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
 
 

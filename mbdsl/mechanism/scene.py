@@ -228,6 +228,8 @@ class Scene:
         Shapes of bodies in pictures; a body without an entry is drawn by its frames.
     warnings : tuple of ModelWarning
         Values in the text that are probably not as intended.
+    spatial : bool
+        Whether it is a model in space.
     """
 
     name: str

@@ -129,7 +129,7 @@ def test_turns_are_counted():
       Revolute pin(ground, wheel.c, n = {1, 2, -1});
     initial equation
       pin.phi = 30 deg;
-      pin.w = 24*pi;
+      pin.w = 24*pi*(1 rad/s);
     annotation(experiment(StopTime = 1 s));
     end Wheel;"""
     t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.05)
