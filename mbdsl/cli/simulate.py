@@ -352,6 +352,8 @@ def write_stats(path: str, stats: dict) -> None:
 
 
 def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool, stream: Stream | None = None) -> str:
+    from mbdsl.integrators import compiled
+
     rows = stream.file.count if stream and stream.file else len(trajectory.t)
     stats, seconds = trajectory.stats, trajectory.stats["seconds"]
     steps, iterations = stats["steps"], stats["iterations"]
@@ -375,7 +377,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         )
     if verbose:
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
-        rejected = stats["rejected"] or (None if stats["evaluations"] else 0)  # by a backend
+        rejected = stats["rejected"] or (0 if stats["method"] in compiled() else None)
         counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"
         refused = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
         lines.append(f"{sizes}; {refused}, {counts}")

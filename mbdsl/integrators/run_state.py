@@ -184,7 +184,14 @@ class RunState:
         return times, rows
 
     def count(self, what: str) -> int:
-        """Number of "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 if not counted."""
+        """Number of "rejected", "events", "iterations", "evaluations", "matrix_evaluations", "factorisations"; 0 if not
+        counted.
+
+        Explicit methods count evaluations of the equations in the place of iterations.
+        """
+        if what in ("iterations", "evaluations"):
+            explicit = modules()[self.method].METHOD.explicit
+            return int(self.integers[loop_state.ITERATIONS]) if explicit == (what == "evaluations") else 0
         return int(self.integers[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:

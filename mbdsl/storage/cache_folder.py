@@ -146,7 +146,7 @@ def say(problem: str) -> None:
     """Print the reason why nothing is stored, once in a process, on standard error."""
     if not _said and sys.stderr is not None:
         with suppress(OSError, ValueError):
-            print(f"note: nothing is kept for later runs: {problem}; see `mbdsl cache`", file=sys.stderr)
+            print(f"note: nothing is stored for later runs: {problem}; see `mbdsl cache`", file=sys.stderr)
     _said.append(problem)
 
 
@@ -154,8 +154,8 @@ def compiling(what: Sequence[str] = ()) -> str:
     """The announcement of a compilation of code with these descriptions."""
     named = f": {' and '.join(what)}" if what else ""
     if own() == chosen().path and not _said:
-        return f"compiling for the first time{named}; the result is kept, later runs start at once ..."
-    return f"compiling for the first time{named}; the result cannot be kept ..."
+        return f"compiling for the first time{named}; the code is stored, and later runs start at once ..."
+    return f"compiling for the first time{named}; the code cannot be stored ..."
 
 
 def environment() -> Mapping[str, str]:

@@ -91,8 +91,8 @@ def replaced(folder, capsys):
     assert stat.S_IMODE(own.stat().st_mode) == 0o700 or not trusted_files.has_owners()
     assert cache_folder.keep("a", b"a") == own / "a" and cache_folder.read("a") == b"a"
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("note: nothing is kept for later runs: ") and line.endswith("; see `mbdsl cache`")
-    assert cache_folder.compiling() == "compiling for the first time; the result cannot be kept ..."
+    assert line.startswith("note: nothing is stored for later runs: ") and line.endswith("; see `mbdsl cache`")
+    assert cache_folder.compiling() == "compiling for the first time; the code cannot be stored ..."
     return line
 
 
@@ -107,7 +107,7 @@ def test_it_is_made_for_the_user_alone(folder):
     finally:
         os.umask(former)
     assert path == folder / OBJECT and cache_folder.read(OBJECT) == b"code"
-    assert "kept" in cache_folder.compiling() and "cannot" not in cache_folder.compiling()
+    assert "is stored" in cache_folder.compiling() and "cannot" not in cache_folder.compiling()
     if trusted_files.has_owners():
         modes = [stat.S_IMODE(p.stat().st_mode) for p in (folder.parent, folder, path.parent, path)]
         assert modes == [0o700, 0o700, 0o700, 0o644]
@@ -342,7 +342,7 @@ def test_a_full_disk_stops_nothing(tmp_path):
     """A limit of 0 bytes a file: the code is compiled and runs, one line says that it is not stored, no file is
     left."""
     done = run(FULL, tmp_path, MBDSL_CACHE_DIR=str(tmp_path / "cache"))
-    assert done.stdout == "3.0 True compiling for the first time; the result cannot be kept ...\n"
+    assert done.stdout == "3.0 True compiling for the first time; the code cannot be stored ...\n"
     (line,) = done.stderr.splitlines()
     assert f"cannot write into `{tmp_path / 'cache'}`" in line
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
@@ -362,7 +362,7 @@ def test_a_disk_that_fills_up_later(folder, monkeypatch, capsys):
         (line,) = capsys.readouterr().err.splitlines()
         assert os.strerror(errno.ENOSPC) in line
         assert list(folder.rglob("*.*part")) == []
-    assert "cannot be kept" in cache_folder.compiling()
+    assert "cannot be stored" in cache_folder.compiling()
 
 
 def test_no_place_at_all(folder, monkeypatch, capsys):
