@@ -584,7 +584,7 @@ def test_the_command_says_that_it_cannot_be_written(folder, read_only, say):
     planted(folder)
     code, out, err = say("cache")
     assert (code, err) == (0, "")
-    assert out.endswith(f"read-only: cannot write into `{folder}` (Read-only file system)\n")
+    assert out.endswith(f"nothing can be stored: cannot write into `{folder}` (Read-only file system)\n")
 
 
 def test_the_help_fits_a_terminal(say, monkeypatch):

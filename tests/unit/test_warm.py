@@ -127,7 +127,9 @@ def test_without_a_folder_or_a_compiler_it_fails(monkeypatch, capsys, tmp_path):
     """An image must not be built without the code."""
     monkeypatch.setenv("MBDSL_CACHE_DIR", "relative")
     assert main(["warm"]) == 2
-    assert "machine code cannot be stored: MBDSL_CACHE_DIR is `relative`" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "machine code cannot be stored: MBDSL_CACHE_DIR is `relative`" in error
+    assert "  = set MBDSL_CACHE_DIR to the absolute path of a folder" in error
     monkeypatch.setenv("MBDSL_CACHE_DIR", str(tmp_path))
     cache_folder._chosen.cache_clear()
     monkeypatch.setattr(code_cache, "enabled", lambda: False)
