@@ -336,6 +336,17 @@ def test_progress_is_told():
     assert reports[0].t == pytest.approx(reports[0].steps * 1e-3)
 
 
+def test_phases_without_progress_are_named():
+    class Phases(list):
+        phase = list.append
+        __call__ = list.append
+
+    phases = Phases()
+    mbdsl.simulate(pendulum(), step=1e-3, stop=1e-2, progress=phases)
+    names = [phase for phase in phases if isinstance(phase, str)]
+    assert names[-2:] == ["assembling the initial state", "taking the first steps"]
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_counts(method):
     """If the matrix hardly changes, it is kept: fewer factorisations than steps, and at most one more iteration."""
