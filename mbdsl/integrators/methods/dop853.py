@@ -301,7 +301,7 @@ def take(t0, h, formulas, run):
 
 @kernel
 def store(h, run):
-    """The step becomes history."""
+    """Store the step as the last one."""
     reals, vectors, layout = run.reals, run.vectors, run.layout
     for i in range(layout[N_Q]):
         vectors[POSITION0, i], vectors[VELOCITY0, i] = vectors[POSITION, i], vectors[VELOCITY, i]
