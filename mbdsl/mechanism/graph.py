@@ -21,7 +21,7 @@ from mbdsl.mechanism import checks
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.messages import count, few
+from mbdsl.messages import count, few, install
 
 if TYPE_CHECKING:
     import networkx
@@ -226,7 +226,7 @@ class MechanismGraph:
         try:
             import networkx as nx
         except ImportError:
-            raise UsageError("this graph needs networkx", hint='pip install "mbdsl[graph]"') from None
+            raise UsageError("this graph needs networkx", hint=install("graph")) from None
 
         graph = nx.MultiGraph(name=self.scene.name)
         graph.add_node(GROUND, component=self.ground)
