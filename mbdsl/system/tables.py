@@ -56,10 +56,11 @@ class Tables:
             self.scale[d : d + len(own)] = own
             self.lengths[d : d + len(own)] = own != own_model.scale(2.0 * size)
 
-    @property
+    @cached_property
     def of_multipliers(self) -> bool:
         """Whether some force depends on multipliers."""
-        found = (x for b in self.blocks for c in b.components for x in leaves(*expressions(b, c)))
+        blocks = [b for b in self.blocks if b.role in ("law", "gamma")]
+        found = (x for b in blocks for c in b.components for x in leaves(*expressions(b, c)))
         return any(leaf.op == "multiplier" for leaf in found)
 
     @cached_property
