@@ -65,6 +65,17 @@ class Rigid:
             return q[:, 0] + lx if key == "x" else q[:, 1] + ly
         return v[:, 0] - ly * w if key == "vx" else v[:, 1] + lx * w
 
+    @staticmethod
+    def gradients(poses: Array, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+        """Coordinates and rates (k, 3) of k frames at ``poses`` (k, 3) on as many bodies with n = 3 coordinates in the
+        states q, v (k, 3), with their B and (B v)_q (k, 3, 3)."""
+        c, s, w = np.cos(q[:, 2]), np.sin(q[:, 2]), v[:, 2]
+        lx, ly = c * poses[:, 0] - s * poses[:, 1], s * poses[:, 0] + c * poses[:, 1]
+        B, rate = np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3, 3))
+        B[:, 0, 2], B[:, 1, 2], rate[:, 0, 2], rate[:, 1, 2] = -ly, lx, -lx * w, -ly * w
+        z = q + np.stack([lx, ly, poses[:, 2]], axis=1)
+        return z, v + np.stack([-ly * w, lx * w, np.zeros(len(q))], axis=1), B, rate
+
     def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array]:
         B, rate = np.eye(3)[:, : self.n], np.zeros((3, self.n))
         if self.n == 3:
