@@ -10,7 +10,10 @@ from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose
 
 
 class Rigid:
-    """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle."""
+    """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle.
+
+    Bodies with the same values share one model: it has no state.
+    """
 
     deforms = False
     turn, counter = 0.0, -1
