@@ -54,9 +54,10 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         d, model = tables.coordinates[body.name], tables.models[body.name]
         q[d : d + model.n] = model.placed((x, y, phi))[0]
         system.set_turn(body.name, phi)
+        c, s = cos(phi), sin(phi)
         for name in frames_of.get(body.name, ()):
-            sx, sy, f = _frame_pose(system, name)
-            pose[name] = (x + cos(phi) * sx - sin(phi) * sy, y + sin(phi) * sx + cos(phi) * sy, phi + f)
+            sx, sy, f = body_pose(body, scene.frames[name])
+            pose[name] = (x + c * sx - s * sy, y + s * sx + c * sy, phi + f)
     return q
 
 

@@ -343,6 +343,8 @@ class Part:
 
     def signal(self, name: str) -> Quantity:
         """A signal by its own name, as an expression over frames."""
+        if (key := _of_centre(self.kind, name)) is not None:
+            return self.assembly.coordinate(self.frames["c"], key)
         return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
 
     def own(self, name: str) -> Value | Node | Frame | None:
@@ -424,6 +426,14 @@ def _at_rest(leaf: Expr) -> Expr | None:
     """Zero for velocities."""
     rate = leaf.op == "coordinate" and leaf.value[1] in symbolic.RATE.values()  # type: ignore[index]
     return symbolic.const(0.0) if rate else None
+
+
+@cache
+def _of_centre(kind: Kind, signal: str) -> str | None:
+    """The key, if the signal of a body is a coordinate of its frame "c", as most are."""
+    formula = kind.formulas.get(signal, "") if isinstance(kind, BodyKind) and not kind.law_parameters else ""
+    port, _, key = formula.partition(".")
+    return key if port == "c" and key in symbolic.COORDINATES else None
 
 
 @cache

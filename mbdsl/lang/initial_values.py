@@ -76,9 +76,12 @@ class InitialValues:
 
     def _given(self) -> Iterator[tuple[InitialValue, At]]:
         """The initial equations."""
+        known: dict[int, Value] = {}  # numbers in loops, by their places in the tree
         for item, scope in self.equations:
             name, target = self._target(item.target, scope.for_signals())
-            value = evaluate(item.value, scope)
+            value = known.get(id(item.value)) or evaluate(item.value, scope)
+            if isinstance(item.value, s.Number):
+                known[id(item.value)] = value
             targets, given = [target], [value]
             if isinstance(target, tuple):
                 targets = list(target)
