@@ -8,6 +8,11 @@ import numpy as np
 
 from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose
 
+#: coordinates -> the directions of the rigid-body motions
+_DIRECTIONS = {n: np.eye(n, 3) for n in (2, 3)}
+for _directions in _DIRECTIONS.values():
+    _directions.flags.writeable = False
+
 
 class Rigid:
     """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle.
@@ -87,10 +92,10 @@ class Rigid:
         return B, rate
 
     def placed(self, pose: Pose) -> tuple[Array, Array]:
-        return np.array(pose)[: self.n], np.eye(self.n, 3)
+        return np.array(pose)[: self.n], _DIRECTIONS[self.n]
 
     def rigid(self, q: Array) -> Array:
-        return np.eye(self.n, 3)
+        return _DIRECTIONS[self.n]
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         return 0.5 * v**2 @ self._mass, -self._mass[0] * (q[:, :2] @ g)

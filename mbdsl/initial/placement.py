@@ -43,7 +43,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         cx, cy, angle = values_said
         if placement.joint is not None and angle is None and cx is not None and cy is not None:
             values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
-        if placement.joint is not None and _driven(system, placement.joint, drivers):
+        if drivers and placement.joint is not None and _driven(system, placement.joint, drivers):
             values_said = [None, None, None]  # a driver has priority over a guess
         if placement.joint is not None:
             # a given angle is a rotation about the joint instead of the centre of mass

@@ -33,10 +33,10 @@ def model(component: Component) -> Body:
 def body_models(bodies: Iterable[Component]) -> dict[str, Body]:
     """Name of each body -> its model; rigid bodies with the same values, as in an array, share one."""
     found: dict[str, Body] = {}
-    shared: dict[tuple[int, int], Rigid] = {}
+    shared: dict[tuple[int, int], Body] = {}
     for body in bodies:
         key = id(body.kind), id(body.values)
-        own = shared.get(key) or model(body)
+        own = shared[key] if key in shared else model(body)
         if isinstance(own, Rigid):
             shared[key] = own
         found[body.name] = own

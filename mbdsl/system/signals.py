@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _RATES = tuple(RATE.values())
 Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
+#: rows, columns and numbers
+Entries: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64], Array]
 
 
 def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
@@ -100,13 +102,13 @@ def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Arra
         value[i] = found[0][0]
         for leaf, partial in zip(variables, found[1:], strict=True):
             _chain(system, leaf, partial[0], q, v, i, d_q, d_v)
-    many_q, many_v = _of_rigid_bodies(rigid, q, v, value) if rigid else ((), ())
+    many_q, many_v = _of_rigid_bodies(rigid, q, v, value) if rigid else (None, None)
     return value, _matrix(system, len(roots), d_q, many_q), _matrix(system, len(roots), d_v, many_v)
 
 
 def _of_rigid_bodies(
     found: list[tuple[int, Pose, int, int]], q: Array, v: Array, value: Array
-) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+) -> tuple[Entries, Entries]:
     """Values, and the entries (rows, columns, numbers) of both derivatives, of coordinates of frames on rigid bodies:
     of all at once, because large models have many of them."""
     row, poses, first, key = (np.array(x) for x in zip(*found, strict=True))
@@ -115,7 +117,7 @@ def _of_rigid_bodies(
     value[row] = np.concatenate([z, rates], axis=1)[all_of, key]
     velocity = key >= len(POSITIONS)
 
-    def entries(numbers: Array) -> tuple[Array, ...]:
+    def entries(numbers: Array) -> Entries:
         at, k = np.nonzero(numbers)
         return row[at], columns[at, k], numbers[at, k]
 
@@ -123,11 +125,11 @@ def _of_rigid_bodies(
     return entries(np.where(velocity[:, None], of_rate, same)), entries(np.where(velocity[:, None], same, 0.0))
 
 
-def _matrix(system: System, rows: int, entries: list[tuple[int, int, float]], more: tuple[Array, ...] = ()) -> Matrix:
+def _matrix(system: System, rows: int, entries: list[tuple[int, int, float]], more: Entries | None) -> Matrix:
     i = np.array([e[0] for e in entries], int)
     j = np.array([e[1] for e in entries], int)
     x = np.array([e[2] for e in entries])
-    if more:
+    if more is not None:
         i, j, x = (np.concatenate(both) for both in zip((i, j, x), more, strict=True))
     if system.n + system.m > DENSE_LIMIT:
         from scipy.sparse import csr_array

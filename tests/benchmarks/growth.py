@@ -23,6 +23,7 @@ import sys
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 
@@ -44,7 +45,8 @@ SIZES: dict[str, tuple[int, ...]] = {
     "chain": (64, 256, 1024, 4096, 16384),
     "four_bar": (10, 25, 50, 100, 200, 400),
 }
-PROCESSES = (64, 1024, 4096, 16384)  #: numbers of links of the chains that are run in processes of their own
+#: numbers of links of the chains that are run in processes of their own; all are large enough for sparse matrices
+PROCESSES = (128, 1024, 4096, 16384)
 STAGES = ("read", "tables", "initial values", "buffers", "first step")  #: of the set-up
 #: rows of vectors that an iteration reads or writes, once each
 TOUCHED = {"hht-i3": 16, "hht-si2": 23}
@@ -139,7 +141,8 @@ def rows(model: str, costs: dict[str, dict[int, Cost]]) -> list[str]:
             failed = "" if cost.status == loop_state.DONE else "   VOID: stopped early"
             lines.append(
                 f"{model:9} {n:6d} {method:8} {min(cost.us):10.1f} {median(cost.us):10.1f} {min(cost.us) / n:8.3f}"
-                f" {cost.iterations:10.2f} {cost.matrices:8.2f} {cost.traffic / n:8.0f} {min(cost.adding) / n:8.4f}{failed}"
+                f" {cost.iterations:10.2f} {cost.matrices:8.2f} {cost.traffic / n:8.0f} {min(cost.adding) / n:8.4f}"
+                f"{failed}"
             )
         least = exponent(sizes, [min(cost.us) for cost in sizes.values()])
         middle = exponent(sizes, [median(cost.us) for cost in sizes.values()])
@@ -218,10 +221,10 @@ def processes(sizes: Iterable[int], repeats: int) -> dict[str, dict[int, Fresh]]
 
 
 def beyond(used: dict[int, float]) -> tuple[float, list[float]]:
-    """What grows beyond the smallest chain: the exponent, and the amount for each further link."""
+    """The exponent of what grows beyond the smallest chain, and the amount for each link more than the chain before."""
     first, *rest = used
-    more = [max(used[n] - used[first], 1e-3) for n in rest]
-    return exponent([n - first for n in rest], more), [y / (n - first) for n, y in zip(rest, more, strict=True)]
+    power = exponent([n - first for n in rest], [max(used[n] - used[first], 1e-3) for n in rest])
+    return power, [(used[n] - used[before]) / (n - before) for before, n in pairwise(used)]
 
 
 def of_processes(found: dict[str, dict[int, Fresh]]) -> list[str]:
@@ -250,7 +253,8 @@ def of_processes(found: dict[str, dict[int, Fresh]]) -> list[str]:
 def table(repeats: int = 5, sizes: dict[str, tuple[int, ...]] = SIZES, fresh: tuple[int, ...] = PROCESSES) -> str:
     """Everything as text."""
     lines = [
-        f"{'':25} {'us/step':>10} {'':10} {'us/step':>8} {'iterations':>10} {'matrices':>8} {'bytes an':>8} {'adding':>8}",
+        f"{'':25} {'us/step':>10} {'':10} {'us/step':>8} {'iterations':>10} {'matrices':>8} {'bytes an':>8}"
+        f" {'adding':>8}",
         f"{'model':9} {'N':>6} {'method':8} {'min':>10} {'median':>10} {'and N':>8} {'a step':>10} {'a step':>8}"
         f" {'it., N':>8} {'us/N':>8}",
     ]
