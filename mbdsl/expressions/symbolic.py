@@ -325,7 +325,9 @@ def diff(root: Expr, *variables: Expr) -> list[Expr]:
 
 
 def is_velocity_level(root: Expr) -> bool:
-    return any(n.op == "coordinate" and n.value[1] in RATE.values() for n in leaves(root))  # type: ignore[index]
+    if root.op == "coordinate":
+        return root.value[1] not in RATE  # type: ignore[index]
+    return any(n.op == "coordinate" and n.value[1] not in RATE for n in leaves(root))  # type: ignore[index]
 
 
 def der(root: Expr) -> Expr:

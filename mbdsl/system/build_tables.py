@@ -14,10 +14,10 @@ from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
-from mbdsl.system.body_models import body_pose, model
+from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
-from mbdsl.system.tables import Buffers, Tables, gravity
+from mbdsl.system.tables import Buffers, Tables, gravity, of_models
 
 
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
@@ -49,7 +49,7 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
     frames = _used_frames(scene, blocks)
     if general or any(scene.frames[name].motion for name in frames):
         blocks.append(Block("moving", moving_frames))
-    models = {body.name: model(body) for body in bodies}
+    models = body_models(bodies)
     tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames, models)
     _fill(tables, size)
     return tables
@@ -113,8 +113,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     _fill_tape(buffers, tape, later)
     tables.inputs = {name: layout[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
 
-    requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
-    tables.pattern = (requests[:, 0], requests[:, 1])
+    tables.pattern = np.array(buffers.rows, np.int64), np.array(buffers.columns, np.int64)
     tables.numbers = np.array(buffers.numbers + [0.0] * buffer_layout.TANGENT_SCRATCH)
     tables.layout = np.array(layout, dtype=np.int64)
     tables.frame_table = Z
@@ -125,7 +124,7 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
     from their reference points [m]. Z gets the poses of frames on the ground."""
     scene, layout = tables.scene, buffers.layout
     dofs: list[tuple[int, ...]] = []
-    lengths = []
+    xs, ys = [], []
     ground = 0
     for name, f in tables.frames.items():
         frame = scene.frames[name]
@@ -138,7 +137,8 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
             Z[f, :3] = x, y, phi
             ground += 1
         else:
-            lengths.append(float(np.hypot(x, y)))
+            xs.append(x)
+            ys.append(y)
             first = tables.coordinates[frame.body]
             try:
                 own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
@@ -149,7 +149,7 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
     layout[buffer_layout.FRAMES] = buffers.ints(
         [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
     )
-    return dofs, lengths
+    return dofs, np.hypot(xs, ys).tolist()
 
 
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
@@ -188,9 +188,11 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
         list[int](),
         list[float](),
     )
+    for own in of_models(tables.models, lambda body: body.mass().tolist()):
+        diagonal.extend(own)
+    for own in of_models(tables.models, lambda body: body.weight(g).tolist()):
+        force.extend(own)
     for name, body in tables.models.items():
-        diagonal.extend(body.mass())
-        force.extend(body.weight(g))
         d = tables.coordinates[name]
         for i, j, value in body.couplings():
             couplings += [d + i, d + j, buffers.slots((d + i,), (d + j,))]
@@ -208,9 +210,9 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
         buffer_layout.UNKNOWN,
         buffer_layout.UNKNOWN2,
     )
-    layout[buffer_layout.MASS_SLOTS] = len(buffers.requests)
-    for i in range(tables.n):
-        buffers.slots((i,), (i,))
+    layout[buffer_layout.MASS_SLOTS] = buffers.requested
+    buffers.rows.extend(range(tables.n))
+    buffers.columns.extend(range(tables.n))
 
 
 def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
