@@ -79,8 +79,9 @@ OWN_ROWS = ALL + 9
 #: memory: contraction of the projection; largest scaled velocity so far; whether the interpolation of the step is
 #: ready; successive stiff steps; successive other steps since; whether forces depend on multipliers
 CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(6)
-#: most iterations of a projection; after RENEWED of them the matrix is renewed
-MOST, RENEWED = 12, 3
+#: most iterations of a projection; after RENEWED of them the matrix is renewed, or after three if changes decrease by
+#: less than the factor SLOW
+MOST, RENEWED, SLOW = 14, 5, 0.03
 #: change in a projection that may be rounding, in units of the last place, if changes do not become smaller
 NOISE = 1e4
 #: most solutions for accelerations where forces depend on multipliers; relative change of these that is accepted
@@ -321,12 +322,12 @@ def correct(unit, run):
 @kernel
 def project(t, size, unit, run):
     """Project the state onto the constraints at t, and evaluate it; a status. ``size`` of the mechanism."""
-    memory, former, last, floor = run.memory, 0.0, False, EPS * size
+    memory, former, ratio, last, floor = run.memory, 0.0, run.memory[CONTRACTION], False, EPS * size
     for k in range(MOST):
         evaluate_state(t, run)
         if last:
             return RUNNING
-        if k == RENEWED:
+        if k == RENEWED or (k > 2 and k < RENEWED and ratio > SLOW):
             saddle(t, run)
             status = factorised(run)
             if status != RUNNING:
@@ -334,10 +335,11 @@ def project(t, size, unit, run):
         change = correct(unit, run)
         if not change < 1e100:
             return NOT_FINITE
-        if former > 100.0 * floor:
-            memory[CONTRACTION] = min(max(change / former, 0.5 * memory[CONTRACTION]), 0.5)
+        if k > 1 and former > 100.0 * floor:  # the second change of v is that due to the first one of q
+            ratio = change / former
+            memory[CONTRACTION] = min(max(ratio, 0.5 * memory[CONTRACTION]), 0.5)
         stalled = k > RENEWED and change > 0.3 * former and change <= NOISE * floor
-        last = change <= floor or 10.0 * memory[CONTRACTION] * change <= floor or stalled
+        last = change <= floor or 10.0 * ratio * change <= floor or stalled
         former = change
     return DIVERGED
 

@@ -53,6 +53,8 @@ from mbdsl.system import System
 
 ROWS_AT, PRODUCTS_AT, N_PRODUCTS, HEADER = SPARSE + 1, SPARSE + 2, SPARSE + 3, SPARSE + 4
 ROW, PRODUCT = 4, 3
+#: most constraints of a body: their part of C C^T is full
+MOST = 24
 #: motions of bodies with C as above
 MOTIONS = {"mbdsl.bodies.rigid_body_kernels", "mbdsl.bodies.point_mass_kernels"}
 
@@ -77,22 +79,19 @@ def tables(system: System, offset: int) -> NDArray[np.int64]:
     place = [(coordinates[b], system.tables.models[b].n) if b in coordinates else (0, 0) for b in bodies]
     pairs = layout[layout[PAIRS] : layout[PAIRS] + PAIR * m].reshape(-1, PAIR)
     rows = np.array([place[f] for pair in pairs for f in pair[[FRAME_A, FRAME_A + 1]]], np.int64).reshape(-1, ROW)
-    order = np.array([k - n for k in system.elimination_order() if k >= n], np.int64)
-    rank = np.empty(m, np.int64)
-    rank[order] = np.arange(m)
     at: dict[int, list[tuple[int, int]]] = {}  # first coordinate of a body -> its constraints, and their places in C
     for r, row in enumerate(rows.tolist()):
         for side in range(2):
             if row[2 * side + 1]:
                 at.setdefault(row[2 * side], []).append((r, PAIR_POSE * r + POSE * side))
-    found = [
-        (r, s, i, j)
-        for own in at.values()
-        for k, (r, i) in enumerate(own)
-        for s, j in own[: k + 1]
-    ]
+    if max(map(len, at.values())) > MOST:
+        return np.zeros(1, np.int64)
+    found = [(r, s, i, j) for own in at.values() for k, (r, i) in enumerate(own) for s, j in own[: k + 1]]
     products = np.array(found, np.int64).reshape(-1, 4)
     r, s = products[:, 0], products[:, 1]
+    order = _from_the_ends([k - n for k in system.elimination_order() if k >= n], r.tolist(), s.tolist())
+    rank = np.empty(m, np.int64)
+    rank[order] = np.arange(m)
     lower, upper = np.where(rank[r] > rank[s], r, s), np.where(rank[r] > rank[s], s, r)
     twice = products[(r == s) & (products[:, 2] != products[:, 3])]  # a constraint between two frames of one body
     pattern = analyse(m, lower, upper, order)
@@ -106,6 +105,33 @@ def tables(system: System, offset: int) -> NDArray[np.int64]:
     header[PRODUCTS_AT] = header[ROWS_AT] + rows.size
     header[N_PRODUCTS] = len(products)
     return np.concatenate([header, pattern.table, rows.ravel(), products.ravel(), [offset]], dtype=np.int64)
+
+
+def _from_the_ends(order: list[int], rows: list[int], columns: list[int]) -> NDArray[np.int64]:
+    """An order of elimination (new -> old) of a matrix with these entries: from all ends at once.
+
+    A constraint whose neighbours are neighbours of each other causes no fill. All of these come first, then those that
+    now fulfil this, and so on: successive pivots are independent of each other, and the processor overlaps them. The
+    others, those of loops, remain in the given ``order``.
+    """
+    near: dict[int, set[int]] = {r: set() for r in order}
+    for r, s in zip(rows, columns, strict=True):
+        if r != s:
+            near[r].add(s)
+            near[s].add(r)
+    found: list[int] = []
+    candidates = set(order)
+    while candidates:
+        layer = [r for r in sorted(candidates) if all(near[r] - {s} <= near[s] for s in near[r])]
+        candidates = set()
+        for r in layer:
+            others = near.pop(r)
+            candidates.discard(r)
+            candidates |= others
+            for s in others:
+                near[s].discard(r)
+        found += layer
+    return np.array(found + [r for r in order if r in near], np.int64)
 
 
 @kernel

@@ -105,8 +105,9 @@ def test_accelerations_at_the_end_of_a_step(model, h):
 
 def test_rows_of_its_own_are_separate():
     assert dop853_stages.STAGE == buffer_layout.ROWS
-    rows = (dop853_stages.STAGE + table.ALL, dop853_stages.OF_Q + 4, dop853_stages.OF_V + 4)
-    assert rows == (dop853_stages.OF_Q, dop853_stages.OF_V, buffer_layout.ROWS + dop853_stages.OWN_ROWS)
+    rows = (dop853_stages.STAGE + table.ALL, dop853_stages.OF_Q + 4, dop853_stages.OF_V + 4, dop853_stages.ROOT + 1)
+    end = buffer_layout.ROWS + dop853_stages.OWN_ROWS
+    assert rows == (dop853_stages.OF_Q, dop853_stages.OF_V, dop853_stages.ROOT, end)
 
 
 # -- stiffness -------------------------------------------------------------------------------------------------------
