@@ -89,7 +89,9 @@ def tables(system: System, offset: int) -> NDArray[np.int64]:
     found = [(r, s, i, j) for own in at.values() for k, (r, i) in enumerate(own) for s, j in own[: k + 1]]
     products = np.array(found, np.int64).reshape(-1, 4)
     r, s = products[:, 0], products[:, 1]
-    order = _from_the_ends([k - n for k in system.elimination_order() if k >= n], r.tolist(), s.tolist())
+    order = np.array([k - n for k in system.elimination_order() if k >= n], np.int64)
+    if _is_tree(rows):
+        order = _from_the_ends(order.tolist(), r.tolist(), s.tolist())
     rank = np.empty(m, np.int64)
     rank[order] = np.arange(m)
     lower, upper = np.where(rank[r] > rank[s], r, s), np.where(rank[r] > rank[s], s, r)
@@ -107,12 +109,29 @@ def tables(system: System, offset: int) -> NDArray[np.int64]:
     return np.concatenate([header, pattern.table, rows.ravel(), products.ravel(), [offset]], dtype=np.int64)
 
 
+def _is_tree(rows: NDArray[np.int64]) -> bool:
+    """Whether joints form no loop of bodies; rows of the same two bodies belong to one joint."""
+    joints = {(int(a) if na else -1, int(b) if nb else -1) for a, na, b, nb in rows}
+    root: dict[int, int] = {}
+
+    def of(body: int) -> int:
+        while body in root:
+            body = root[body]
+        return body
+
+    for a, b in joints:
+        first, second = of(a), of(b)
+        if first == second:
+            return False
+        root[second] = first
+    return True
+
+
 def _from_the_ends(order: list[int], rows: list[int], columns: list[int]) -> NDArray[np.int64]:
-    """An order of elimination (new -> old) of a matrix with these entries: from all ends at once.
+    """An order of elimination (new -> old) of the matrix of a tree with these entries: from all ends at once.
 
     A constraint whose neighbours are neighbours of each other causes no fill. All of these come first, then those that
-    now fulfil this, and so on: successive pivots are independent of each other, and the processor overlaps them. The
-    others, those of loops, remain in the given ``order``.
+    now fulfil this, and so on: successive pivots are independent of each other, and the processor overlaps them.
     """
     near: dict[int, set[int]] = {r: set() for r in order}
     for r, s in zip(rows, columns, strict=True):
@@ -131,7 +150,7 @@ def _from_the_ends(order: list[int], rows: list[int], columns: list[int]) -> NDA
             for s in others:
                 near[s].discard(r)
         found += layer
-    return np.array(found + [r for r in order if r in near], np.int64)
+    return np.array(found, np.int64)
 
 
 @kernel

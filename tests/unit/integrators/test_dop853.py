@@ -84,11 +84,20 @@ def run(model, stop, steps=1, tol=None):
 
 @pytest.mark.parametrize(
     ("model", "h"),
-    [("slider_crank", 0.01), ("driven_crank", 0.01), ("rolling_disc", 0.01), ("stick_slip_belt", 1e-3)],
+    [
+        ("slider_crank", 0.01),
+        ("driven_crank", 0.01),
+        ("rolling_disc", 0.01),
+        ("stick_slip_belt", 1e-3),
+        # multipliers from C C^T: a tree, and loops with springs and a redundant constraint
+        ("chain", 0.01),
+        ("seven_body", 1e-4),
+        ("four_bar", 1e-3),
+    ],
 )
 def test_accelerations_at_the_end_of_a_step(model, h):
-    """By one tangent and the factorisation of the loop, as from the equations at acceleration level; with drivers,
-    nonholonomic constraints and laws. Constraints hold to rounding."""
+    """By one tangent and the factorisation of the loop, or by the matrix of the multipliers, as from the equations at
+    acceleration level; with drivers, nonholonomic constraints and laws. Constraints hold to rounding."""
     system, found = run(model, 3 * h, steps=3)
     assert found.advance() == loop_state.DONE
     q, v, lam = found.state()
