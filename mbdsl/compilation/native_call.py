@@ -104,5 +104,5 @@ class Native:
 def _address(x: np.ndarray) -> int:
     """Address of the entries of an array; ``x.ctypes.data`` takes five to twenty times as long."""
     if x.size and x.flags.writeable:
-        return ctypes.addressof(ctypes.c_char.from_buffer(x))
+        return ctypes.addressof(ctypes.c_char.from_buffer(x.data))
     return int(x.__array_interface__["data"][0])

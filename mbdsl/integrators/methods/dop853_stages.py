@@ -70,7 +70,7 @@ from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.symmetric_lu import symmetric_factor, symmetric_solve
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
 from mbdsl.integrators.methods.dop853_coefficients import ALL, NODE, SQUARE, STAGES
-from mbdsl.integrators.methods.multiplier_matrix import applies, assemble, factorise, roots, solve_multipliers
+from mbdsl.integrators.methods.multiplier_matrix import applies, assemble, factorise, solve_multipliers
 
 #: own rows of ``vectors``: [a; lam] of all stages; coefficients of degree 4 to 7 of the interpolation of q, and of v;
 #: diagonal of M^{-1/2}, for :mod:`mbdsl.integrators.methods.multiplier_matrix`

@@ -32,7 +32,6 @@ from mbdsl.compilation.buffer_layout import (
     MASS,
     MASS_KIND,
     N_ALL,
-    N_GAM,
     N_MOVING,
     N_PHI,
     N_Q,
@@ -187,8 +186,8 @@ def assemble(root, run):
             S[r] = 1.0
         else:
             for side in range(2):
-                f, d, nb, k = pair[o + FRAME_A + side], row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1], POSE * side
-                x, y, at = gradients[r, k], gradients[r, k + 1], PAIR_POSE * r + k
+                k, d, nb = POSE * side, row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1]
+                f, x, y, at = pair[o + FRAME_A + side], gradients[r, k], gradients[r, k + 1], PAIR_POSE * r + k
                 C[at], C[at + 1], C[at + 2] = 0.0, 0.0, 0.0
                 if nb > 0:
                     C[at], C[at + 1] = w[d] * x, w[d + 1] * y
