@@ -2,15 +2,16 @@
 
     python tests/benchmarks/against_mujoco.py [--only LINKS] [--repeats 5] [--methods radau5,...] [--output FOLDER]
 
-``--methods all`` compares every installed method of mbdsl, which takes an hour; the default, ``METHODS``, are those that
-are the fastest somewhere, and takes minutes. The table of methods has the time of each of them relative to MuJoCo's,
-and that of the run that ``--accuracy`` chooses, without the runs of its search and its check.
+The default, ``METHODS``, takes some minutes; ``--methods all`` compares every installed method of mbdsl and takes much
+longer. The table of methods has the time of each of them relative to MuJoCo's, and that of the run that ``--accuracy``
+chooses, without the runs of its search and its check.
 
 Chains of 2, 8 and 64 links swing for 1 s. Every program runs with all its settings (:mod:`chain_programs`), with steps
 halved, or tolerances reduced, until the error in angles is below 1e-10. Then the runs that are not much slower than
-another run of the same program with a smaller error are timed in rounds, in which all programs alternate in one process
-and one thread; the least time of all rounds counts. Of each setting, time is interpolated over error, both as
-logarithms, and the fastest setting at an error counts. Times of mbdsl with ``--tol`` include the calibration runs.
+another run of the same program, or method of mbdsl, with a smaller error are timed in rounds, in which all programs
+alternate in one process and one thread; the least time of all rounds counts. Of each setting, time is interpolated over
+error, both as logarithms, and the fastest setting at an error counts. Times of mbdsl with ``--tol`` include the
+calibration runs.
 
 All errors are against one reference, which none of the programs made. A program describes the same mechanism if its
 errors fall below ``SAME``; Exudyn's implicit solvers, of order 2, do not come so far within ``PATIENCE``, and where
@@ -140,10 +141,13 @@ def explore(every: Sequence[Series], least: float) -> list[Run]:
 
 
 def worth(runs: Sequence[Run]) -> list[Run]:
-    """Without the runs that are much slower than a more accurate run of the same program."""
+    """Without the runs that are much slower than a more accurate run of the same program, or method of mbdsl."""
+
+    def of(run: Run) -> str:
+        return run.series.name if run.series.program == "mbdsl" else run.series.program
 
     def beaten(run: Run) -> bool:
-        same = (other for other in runs if other.series.program == run.series.program)
+        same = (other for other in runs if of(other) == of(run))
         return any(other.error <= run.error and WORSE * other.least < run.least for other in same)
 
     return [run for run in runs if not beaten(run)]
