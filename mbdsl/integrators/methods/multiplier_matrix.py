@@ -115,7 +115,7 @@ def _is_tree(rows: NDArray[np.int64]) -> bool:
 
     def of(body: int) -> int:
         while body in root:
-            body = root[body]
+            root[body], body = root.get(root[body], root[body]), root[body]
         return body
 
     for a, b in joints:
