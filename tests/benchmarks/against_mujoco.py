@@ -48,6 +48,7 @@ LINKS = (2, 8, 64)
 METHODS = ("dop853", "radau13", "radau9", "radau5", "hht-si2")
 PAGE = ROOT / "docs" / "work-precision.md"
 DECADES = tuple(range(4, 11))  #: errors 1e-4 ... 1e-10
+CHOSEN = (4, 7, 10)  #: accuracies for which ``--accuracy`` chooses
 TARGET = 1.0 / 3.0  #: of the time of another program
 #: seconds of a run, above which a program is not refined further
 PATIENCE = {**dict.fromkeys(PROGRAMS, 1.5), "Exudyn implicit": 0.4}
@@ -156,7 +157,7 @@ def worth(runs: Sequence[Run]) -> list[Run]:
 def choices(reference: Reference, decades: Sequence[int], repeats: int) -> dict[int, Choice]:
     """The choices of ``--accuracy``; without those accuracies that it does not reach."""
     found = {}
-    for k in decades:
+    for k in (k for k in decades if k in CHOSEN):
         case = chosen(reference, 10.0**-k)
         if case is not None:
             runs = [mbdsl_run(reference, *case) for _ in range(repeats)]

@@ -155,7 +155,8 @@ def _measured(
 def chosen(reference: Reference, accuracy: float) -> tuple[str, float | None, float | None] | None:
     """Method, step and ``tol`` that ``--accuracy`` chooses; None if it does not reach the accuracy."""
     try:
-        found = mbdsl.simulate(reference.scene[0], accuracy=accuracy, stop=STOP, interval=STOP / POINTS).stats
+        given = {"stop": STOP, "interval": STOP / POINTS, "budget": 1.0}
+        found = mbdsl.simulate(reference.scene[0], accuracy=accuracy, **given).stats
     except MbdslError:
         return None
     return found["method"], None if found["tol"] is not None else found["h"], found["tol"]
