@@ -108,6 +108,9 @@ class RunState:
             work.gradients[:], work.numbers[:] = self.gradients, self.numbers
         self.vectors, self.frames = work.vectors, work.frames
         self.gradients, self.numbers = work.gradients, work.numbers
+        more = getattr(modules()[self.method], "tables", None)  # of the method's own
+        if more is not None and solver == linear_solve.SPARSE_LU:
+            table = np.concatenate([table, more(system, len(work.layout) + len(table))])
         self.layout = layout = np.concatenate([work.layout, table])
         layout[buffer_layout.SOLVER] = solver
         layout[buffer_layout.SPARSE] = len(work.layout)
