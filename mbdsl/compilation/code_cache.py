@@ -178,7 +178,7 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
             from mbdsl.compilation import object_code, translation
 
             made = object_code.compile_object(translation.translate(name, given, signatures))
-            body = "\n".join([*head, _of_text(text), " ".join(made.needs), ""]).encode() + made.code
+            body = "\n".join([*head, _asked(text, signatures), " ".join(made.needs), ""]).encode() + made.code
             linked = _linked(name, body, signatures)
             if linked is None:
                 raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
@@ -239,14 +239,15 @@ def _is_ordinary(name: str) -> bool:
     return digest_of(sources.split()) == digest
 
 
-def _of_text(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
+def _asked(text: str, signatures: Mapping[str, Signature]) -> str:
+    """Digest of what an object is compiled from apart from its sources; the text alone contains no types."""
+    return hashlib.sha256(f"{text}\0{signatures}".encode()).hexdigest()
 
 
 def _kept(name: str, text: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
-    """The functions of an object on disk; None if it is missing, has another text, or needs unknown symbols."""
+    """The functions of an object on disk; None if it is missing, is of another text, or needs unknown symbols."""
     body = _body(name)
-    if body is None or body.split(b"\n", 3)[2].decode() != _of_text(text):
+    if body is None or body.split(b"\n", 3)[2].decode() != _asked(text, signatures):
         return None
     return _linked(name, body, signatures)
 

@@ -24,6 +24,7 @@ from types import ModuleType
 
 from mbdsl import integrators
 from mbdsl.compilation import marks
+from mbdsl.compilation.kernel_sources import digest_of, names_of
 from mbdsl.errors import MbdslError, Span, UsageError
 from mbdsl.integrators.method import KERNELS, STEP_KERNELS, Method
 
@@ -96,9 +97,9 @@ def spelled(name: str) -> str:
 
 
 def digest(name: str) -> str | None:
-    """A digest of the text of a method's file; None for methods that are not of such a file."""
+    """A digest of a method's file and of the files that it imports; None for methods that are not of such a file."""
     found = _module(name)
-    return found.__name__ if found is not None and _is_of_a_file(found) else None
+    return digest_of(names_of([found])) if isinstance(found, ModuleType) and _is_of_a_file(found) else None
 
 
 def place(problem: BaseException | None) -> Span | None:

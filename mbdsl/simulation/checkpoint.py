@@ -168,7 +168,7 @@ class Keeper:
         for what, reason in (
             ("model", "the model is a different one, or has changed"),
             ("plan", "it was made with different settings"),
-            ("method", "the file of its method has changed"),
+            ("method", "the file of its method has changed, or a file that it imports"),
             ("versions", "it was made with different versions of mbdsl or its dependencies"),
             ("code", "mbdsl's source code has changed since"),
             ("machine", "it was made on a different kind of machine"),

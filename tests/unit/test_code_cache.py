@@ -118,6 +118,19 @@ def test_another_text_of_the_same_name_is_compiled_again(fresh):
 
 
 @needs_compiler
+def test_other_types_of_the_arguments_are_compiled_again(fresh):
+    """The text of a module contains no types; code for others would read arguments from wrong places."""
+    text = "def fill(x, v):\n    v[0] = x\n"
+    for kind, x in (("float", 2.5), ("int", 3), ("float", 1.5)):
+        code_cache._functions.clear()
+        sys.modules.pop("filling", None)
+        (fill,) = code_cache.functions("filling", text, {"fill": code_cache.Signature((kind, "vector"))}, list)
+        v = np.zeros(1)
+        fill(x, v)
+        assert v[0] == x
+
+
+@needs_compiler
 def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path, monkeypatch):
     """Kernels of a module outside of the package; they do not depend on edits of other modules."""
     library = tmp_path / "library"
@@ -423,11 +436,25 @@ def test_a_broken_numba_does_no_harm(tmp_path):
     assert run(code + SIMULATE, tmp_path)[1] == "False"
 
 
-def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch):
+def test_settings_of_numba_are_part_of_the_digest(monkeypatch):
     before = code_cache.version()
     assert code_cache.version() == before
     monkeypatch.setenv("NUMBA_OPT", "1")
     assert code_cache.version() != before
+
+
+@needs_compiler
+@pytest.mark.parametrize("of", ["get_host_cpu_name", "get_process_triple"])
+def test_the_processor_is_part_of_the_digest(monkeypatch, of):
+    """As in a folder that several machines share."""
+    from llvmlite import binding
+
+    before = code_cache.version()
+    monkeypatch.setattr(binding, of, lambda: "another one")
+    code_cache._digest.cache_clear()
+    changed = code_cache.version()
+    code_cache._digest.cache_clear()
+    assert changed != before
 
 
 @pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])

@@ -15,7 +15,7 @@ from mbdsl import UsageError, cli, integrators
 from mbdsl.integrators import method_files
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, setting
-from mbdsl.studies.store import Store
+from mbdsl.studies.store import Store, method_code
 
 ROOT = Path(__file__).parents[3]
 CRANK = ROOT / "models" / "slider_crank.mbd"
@@ -124,6 +124,18 @@ def test_a_changed_file_replaces_the_method(files):
     method_files.load("rk4.py")
     assert integrators.declared("rk4").doc.startswith("a classical")
     assert method_files.digest("rk4") != first and method_files.digest("newmark") is None
+
+
+def test_a_changed_file_that_it_imports_is_part_of_its_digest(files, tmp_path, monkeypatch):
+    """Checkpoints and stored runs are then those of another method."""
+    monkeypatch.syspath_prepend(tmp_path)
+    files("helper_of_rk4.py", "HALF = 0.5")
+    files("rk4.py", RK4 + "import helper_of_rk4\n")
+    method_files.load("rk4.py")
+    digest, key = method_files.digest("rk4"), method_code("rk4")
+    assert (method_files.digest("rk4"), method_code("rk4")) == (digest, key)
+    files("helper_of_rk4.py", "HALF = 0.25")
+    assert method_files.digest("rk4") != digest and method_code("rk4") != key
 
 
 # -- errors -------------------------------------------------------------------------------------------------------
