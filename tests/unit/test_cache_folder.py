@@ -236,7 +236,7 @@ def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
         [
             kernel_sources.digest_of(["mbdsl.compilation.marks"]),
             "mbdsl.compilation.marks",
-            code_cache._of_text("text"),
+            code_cache._asked("text", {}),
             "",
             "",
         ]
