@@ -15,6 +15,7 @@ import re
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import cache
 from types import ModuleType
 
 from mbdsl.cli._arguments import Parser as Parser
@@ -44,9 +45,10 @@ class Help(argparse.HelpFormatter):
         self._action_max_length = 4 + max(map(len, names()))
 
 
-def names() -> list[str]:
+@cache
+def names() -> tuple[str, ...]:
     """The names of the commands, without importing their modules."""
-    return sorted(info.name for info in pkgutil.iter_modules(__path__) if not info.name.startswith("_"))
+    return tuple(sorted(info.name for info in pkgutil.iter_modules(__path__) if not info.name.startswith("_")))
 
 
 def commands() -> dict[str, ModuleType]:

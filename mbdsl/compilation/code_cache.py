@@ -15,7 +15,6 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
-import subprocess
 import sys
 import threading
 import warnings
@@ -24,12 +23,16 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
 from mbdsl.compilation.native_call import Native, Signature
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
+
+if TYPE_CHECKING:
+    import subprocess
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
@@ -299,6 +302,8 @@ def beside(module: str, *arguments: str) -> subprocess.Popen | None:
     """
     if cache_folder.own() is None:
         return None
+    import subprocess
+
     environment = {**os.environ, **cache_folder.environment()}
     code = f"import sys; sys.path[:] = {sys.path!r}; from {module} import main; main(*sys.argv[1:])"
     command = [sys.executable, "-I", "-c", code, *arguments]

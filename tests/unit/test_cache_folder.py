@@ -370,7 +370,7 @@ def test_no_place_at_all(folder, monkeypatch, capsys):
         raise FileNotFoundError(errno.ENOENT, "no usable temporary folder")
 
     monkeypatch.setenv("MBDSL_CACHE_DIR", "relative")
-    monkeypatch.setattr(cache_folder.tempfile, "mkdtemp", nowhere)
+    monkeypatch.setattr(tempfile, "mkdtemp", nowhere)
     assert cache_folder.own() is None
     assert cache_folder.keep(OBJECT, b"code") is None and cache_folder.read(OBJECT) is None
     assert cache_folder.subfolder(VERSION) is None and cache_folder.environment() == {}
