@@ -300,6 +300,21 @@ def test_where_llvm_code_cannot_be_compiled_numba_compiles(fresh, monkeypatch):
     check(*functions())
 
 
+@needs_compiler
+def test_without_numba_kernels_run_as_python(fresh, monkeypatch):
+    """Those that are not translated; the warning has the remedy."""
+    text = "def fill(v):\n    v[0] = sum([1.0, 2.0])\n"
+    monkeypatch.setitem(sys.modules, "numba", None)  # an import then raises ImportError
+    for _ in range(2):  # the second time the reason is stored
+        code_cache._functions.clear()
+        sys.modules.pop("filled", None)
+        with pytest.warns(code_cache.Uncompiled, match="not translated: filled, line 2: .*pip install .mbdsl.numba"):
+            (fill,) = code_cache.functions("filled", text, {"fill": code_cache.Signature(("vector",))}, list)
+        v = np.zeros(1)
+        fill(v)
+        assert v[0] == 3.0
+
+
 #: modules that numba's manual describes for extensions
 PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
 
