@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.cli._arguments import Parser
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.messages import count, once, visible
@@ -90,8 +91,15 @@ def register(subparsers) -> argparse.ArgumentParser:
     return parser
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """The parameters of compiled methods, as options of the same name."""
+def add_options(parser: argparse.ArgumentParser, words: Sequence[str] | None = None) -> None:
+    """The parameters of compiled methods, as options of the same name.
+
+    They are left out if the words of the command contain no other options than those that the parser has: the files of
+    all methods are imported for them.
+    """
+    parser.set_defaults(option=[])
+    if words is not None and isinstance(parser, Parser) and parser.has_options(words):
+        return
     from mbdsl.integrators import compiled
 
     for name in sorted({name for method in compiled().values() for name in method.parameters}):

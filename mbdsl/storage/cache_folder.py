@@ -11,10 +11,8 @@ from __future__ import annotations
 import atexit
 import os
 import re
-import shutil
 import stat
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -106,6 +104,8 @@ def unwritable(folder: Path) -> str:
 
 
 def _temporary() -> Path | None:
+    import tempfile
+
     try:
         parent = Path(os.path.abspath(tempfile.gettempdir()))
         _sweep_temporary(parent)
@@ -117,6 +117,8 @@ def _temporary() -> Path | None:
 
 
 def _remove(folder: Path, process: int) -> None:
+    import shutil
+
     if os.getpid() == process:  # and no process forked from it
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -11,6 +11,7 @@ import os
 import stat
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -236,7 +237,7 @@ def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
         [
             kernel_sources.digest_of(["mbdsl.compilation.marks"]),
             "mbdsl.compilation.marks",
-            code_cache._of_text("text"),
+            code_cache._asked("text", {}),
             "",
             "",
         ]
@@ -370,7 +371,7 @@ def test_no_place_at_all(folder, monkeypatch, capsys):
         raise FileNotFoundError(errno.ENOENT, "no usable temporary folder")
 
     monkeypatch.setenv("MBDSL_CACHE_DIR", "relative")
-    monkeypatch.setattr(cache_folder.tempfile, "mkdtemp", nowhere)
+    monkeypatch.setattr(tempfile, "mkdtemp", nowhere)
     assert cache_folder.own() is None
     assert cache_folder.keep(OBJECT, b"code") is None and cache_folder.read(OBJECT) is None
     assert cache_folder.subfolder(VERSION) is None and cache_folder.environment() == {}
