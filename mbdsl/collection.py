@@ -18,13 +18,20 @@ Found = TypeVar("Found")
 
 @contextmanager
 def paused() -> Iterator[None]:
-    """No collection inside the block; afterwards the collector is enabled if it was before."""
+    """No collection inside the block; afterwards the collector is enabled if it was before.
+
+    The next collection after the block would visit all objects made in it, as if they were expected to be short-lived.
+    They are therefore counted among the oldest, which are visited rarely.
+    """
     enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if enabled:
+            if gc.get_freeze_count() == 0:  # otherwise `unfreeze` would also affect objects that others have frozen
+                gc.freeze()
+                gc.unfreeze()  # moves all objects to the oldest generation
             gc.enable()
 
 

@@ -31,6 +31,11 @@ def together(problems: Iterable[tuple[str, str]]) -> str:
     return "; ".join(f"{', '.join(names)}: {problem}" for problem, names in whose.items())
 
 
+def install(extra: str) -> str:
+    """The remedy for a missing package: the command that installs the extra of mbdsl with it."""
+    return f"in the folder of mbdsl: pip install '.[{extra}]'"
+
+
 def duration(seconds: float) -> str:
     """A duration or a step with its unit: 1.5 ms."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):

@@ -128,7 +128,7 @@ class CableBody:
             columns = np.hstack([self.L * w[:, None], *shapes(s, self.L)[1 : 1 + count]])
             points += [len(s), buffers.floats(columns.ravel().tolist())]
         material = buffers.floats([self.EA, self.EI, self.T])
-        blocks = len(buffers.requests)
+        blocks = buffers.requested
         for i in range(self.elements):
             own = range(d + 4 * i, d + 4 * i + 8)
             buffers.slots(own, own)

@@ -8,9 +8,17 @@ import numpy as np
 
 from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose
 
+#: coordinates -> the directions of the rigid-body motions
+_DIRECTIONS = {n: np.eye(n, 3) for n in (2, 3)}
+for _directions in _DIRECTIONS.values():
+    _directions.flags.writeable = False
+
 
 class Rigid:
-    """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle."""
+    """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle.
+
+    Bodies with the same values share one model: it has no state.
+    """
 
     deforms = False
     turn, counter = 0.0, -1
@@ -65,6 +73,17 @@ class Rigid:
             return q[:, 0] + lx if key == "x" else q[:, 1] + ly
         return v[:, 0] - ly * w if key == "vx" else v[:, 1] + lx * w
 
+    @staticmethod
+    def gradients(poses: Array, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+        """Coordinates and rates (k, 3) of k frames at ``poses`` (k, 3) on as many bodies with n = 3 coordinates in the
+        states q, v (k, 3), with their B and (B v)_q (k, 3, 3)."""
+        c, s, w = np.cos(q[:, 2]), np.sin(q[:, 2]), v[:, 2]
+        lx, ly = c * poses[:, 0] - s * poses[:, 1], s * poses[:, 0] + c * poses[:, 1]
+        B, rate = np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3, 3))
+        B[:, 0, 2], B[:, 1, 2], rate[:, 0, 2], rate[:, 1, 2] = -ly, lx, -lx * w, -ly * w
+        z = q + np.stack([lx, ly, poses[:, 2]], axis=1)
+        return z, v + np.stack([-ly * w, lx * w, np.zeros(len(q))], axis=1), B, rate
+
     def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array]:
         B, rate = np.eye(3)[:, : self.n], np.zeros((3, self.n))
         if self.n == 3:
@@ -73,10 +92,10 @@ class Rigid:
         return B, rate
 
     def placed(self, pose: Pose) -> tuple[Array, Array]:
-        return np.array(pose)[: self.n], np.eye(self.n, 3)
+        return np.array(pose)[: self.n], _DIRECTIONS[self.n]
 
     def rigid(self, q: Array) -> Array:
-        return np.eye(self.n, 3)
+        return _DIRECTIONS[self.n]
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         return 0.5 * v**2 @ self._mass, -self._mass[0] * (q[:, :2] @ g)

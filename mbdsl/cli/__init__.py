@@ -1,9 +1,10 @@
 """The command line. Each command is a module of this package; the modules are discovered.
 
 A command module has ``register(subparsers)``, which adds its parser and returns it, and ``run(args)``, which does
-the work and returns the exit code. It may have ``add_options(parser)`` for options that load slowly; this function is
-called if the command is run, but not for its help. Modules whose names begin with an underscore are shared helpers.
-Packages that load slowly are imported inside ``run``, so that ``mbdsl --help`` responds immediately.
+the work and returns the exit code. It may have ``add_options(parser, words)`` for options that load slowly; this
+function is called with the words of the command if it is run, but not for its help. Modules whose names begin with an
+underscore are shared helpers. Packages that load slowly are imported inside ``run``, so that ``mbdsl --help`` responds
+immediately.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import re
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import cache
 from types import ModuleType
 
 from mbdsl.cli._arguments import Parser as Parser
@@ -44,9 +46,10 @@ class Help(argparse.HelpFormatter):
         self._action_max_length = 4 + max(map(len, names()))
 
 
-def names() -> list[str]:
+@cache
+def names() -> tuple[str, ...]:
     """The names of the commands, without importing their modules."""
-    return sorted(info.name for info in pkgutil.iter_modules(__path__) if not info.name.startswith("_"))
+    return tuple(sorted(info.name for info in pkgutil.iter_modules(__path__) if not info.name.startswith("_")))
 
 
 def commands() -> dict[str, ModuleType]:
@@ -54,8 +57,8 @@ def commands() -> dict[str, ModuleType]:
     return {name: importlib.import_module(f"{__name__}.{name}") for name in names()}
 
 
-def make_parser(running: str = "") -> Parser:
-    """The parser of one command with all its options, or, without a name, of all commands.
+def make_parser(running: str = "", words: Sequence[str] | None = None) -> Parser:
+    """The parser of one command with its options (those that the ``words`` need), or, without a name, of all commands.
 
     Importing the modules of all commands takes longer than checking a model.
     """
@@ -74,7 +77,7 @@ def make_parser(running: str = "") -> Parser:
         module = importlib.import_module(f"{__name__}.{name}")
         subparser = module.register(subparsers)
         if name == running and hasattr(module, "add_options"):
-            module.add_options(subparser)
+            module.add_options(subparser, words)
         subparser.add_argument("--debug", **debug)
         subparser.set_defaults(run=module.run)
     return parser
@@ -130,9 +133,10 @@ def _run(argv: list[str]) -> int:
         make_parser().print_help()
         return 0
     _check_command(argv[0])
-    parser = make_parser("" if {"-h", "--help"} & set(argv) else argv[0])
+    argv = _with_values(argv)
+    parser = make_parser("" if {"-h", "--help"} & set(argv) else argv[0], argv[1:])
     try:
-        args, rest = parser.parse_known_args(_with_values(argv))
+        args, rest = parser.parse_known_args(argv)
     except SystemExit as stop:  # --help and --version have been answered
         return int(stop.code or 0)
     if rest:

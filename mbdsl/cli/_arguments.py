@@ -35,6 +35,11 @@ class Parser(argparse.ArgumentParser):
             nearest = did_you_mean(str(value), known, "known values")
             raise UsageError(f"argument {name}: unknown value `{value}`", hint=nearest or f"see {self.prog} --help")
 
+    def has_options(self, words: Iterable[str]) -> bool:
+        """Whether all options among the words are options of this parser, in full."""
+        options = [word.partition("=")[0] for word in words if word.startswith("--")]
+        return all(option in self._option_string_actions for option in options)
+
     def _check_options(self, words: Iterable[str]) -> None:
         """Find an unknown option before argparse reports what it lacks instead."""
         known = [option for option in self._option_string_actions if option.startswith("--")]

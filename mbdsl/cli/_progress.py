@@ -41,7 +41,8 @@ class _Line:
             return
         if self.terminal:
             size = self.size
-            self._move("\r" + visible(whole(self._block()), line=True).ljust(size)[:size])
+            line = visible(whole(self._block()), line=True)
+            self._move("\r" + (line if len(line) <= size else f"{line[: size - 3].rstrip(' ,')}...").ljust(size))
             self.next = seconds + 0.1
         else:
             self.stream.write(visible(text(), line=True) + "\n")
@@ -189,13 +190,14 @@ def done(p: Progress) -> float:
 def text(p: Progress, pace: Pace | None = None, iterations: bool = True) -> str:
     """One line: simulated time, step size, iterations per step, time left, purpose of the run.
 
-    Third-party integrators state neither their step size nor iterations.
+    Third-party integrators state neither their step size nor iterations, explicit methods have no iterations.
     """
     if pace is None:
         pace = Pace()
         pace.add(p)
     known = p.h < p.stop - p.start
-    per_step = f"{p.iterations / p.steps if p.steps else 0.0:.1f} iterations/step" if known and iterations else ""
+    counted = known and iterations and p.iterations > 0
+    per_step = f"{p.iterations / p.steps if p.steps else 0.0:.1f} iterations/step" if counted else ""
     parts = [f"{done(p):4.0%}", f"t = {p.t:.4g} of {p.stop:.4g} s", pace.step(p) if known else "", per_step]
     return "  ".join(part for part in (*parts, pace.left(p), p.what) if part)
 

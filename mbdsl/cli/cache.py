@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     runs = cache_folder.runs(choice.path / cache_folder.STUDIES)
     print(f"runs of studies: {_size(runs)} (limit: {LARGEST / 1e6:.0f} MB)")
     if problem := cache_folder.unwritable(choice.path):
-        print(f"read-only: {problem}")
+        print(f"nothing can be stored: {problem}")
     return 0
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.cli._arguments import Parser
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.messages import count, once, visible
@@ -90,8 +91,15 @@ def register(subparsers) -> argparse.ArgumentParser:
     return parser
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """The parameters of compiled methods, as options of the same name."""
+def add_options(parser: argparse.ArgumentParser, words: Sequence[str] | None = None) -> None:
+    """The parameters of compiled methods, as options of the same name.
+
+    They are left out if the words of the command contain no other options than those that the parser has: the files of
+    all methods are imported for them.
+    """
+    parser.set_defaults(option=[])
+    if words is not None and isinstance(parser, Parser) and parser.has_options(words):
+        return
     from mbdsl.integrators import compiled
 
     for name in sorted({name for method in compiled().values() for name in method.parameters}):
@@ -352,6 +360,8 @@ def write_stats(path: str, stats: dict) -> None:
 
 
 def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool, stream: Stream | None = None) -> str:
+    from mbdsl.integrators import compiled
+
     rows = stream.file.count if stream and stream.file else len(trajectory.t)
     stats, seconds = trajectory.stats, trajectory.stats["seconds"]
     steps, iterations = stats["steps"], stats["iterations"]
@@ -375,7 +385,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         )
     if verbose:
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
-        rejected = stats["rejected"] or (None if stats["evaluations"] else 0)  # by a backend
+        rejected = stats["rejected"] or (0 if stats["method"] in compiled() else None)
         counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"
         refused = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
         lines.append(f"{sizes}; {refused}, {counts}")

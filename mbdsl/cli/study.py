@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mbdsl.cli import _values as values
 from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, visible
+from mbdsl.messages import count, install, visible
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
 
@@ -196,7 +196,8 @@ def _checked(pictures: list[str] | None) -> list[str]:
             hint = f"known suffixes are {listed}; none, by itself, is the page alone"
             raise UsageError(f"argument --pictures: unknown suffix `{suffix}`", hint=hint)
     if wanted and find_spec("matplotlib") is None:
-        problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")
+        hint = f"{install('plot')}; or take --pictures none"
+        problem = UsageError("matplotlib, which draws pictures, is not installed", hint=hint)
         if pictures is not None:
             raise problem
         print_problem(problem)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from mbdsl.simulation.code_preparation import Code
 
+REMEDY = "set MBDSL_CACHE_DIR to the absolute path of a folder with free space that only you can write into"
+
 
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
@@ -55,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
     folder = cache_folder.chosen()
     if problem := folder.fault or cache_folder.unwritable(folder.path):
-        raise UsageError(f"machine code cannot be stored: {problem}", hint="see `mbdsl cache`")
+        raise UsageError(f"machine code cannot be stored: {problem}", hint=REMEDY)
     if not code_cache.enabled():
         raise UsageError("kernels are not compiled: NUMBA_DISABLE_JIT is set, or llvmlite is not installed")
     scenes = [(os.path.basename(path), load(path)) for path in args.models]

@@ -15,7 +15,6 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
-import subprocess
 import sys
 import threading
 import warnings
@@ -24,12 +23,17 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
+from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.compilation.native_call import Native, Signature
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
+
+if TYPE_CHECKING:
+    import subprocess
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
@@ -57,15 +61,21 @@ def uncompiled() -> Iterator[None]:
                 setattr(module, name, compiled)
 
 
-def numba() -> ModuleType | None:
-    """The numba module, which compiles kernels that are not translated; None if it cannot be imported."""
+class Uncompiled(UserWarning):
+    """Kernels run as plain Python, because they are not translated and numba cannot be imported."""
+
+
+def numba(why: str) -> ModuleType | None:
+    """The numba module, which compiles kernels that are not translated; None if it cannot be imported.
+
+    ``why`` is the reason why a kernel is not translated, for the warning.
+    """
     with lock:
         try:
             import numba
         except ImportError as error:
-            warnings.warn(
-                f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2
-            )
+            remedy = "running uncompiled, some 100 times slower; try: pip install 'mbdsl[numba]'"
+            warnings.warn(f"{why}; numba cannot be imported ({error}); {remedy}", Uncompiled, stacklevel=2)
             return None
         return numba
 
@@ -138,7 +148,7 @@ def functions(
 
 def is_compiled(name: str) -> bool:
     """Whether the module ``name`` needs no compilation: its code is on disk, or kernels run as plain Python."""
-    return not enabled() or _body(name) is not None or _is_ordinary(name)
+    return not enabled() or _body(name) is not None or bool(_why_ordinary(name))
 
 
 def import_text(name: str, text: str) -> ModuleType:
@@ -173,23 +183,26 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
     given = {function: getattr(module, function) for function in signatures}
     sources = names_of(with_imports(tuple(called)))
     head = [digest_of(sources) or "", " ".join(sources)]
-    if not _is_ordinary(name):
+    reason = known = _why_ordinary(name)
+    if not known:
         try:
             from mbdsl.compilation import object_code, translation
 
             made = object_code.compile_object(translation.translate(name, given, signatures))
-            body = "\n".join([*head, _of_text(text), " ".join(made.needs), ""]).encode() + made.code
+            body = "\n".join([*head, _asked(text, signatures), " ".join(made.needs), ""]).encode() + made.code
             linked = _linked(name, body, signatures)
             if linked is None:
                 raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
             cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
             return linked
         except Exception as error:  # a kernel of a user may contain Python that is not translated
-            reason = f"{type(error).__name__}: {error}".splitlines()[0]
-            warnings.warn(f"compiling with numba's cfunc, which is slower: {reason}", stacklevel=2)
+            of = "not translated" if isinstance(error, Untranslatable) else type(error).__name__
+            reason = f"{of}: {error}".splitlines()[0]
             cache_folder.keep(_ordinary(name), "\n".join([*head, reason]).encode())
-    if numba() is None:
+    if numba(reason) is None:
         return _plain(name, text, signatures, modules)
+    if not known:
+        warnings.warn(f"compiling with numba's cfunc, which is slower: {reason}", stacklevel=2)
     from mbdsl.compilation import numba_cfunc
 
     _kernels.clear()
@@ -230,23 +243,24 @@ def _ordinary(name: str) -> str:
     return f"{version()}/{name}.ordinary"
 
 
-def _is_ordinary(name: str) -> bool:
-    """Whether the present sources were compiled by ``numba_cfunc``; changed sources are tried as an object again."""
+def _why_ordinary(name: str) -> str:
+    """The reason why ``numba_cfunc`` compiles the present sources, or ""; changed ones are tried as an object again."""
     try:
-        digest, sources, _ = (cache_folder.read(_ordinary(name)) or b"").decode().split("\n", 2)
+        digest, sources, reason = (cache_folder.read(_ordinary(name)) or b"").decode().split("\n", 2)
     except ValueError:
-        return False
-    return digest_of(sources.split()) == digest
+        return ""
+    return reason if digest_of(sources.split()) == digest else ""
 
 
-def _of_text(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
+def _asked(text: str, signatures: Mapping[str, Signature]) -> str:
+    """Digest of what an object is compiled from apart from its sources; the text alone contains no types."""
+    return hashlib.sha256(f"{text}\0{signatures}".encode()).hexdigest()
 
 
 def _kept(name: str, text: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
-    """The functions of an object on disk; None if it is missing, has another text, or needs unknown symbols."""
+    """The functions of an object on disk; None if it is missing, is of another text, or needs unknown symbols."""
     body = _body(name)
-    if body is None or body.split(b"\n", 3)[2].decode() != _of_text(text):
+    if body is None or body.split(b"\n", 3)[2].decode() != _asked(text, signatures):
         return None
     return _linked(name, body, signatures)
 
@@ -298,6 +312,8 @@ def beside(module: str, *arguments: str) -> subprocess.Popen | None:
     """
     if cache_folder.own() is None:
         return None
+    import subprocess
+
     environment = {**os.environ, **cache_folder.environment()}
     code = f"import sys; sys.path[:] = {sys.path!r}; from {module} import main; main(*sys.argv[1:])"
     command = [sys.executable, "-I", "-c", code, *arguments]

@@ -79,8 +79,8 @@ class Arrays(Expressions):
         return a if not b or a == "0" else self.new(f"mul nsw i64 {a}, {b}")
 
     def index(self, x: Value, length: str) -> str:
-        """An index; it may count from the end if it is a literal, and always in the kernels of users: the check takes
-        time, and mbdsl's own kernels have no such indices."""
+        """An index. A negative one counts from the end, as in Python; in kernels of mbdsl, which have no other negative
+        indices, only if it is a literal: the check takes time."""
         if x.type not in (INT, BOOL):
             raise Untranslatable(f"{describe(x.type)} as an index")
         at = self.number(x, INT).leaves[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from mbdsl.compilation.kernel_sources import emitted, syntax_tree
 from mbdsl.compilation.kernel_types import (
@@ -36,6 +36,19 @@ def returned(kind: Type) -> str:
     return "void" if not leaves else leaves[0] if len(leaves) == 1 else f"{{{', '.join(leaves)}}}"
 
 
+def _assigned(body: list[ast.stmt]) -> Iterator[str]:
+    """Names that statements assign; ``ast.walk`` would visit all expressions, too."""
+    for statement in body:
+        targets = list(getattr(statement, "targets", ())) or [getattr(statement, "target", None)]
+        for target in targets:
+            if isinstance(target, ast.Tuple):
+                targets += target.elts
+            elif isinstance(target, ast.Name):
+                yield target.id
+        for part in ("body", "orelse"):
+            yield from _assigned(getattr(statement, part, []))
+
+
 class Widened(Exception):
     """The type of a variable or of the result is wider than assumed so far."""
 
@@ -61,7 +74,7 @@ class Code:
             name: Value(kind, tuple(f"%in.{k}.{i}" for i in range(len(kind.leaves))))
             for k, (name, kind) in enumerate(zip(names, takes, strict=True))
         }
-        self.assigned = {n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        self.assigned = set(_assigned(self.tree.body))
 
     # -- lines -----------------------------------------------------------------------------------------------
 

@@ -1,4 +1,8 @@
-"""The sources of machine code: the modules that define kernels, or constants that kernels read, and their digest."""
+"""The sources of machine code: the modules that define kernels, or constants that kernels read, and their digest.
+
+They are found by following the imports in the source of each module, into the modules of users, too: a kernel of a user
+may call kernels of another file and read its constants.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from types import ModuleType
 
@@ -19,6 +24,10 @@ emitted: set[str] = set()
 _ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "numerics", "system"))
 #: modules that element and method files import for their declarations; no kernel reads them
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
+#: packages whose versions are part of the name of the cache's subfolder, or which kernels cannot use
+_LIBRARIES = ("numpy", "scipy", "numba", "llvmlite")
+#: folders of installed packages
+_INSTALLED = ("site-packages", "dist-packages")
 
 
 def with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
@@ -47,35 +56,60 @@ def names_of(modules: Iterable[ModuleType]) -> list[str]:
     """Names of the modules that define the kernels, or constants that the kernels read, directly or not."""
     found = {"mbdsl.system.emit"}  # it writes the emitted loops, which are compiled too
     pending = [module.__name__ for module in modules]
+    looked_at = set(_DECLARATIONS)
     while pending:
         name = pending.pop()
-        path = file_of(name)
-        if name in found or name in _DECLARATIONS or path is None:
+        path = None if name in looked_at else file_of(name)
+        looked_at.add(name)
+        if path is None:
             continue
         found.add(name)
-        pending += imported_kernels(path.read_text(encoding="utf-8"))
+        try:
+            text = path.read_bytes()
+        except OSError:  # a module in an archive; without a digest, its machine code is not used again
+            continue
+        if b"mbdsl" in text or not set(_INSTALLED) & set(path.parts):
+            pending += imported_kernels(text, getattr(sys.modules.get(name), "__package__", None) or "")
     return sorted(found)
 
 
-def imported_kernels(text: str) -> Iterator[str]:
-    """Names in the imports at module level of a source; a name imported from a package may be a module."""
-    for node in ast.parse(text).body:
+def imported_kernels(text: str | bytes, package: str = "") -> Iterator[str]:
+    """Names in the imports at module level of a source that may be modules with kernels, or constants for kernels.
+
+    A name imported from a package may be a module. ``package`` is that of the source, for relative imports.
+    """
+    pending: list[ast.AST] = [*ast.parse(text).body]
+    while pending:
+        node = pending.pop()
         names: list[str] = []
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        yield from (name for name in names if name.startswith(_ROOMS))
+        elif isinstance(node, ast.ImportFrom):
+            of = package.rsplit(".", node.level - 1)[0] if node.level else ""
+            of = ".".join(filter(None, (of, node.module)))
+            names = [of, *(f"{of}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, (ast.If, ast.Try, ast.ExceptHandler, ast.With)):
+            pending += ast.iter_child_nodes(node)
+        for name in filter(_is_read, names):
+            yield from filter(_is_read, accumulate(name.split("."), "{}.{}".format))  # packages are modules, too
+
+
+def _is_read(name: str) -> bool:
+    """Whether kernels may read the content of a module."""
+    package = name.partition(".")[0]
+    if package == "mbdsl":
+        return name.startswith(_ROOMS)
+    return package not in _LIBRARIES and package not in sys.stdlib_module_names
 
 
 def file_of(name: str) -> Path | None:
-    """The file of a module; None for packages and emitted modules."""
+    """The file of a module; None for packages of mbdsl, emitted modules, and modules without a file."""
     if name.startswith("mbdsl."):
         path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
         if path.exists():
             return path
     file = getattr(sys.modules.get(name), "__file__", None)
-    if file is None or Path(file).name == "__init__.py" or name in emitted:
+    if file is None or name in emitted or (name.startswith("mbdsl.") and Path(file).name == "__init__.py"):
         return None
     return Path(file)
 
@@ -85,9 +119,13 @@ def digest_of(names: Iterable[str]) -> str | None:
     digest = hashlib.sha256()
     for name in names:
         path = file_of(name)
-        if path is None:
+        try:
+            text = path.read_bytes() if path is not None else None
+        except OSError:
+            text = None
+        if text is None:
             return None
-        digest.update(name.encode() + path.read_bytes())
+        digest.update(name.encode() + text)
     return digest.hexdigest()
 
 

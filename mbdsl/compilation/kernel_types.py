@@ -13,6 +13,9 @@ from mbdsl.compilation.native_call import ARRAYS, Signature
 class Untranslatable(Exception):
     """A kernel contains Python that :mod:`mbdsl.compilation.translation` does not translate."""
 
+    def __str__(self) -> str:
+        return str(self.args[0])
+
 
 class Scalar(NamedTuple):
     name: str  #: "int", "float" or "bool"

@@ -114,7 +114,11 @@ class Kind:
         return f"<{type(self).__name__} {self.name}>"
 
     def parameter(self, name: str) -> Parameter | None:
-        return next((p for p in self.parameters if p.name == name), None)
+        return self._by_name.get(name)
+
+    @cached_property
+    def _by_name(self) -> Mapping[str, Parameter]:
+        return {p.name: p for p in reversed(self.parameters)}
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:

@@ -337,7 +337,7 @@ def is_velocity(leaf: Expr) -> bool:
 
 
 def is_velocity_level(root: Expr) -> bool:
-    return any(map(is_velocity, leaves(root)))
+    return is_velocity(root) if root.op == "coordinate" else any(map(is_velocity, leaves(root)))
 
 
 def _rate(leaf: Expr) -> Expr | None:

@@ -141,8 +141,8 @@ def _assembled(
 def _shapes(system: System, graph: MechanismGraph, t: float, positions: list[InitialValue]) -> list[Shape]:
     """The sets of unknowns for assembly, in the order of the attempts."""
     placed = place(system, graph, t, positions)
-    undeformed = Undeformed(system, placed)
-    return [undeformed, AsIs(system, placed)] if undeformed.any else [AsIs(system, placed)]
+    as_is = AsIs(system, placed)
+    return [Undeformed(system, placed), as_is] if system.tables.flexible else [as_is]
 
 
 def initial_position(system: System, graph: MechanismGraph, t: float, metric: Metric | None = None) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS
 from mbdsl.elements.kind import JointKind
-from mbdsl.expressions.symbolic import Expr, expr
+from mbdsl.expressions.symbolic import Expr, expr, leaves
 from mbdsl.initial import placement_in_space
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Component, InitialValue
@@ -29,6 +29,9 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         return placement_in_space.place(system, graph, t, given)
     scene, tables = system.scene, system.tables
     said: dict[Expr | None, float] = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
+    # signals are evaluated only where initial values contain the coordinates that they depend on
+    named = {leaf.value for x in given for leaf in leaves(x.target)}
+    frames_named = {leaf.value[0] for x in given for leaf in leaves(x.target) if leaf.op == "coordinate"}  # type: ignore[index]
     pose = {name: _ground_pose(system, name, t) for name in scene.frames if not _coordinates(system, name)}
     frames_of: dict[str, list[str]] = {}
     for name, frame in scene.frames.items():
@@ -38,22 +41,26 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
     for placement in graph.tree():
         body = scene.components[placement.body]
         x, y, phi = 0.0, 0.0, 0.0
-        values_said = [said.get(scene.signal_of(body, key)) for key in POSITIONS]
+        centre = f"{body.name}.c"
+        values_said = [said.get(scene.signal_of(body, key)) if (centre, key) in named else None for key in POSITIONS]
         cx, cy, angle = values_said
         if placement.joint is not None and angle is None and cx is not None and cy is not None:
             values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
-        if placement.joint is not None and _driven(system, placement.joint, drivers):
+        if drivers and placement.joint is not None and _driven(system, placement.joint, drivers):
             values_said = [None, None, None]  # a driver has priority over a guess
         if placement.joint is not None:
             # a given angle is a rotation about the joint instead of the centre of mass
-            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers, values_said[2])
+            joint = scene.components[placement.joint]
+            near = said if not frames_named.isdisjoint(joint.ports.values()) else {}
+            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, near, drivers, values_said[2])
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
         d, model = tables.coordinates[body.name], tables.models[body.name]
         q[d : d + model.n] = model.placed((x, y, phi))[0]
         system.set_turn(body.name, phi)
+        c, s = cos(phi), sin(phi)
         for name in frames_of.get(body.name, ()):
-            sx, sy, f = _frame_pose(system, name)
-            pose[name] = (x + cos(phi) * sx - sin(phi) * sy, y + sin(phi) * sx + cos(phi) * sy, phi + f)
+            sx, sy, f = body_pose(body, scene.frames[name])
+            pose[name] = (x + c * sx - s * sy, y + s * sx + c * sy, phi + f)
     return q
 
 
@@ -110,13 +117,16 @@ def _aimed(system: System, joint: str, body: str, pose: dict, x: float, y: float
 
 
 def _by_joint(system, joint, body, pose, said, drivers, angle=None) -> tuple[float, float, float]:
-    """Pose of ``body``'s centre of mass so that the frames of ``joint`` coincide, with its angle if that is known."""
+    """Pose of ``body``'s centre of mass so that the frames of ``joint`` coincide, with its angle if that is known.
+
+    ``said`` contains the initial values of the joint's signals.
+    """
     component, forward, other, own = _ends(system, joint, body)
     base = pose[other]
 
     def known(role: str) -> float:
         names = getattr(component.kind, role)
-        found = [said.get(system.scene.signal_of(component, name)) for name in names]
+        found = [said.get(system.scene.signal_of(component, name)) for name in names] if said else []
         found.append(drivers.get((component.ports["frame_a"], component.ports["frame_b"], role)))
         found += [component.values.get(name) for name in names]
         return next((float(value) for value in found if value is not None), 0.0)

@@ -89,11 +89,6 @@ class Undeformed:
             self._rigid[first : first + 3] = False
             self.angles[first : first + 3] = False, False, True
 
-    @property
-    def any(self) -> bool:
-        """Whether there are flexible bodies."""
-        return bool(self.parts)
-
     def begin(self) -> None:
         pass
 

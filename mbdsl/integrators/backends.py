@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state
+from mbdsl.messages import install
 from mbdsl.system import System
 from mbdsl.system.peaks_along_motion import OnTheWay
 
@@ -259,5 +260,4 @@ def require(module: str, extra: str, name: str):
     try:
         return importlib.import_module(module)
     except ImportError:
-        hint = f"in the folder of mbdsl: pip install '.[{extra}]'"
-        raise UsageError(f"{name} needs {module.split('.')[0]}", hint=hint) from None
+        raise UsageError(f"{name} needs {module.split('.')[0]}", hint=install(extra)) from None

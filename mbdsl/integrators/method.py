@@ -134,6 +134,11 @@ class Method:
     mass_weight: Callable[[Array], float] = lambda c: 1.0  #: factor on M in the (first) iteration matrix
     damping_weight: Callable[[Array], float] = lambda c: 2 / 3  #: factor on h D in that matrix
 
+    @property
+    def explicit(self) -> bool:
+        """Whether its steps need no iteration; their length is then limited by stability."""
+        return self.stable < float("inf")
+
 
 class Run(Protocol):
     """The interface of a run: the integration of one system by some method. A motion has a run for each of its parts.
@@ -167,7 +172,8 @@ class Run(Protocol):
         """Outputs written."""
 
     def count(self, what: str) -> int:
-        """Number of "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 if not counted."""
+        """Number of "rejected", "events", "iterations", "evaluations", "matrix_evaluations", "factorisations"; 0 if not
+        counted."""
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent initial state, and the redundant constraints that are left out."""

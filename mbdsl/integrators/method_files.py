@@ -23,7 +23,8 @@ from pathlib import Path
 from types import ModuleType
 
 from mbdsl import integrators
-from mbdsl.compilation import marks
+from mbdsl.compilation import code_cache, marks
+from mbdsl.compilation.kernel_sources import digest_of, names_of
 from mbdsl.errors import MbdslError, Span, UsageError
 from mbdsl.integrators.method import KERNELS, STEP_KERNELS, Method
 
@@ -31,6 +32,7 @@ PREFIX = "mbdsl_method_file_"  #: of the names of modules; a digest of the text 
 PAGE = "docs/backends.md describes both kinds of files"
 _modules: dict[str, ModuleType] = {}  # file as given -> module
 _in_numba = re.compile(r'File "([^"]+)", line (\d+)')
+_in_translation = re.compile(rf"({PREFIX}\w+), line (\d+): ")
 _colours = re.compile(r"\x1b\[[0-9;]*m")  #: in messages of numba
 
 
@@ -96,9 +98,9 @@ def spelled(name: str) -> str:
 
 
 def digest(name: str) -> str | None:
-    """A digest of the text of a method's file; None for methods that are not of such a file."""
+    """A digest of a method's file and of the files that it imports; None for methods that are not of such a file."""
     found = _module(name)
-    return found.__name__ if found is not None and _is_of_a_file(found) else None
+    return digest_of(names_of([found])) if isinstance(found, ModuleType) and _is_of_a_file(found) else None
 
 
 def place(problem: BaseException | None) -> Span | None:
@@ -113,7 +115,9 @@ def place(problem: BaseException | None) -> Span | None:
     for file, line in _in_numba.findall(_text(problem)):  # relative to the present folder
         if (path := files.get(os.path.abspath(file))) is not None:
             return _span(path, int(line))
-    return None
+    names = {module.__name__: path for path, module in _modules.items()}
+    found = _in_translation.search(str(problem))
+    return _span(names[found[1]], int(found[2])) if found and found[1] in names else None
 
 
 def blamed(problem: BaseException) -> MbdslError | None:
@@ -131,7 +135,13 @@ def compiling(module: ModuleType) -> Iterator[None]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # if compilation fails, it is tried in a slower way, which fails as well
+            warnings.simplefilter("error", code_cache.Uncompiled)
             yield
+    except code_cache.Uncompiled as problem:
+        reason = _in_translation.sub("", str(problem).partition("; numba cannot")[0]).removeprefix("not translated: ")
+        why = f"cannot translate the kernels of {module.METHOD.name}: {reason}"
+        hint = "numba compiles more of Python: pip install 'mbdsl[numba]'; NUMBA_DISABLE_JIT=1 runs them as Python"
+        raise UsageError(why, place(problem), hint) from problem
     except Exception as problem:
         hint = "kernels take the parts of Python that numba compiles; NUMBA_DISABLE_JIT=1 runs them as Python"
         why = f"cannot compile the kernels of {module.METHOD.name}: {_reason(problem)}"

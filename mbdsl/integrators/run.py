@@ -97,9 +97,11 @@ class Integration(RunState):
         with code_cache.lock:
             both = not code_cache.is_compiled(code) and not code_cache.is_compiled(loop)
             other = self.system.compile_beside(sets) if both else None
-            self._advance = compiled(self.method, module)
-            if other is not None:
-                other.wait()
+            try:
+                self._advance = compiled(self.method, module)
+            finally:
+                if other is not None:
+                    other.wait()
             kernels = self.system.kernels(sets)
         self.evaluate, self.tangent, self.inertia = kernels.evaluate, kernels.tangent, kernels.inertia
 

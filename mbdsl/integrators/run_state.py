@@ -108,6 +108,9 @@ class RunState:
             work.gradients[:], work.numbers[:] = self.gradients, self.numbers
         self.vectors, self.frames = work.vectors, work.frames
         self.gradients, self.numbers = work.gradients, work.numbers
+        more = getattr(modules()[self.method], "tables", None)  # of the method's own
+        if more is not None and solver == linear_solve.SPARSE_LU:
+            table = np.concatenate([table, more(system, len(work.layout) + len(table))])
         self.layout = layout = np.concatenate([work.layout, table])
         layout[buffer_layout.SOLVER] = solver
         layout[buffer_layout.SPARSE] = len(work.layout)
@@ -187,7 +190,14 @@ class RunState:
         return times, rows
 
     def count(self, what: str) -> int:
-        """Number of "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 if not counted."""
+        """Number of "rejected", "events", "iterations", "evaluations", "matrix_evaluations", "factorisations"; 0 if not
+        counted.
+
+        Explicit methods count evaluations of the equations in the place of iterations.
+        """
+        if what in ("iterations", "evaluations"):
+            explicit = modules()[self.method].METHOD.explicit
+            return int(self.integers[loop_state.ITERATIONS]) if explicit == (what == "evaluations") else 0
         return int(self.integers[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:

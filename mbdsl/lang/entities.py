@@ -104,6 +104,8 @@ class Array:
         return [self.items[key] for key in sorted(self.items)]
 
     def select(self, positions: list[list[int] | int], owner: str, at: At) -> Entity:
+        if len(positions) == 1 and isinstance(positions[0], int) and (only := self.items.get((positions[0],))):
+            return only
         keys: list[tuple[int, ...]] = [()]
         single = True
         for position in positions:

@@ -6,6 +6,7 @@ Everything is computed when it is first requested, and stored, so that the order
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
@@ -46,6 +47,8 @@ class Template:
 
     def unknown(self, owner: str, frames: Sequence[s.Expression] = ()) -> None:
         """Raise an error for modifiers that the kind does not have; ``frames`` are those that it is attached to."""
+        if not self.modifiers:
+            return
         kind = self.kind
         measured = {signal.name for signal in kind.signals}
         known = [*(p.name for p in kind.parameters), *kind.ports]
@@ -96,6 +99,7 @@ class Part:
         "_formulas",
         "_frames",
         "_laws",
+        "_signal_names",
         "_values",
         "assembly",
         "at",
@@ -124,6 +128,7 @@ class Part:
         self._frames: dict[str, Frame] | None = None
         self._laws: dict[str, Expr] = {}
         self._formulas: signals.Formulas | None = None
+        self._signal_names: tuple[str, ...] | None = None
         self.drawn: list[tuple[tuple[s.Argument, ...], Scope]] = []  #: annotations with shapes
         self.lacks: set[str] = set()  #: effects in ``assembly.without`` that it would have otherwise
 
@@ -137,9 +142,13 @@ class Part:
     def values(self) -> dict:
         """All parameters except laws, in SI, with defaults and derived values."""
         if self._values is None:
+            if not self.template.modifiers and self.template.shared is None:
+                self.template.shared = self.assembly.plain.get(self.kind)
             if self.template.shared is None:
                 with self.assembly.defining(self, f"`{self.name}`", self.at):
                     self._values = self._make_values()
+                if not self.template.modifiers and self.template.shared is not None:
+                    self.assembly.plain[self.kind] = self.template.shared
             else:
                 self._values, _, self.lacks = self.template.shared
         return self._values
@@ -317,7 +326,10 @@ class Part:
     # -- signals -----------------------------------------------------------------------------------------------
 
     def signal_names(self) -> tuple[str, ...]:
-        return signals.names(self.kind, filter(self._has_law, self.kind.law_parameters), self._has_friction())
+        if self._signal_names is None:
+            laws = filter(self._has_law, self.kind.law_parameters)
+            self._signal_names = signals.names(self.kind, laws, self._has_friction())
+        return self._signal_names
 
     def _has_friction(self) -> bool:
         return isinstance(self.kind, JointKind) and self.kind.friction != "" and self.values["mu_s"] > 0.0
@@ -342,6 +354,8 @@ class Part:
 
     def signal(self, name: str) -> Quantity:
         """A signal by its own name, as an expression over frames."""
+        if (key := _of_centre(self.kind, name)) is not None:
+            return self.assembly.coordinate(self.frames["c"], key)
         return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
 
     def own(self, name: str) -> Value | Node | Frame | None:
@@ -375,6 +389,7 @@ class Part:
     def forget(self) -> None:
         """Discard values and signals, because the effects to leave out have changed."""
         self._values, self._formulas, self._laws, self.template.shared, self.lacks = None, None, {}, None, set()
+        self._signal_names = None
 
     def known_names(self) -> list[str]:
         """The names for the hint "did you mean"."""
@@ -385,10 +400,10 @@ class Part:
     # -- the result --------------------------------------------------------------------------------------------
 
     def component(self) -> Component:
-        kind, formulas = self.kind, self.formulas
+        kind = self.kind
         laws = {name: self.law(name) for name in kind.law_parameters}
         if isinstance(kind, ForceKind) and kind.springs is None:
-            laws |= {name: formulas.signal(name) for name in kind.laws if laws.get(name) is None}
+            laws |= {name: self.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
         # forces that follow a law have no potential energy
         energy = bool(kind.energy) and not any(map(self._has_law, kind.law_parameters))
         return Component(
@@ -399,13 +414,13 @@ class Part:
             self.signal_names(),
             span_of(self.at),
             self.doc,
-            formulas.energy() if energy else None,
+            self.formulas.energy() if energy else None,
             self._velocity_constraints(),
-            formulas.signal("friction") if self._has_friction() else None,
+            self.formulas.signal("friction") if self._has_friction() else None,
         )
 
     def _velocity_constraints(self) -> tuple[Expr, ...]:
-        if not isinstance(self.kind, JointKind):
+        if not isinstance(self.kind, JointKind) or not self.kind.velocity_rows:
             return ()
         found = tuple(self.formulas.velocity_row(row) for row in self.kind.velocity_rows)
         for name in self.kind.law_parameters:
@@ -430,6 +445,15 @@ def _at_rest(leaf: Expr) -> Expr | None:
     return symbolic.const(0.0) if symbolic.is_velocity(leaf) else None
 
 
+@cache
+def _of_centre(kind: Kind, signal: str) -> str | None:
+    """The key, if the signal of a body is a coordinate of its frame "c", as most are."""
+    formula = kind.formulas.get(signal, "") if isinstance(kind, BodyKind) and not kind.law_parameters else ""
+    port, _, key = formula.partition(".")
+    return key if port == "c" and key in symbolic.COORDINATES else None
+
+
+@cache
 def _dimension(kind: Kind, signal: str) -> Dimension | None:
     unit = kind.unit_of(signal)
     return units.dimension(unit) if unit else None

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from mbdsl.elements.kind import BodyKind
+from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError, ModelWarning
 from mbdsl.expressions import spatial_coordinates, symbolic
 from mbdsl.lang import doubts, limits, quantities, units
@@ -66,6 +66,8 @@ class Assembly:
         self.spatial = spatial
         self.budget = Budget()
         self.parts: dict[str, Part] = {}
+        #: what components without modifiers share, of each kind: as Template.shared
+        self.plain: dict[Kind, tuple[dict, dict, set[str]]] = {}
         self.frames: list[FrameMember | Node] = []
         self.slots: list[Slot] = []
         self.ground: Part | None = None
@@ -275,6 +277,7 @@ class Assembly:
         left_out = tuple(dict.fromkeys((*self.without, *(experiment.without if experiment else ()))))
         if left_out != self.without:
             self.without = left_out
+            self.plain.clear()
             for part in self.parts.values():
                 part.forget()
         for part in self.parts.values():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
@@ -13,7 +14,7 @@ from mbdsl.lang.flat_component import Part
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.units import NUMBER
+from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
@@ -75,9 +76,12 @@ class InitialValues:
 
     def _given(self) -> Iterator[tuple[InitialValue, At]]:
         """The initial equations."""
+        known: dict[int, Value] = {}  # numbers in loops, by their places in the tree
         for item, scope in self.equations:
             name, target = self._target(item.target, scope.for_signals())
-            value = evaluate(item.value, scope)
+            value = known.get(id(item.value)) or evaluate(item.value, scope)
+            if isinstance(item.value, s.Number):
+                known[id(item.value)] = value
             targets, given = [target], [value]
             if isinstance(target, tuple):
                 targets = list(target)
@@ -121,16 +125,17 @@ class InitialValues:
         if target.dimension == NUMBER:
             doubts.angle(self.warn, value, e, what)
         number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
-        return InitialValue(name, target.value, number, fixed, span_of(at), _display(value, target))  # type: ignore[arg-type]
+        return InitialValue(name, target.value, number, fixed, span_of(at), _display(value.unit, target.dimension))  # type: ignore[arg-type]
 
 
-def _display(value: Quantity, target: Quantity) -> DisplayUnit:
-    """The unit that a value was written with, else the SI unit of its target."""
-    if value.unit is not None and value.unit.dimension == target.dimension:
-        return DisplayUnit(value.unit.text, value.unit.factor)
-    if target.dimension is None or target.dimension == NUMBER:  # radians and pure numbers are not distinguished
+@lru_cache
+def _display(unit: Unit | None, dimension: Dimension | None) -> DisplayUnit:
+    """The unit that a value was written with, else the SI unit of the target, whose dimension is given."""
+    if unit is not None and unit.dimension == dimension:
+        return DisplayUnit(unit.text, unit.factor)
+    if dimension is None or dimension == NUMBER:  # radians and pure numbers are not distinguished
         return DisplayUnit()
-    return DisplayUnit(unit_text(target.dimension))
+    return DisplayUnit(unit_text(dimension))
 
 
 def check_target(name: str, target: object, span: Span | None) -> None:

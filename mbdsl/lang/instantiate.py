@@ -63,6 +63,7 @@ class Instance:
         self.content.add(model, unit, {})
         self.members = self.content.members
         blocks = (m.item for m in self.members if not isinstance(m.item, s.Declaration))
+        self._classes: dict[int, str | tuple[s.Model, Unit]] = {}  # of declarations, by their places in the tree
         self.looped = {name for item in blocks for name in declared_names(item)}
 
     def build(self) -> None:
@@ -148,7 +149,9 @@ class Instance:
         outside = member.modifiers.get(d.name)
         if outside is not None:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
-        kind = classify(d, member.unit, self._around)
+        kind = self._classes.get(id(d))  # loops declare the same again and again
+        if kind is None:
+            kind = self._classes[id(d)] = classify(d, member.unit, self._around)
         if d.notes:
             self._refuse_shapes(d, kind)
         if "input" in d.prefixes:

@@ -81,6 +81,10 @@ class Scope:
         return self.value_of(self.resolve(reference), reference)
 
     def value_of(self, entity: Entity, reference: s.Reference) -> Value:
+        if isinstance(entity, Signal):
+            if not self.varying:
+                raise self._not_constant(entity.name)
+            return entity.value()
         if isinstance(entity, Quantity | tuple):
             return entity
         if isinstance(entity, Slot):
@@ -88,10 +92,6 @@ class Scope:
             if not self.varying and _varies(value):
                 raise self._not_constant(write(reference))
             return value
-        if isinstance(entity, Signal):
-            if not self.varying:
-                raise self._not_constant(entity.name)
-            return entity.value()
         if isinstance(entity, Many):
             return tuple(self.value_of(item, reference) for item in entity.items)
         if isinstance(entity, Disabled):
@@ -150,10 +150,12 @@ class Scope:
         entity = self._first(first, reference)
         if first.indices:
             entity = self._index(entity, first, first.name)
-        so_far = first.name
-        for step in steps[1:]:
+        so_far, last = first.name, len(steps) - 1
+        for k in range(1, len(steps)):
+            step = steps[k]
             entity = self._step(entity, step, so_far)
-            so_far = f"{so_far}.{step.name}"
+            if step.indices or k < last:
+                so_far = f"{so_far}.{step.name}"
             if step.indices:
                 entity = self._index(entity, step, so_far)
         return entity
@@ -216,6 +218,8 @@ class Scope:
 
     def _step(self, entity: Entity, step: s.Step, owner: str) -> Entity:
         name = step.name
+        if isinstance(entity, Part):
+            return self._of_part(entity, step, owner)
         if isinstance(entity, Many):
             return Many([self._step(item, step, owner) for item in entity.items])
         if isinstance(entity, Array):
@@ -238,8 +242,6 @@ class Scope:
                 raise _output_only(f"{owner}.{name}", step.at)
             hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, coordinates, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
-        if isinstance(entity, Part):
-            return self._of_part(entity, step, owner)
         kind = "a table" if isinstance(entity, TableMember) else "a value"
         raise ModelError(f"`{owner}` is {kind}, it has no `{name}`", span_of(step.at))
 
@@ -263,12 +265,12 @@ class Scope:
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
+        if isinstance(entity, Array):
+            return entity.select(self._positions(step, entity.sizes, owner, "component"), owner, step.at)
         if isinstance(entity, Slot):
             entity = self.value_of(entity, s.Reference((step,), at=step.at))
         if isinstance(entity, Disabled):
             return entity
-        if isinstance(entity, Array):
-            return entity.select(self._positions(step, entity.shape(), owner, "component"), owner, step.at)
         if isinstance(entity, tuple):
             return self._element(entity, step, owner)
         raise ModelError(f"`{owner}` is not an array, it has no elements", span_of(step.at))
@@ -300,7 +302,7 @@ class Scope:
             if isinstance(index, s.Everything):
                 found.append(list(range(1, size + 1)))
                 continue
-            if not isinstance(index, s.Number | s.Reference) and size != scope.size:
+            if size != scope.size and not isinstance(index, (s.Number, s.Reference)):
                 scope = self._copy(self.locals, self.varying, size)  # for `end`
             value = evaluate(index, scope)
             if isinstance(value, Quantity) and type(value.value) is int:

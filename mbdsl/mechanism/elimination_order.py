@@ -28,39 +28,49 @@ def minimum_degree(
     list of str
         All nodes. Ties are broken towards the node named last: usually, leaves of a chain are declared last.
     """
-    neighbours = {node: set(near) - {node} for node, near in adjacent.items()}
-    waits = {node: len(after.get(node, ())) for node in neighbours}
-    frees: dict[str, list[str]] = {}
-    for node, before in after.items():
-        for other in before:
-            frees.setdefault(other, []).append(node)
-    place = {node: -k for k, node in enumerate(neighbours)}
-    degree = {node: sum(sizes[other] for other in near) for node, near in neighbours.items()}
-    heap = [(degree[node], place[node], node) for node in neighbours if not waits[node]]
+    names = list(adjacent)
+    index = {node: k for k, node in enumerate(names)}
+    size = [sizes[node] for node in names]
+    neighbours = [{index[other] for other in near if other != node} for node, near in adjacent.items()]
+    degree = [sum([size[other] for other in near]) for near in neighbours]
+    waits = [len(after.get(node, ())) for node in names]
+    frees: list[list[int]] = [[] for _ in names]
+    for name, before in after.items():
+        for earlier in before:
+            frees[index[earlier]].append(index[name])
+    # an entry of the heap: the degree, then the position counted from the last node, in one number
+    count = len(names)
+    last = count - 1
+    heap = [degree[k] * count + last - k for k in range(count) if not waits[k]]
     heapq.heapify(heap)
-    order: list[str] = []
-    done: set[str] = set()
+    order: list[int] = []
+    done = [False] * count
     while heap:
-        known, _, node = heapq.heappop(heap)
-        if node in done or known != degree[node]:
+        known, behind = divmod(heapq.heappop(heap), count)
+        node = last - behind
+        if done[node] or known != degree[node]:
             continue  # an outdated entry; the heap contains the current one as well
-        done.add(node)
+        done[node] = True
         order.append(node)
-        front = neighbours.pop(node)
+        front = neighbours[node]
         touched = set(front)
         for other in front:
-            new = front - neighbours[other]
+            near = neighbours[other]
+            near.discard(node)
+            degree[other] -= size[node]
+            new = front - near
             new.discard(other)
-            neighbours[other] |= new
-            neighbours[other].discard(node)
-            degree[other] += sum(sizes[n] for n in new) - sizes[node]
-        for other in frees.get(node, ()):
+            if new:
+                near |= new
+                degree[other] += sum([size[k] for k in new])
+        neighbours[node] = set()
+        for other in frees[node]:
             waits[other] -= 1
             if not waits[other]:
                 touched.add(other)
         for other in touched:
-            if not waits[other] and other not in done:
-                heapq.heappush(heap, (degree[other], place[other], other))
-    if len(order) < len(adjacent):
+            if not waits[other] and not done[other]:
+                heapq.heappush(heap, degree[other] * count + last - other)
+    if len(order) < count:
         raise ValueError("the precedences are cyclic")
-    return order
+    return [names[k] for k in order]

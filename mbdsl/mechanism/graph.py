@@ -21,7 +21,7 @@ from mbdsl.mechanism import checks
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.messages import count, few
+from mbdsl.messages import count, few, install
 
 if TYPE_CHECKING:
     import networkx
@@ -186,15 +186,16 @@ class MechanismGraph:
         parent = {p.body: p.parent for p in self._tree}
         hangs = {p.joint: p.body for p in self._tree if p.joint}
         sizes = {name: _coordinates(c) for name, c in self.bodies.items()}
-        sizes |= {e.name: size for e in self.joints if (size := e.rows + e.velocity_rows)}
+        constraining = {e.name: size for e in self.joints if (size := e.rows + e.velocity_rows)}
+        sizes |= constraining
         adjacent: dict[str, set[str]] = {name: set() for name in sizes}
         after: dict[str, set[str]] = {}
         for e in (*self.joints, *self.forces):
-            nodes = {b for b in (e.body_i, e.body_j, *e.also) if b != GROUND}
-            if e.rows or e.velocity_rows:
-                after[e.name] = self._needs(e, parent, hangs.get(e.name))
-                nodes.add(e.name)
-            nodes.update(e.reads)
+            nodes, name = {e.body_i, e.body_j, *e.also, *e.reads}, e.component.name
+            nodes.discard(GROUND)
+            if name in constraining:
+                after[name] = self._needs(e, parent, hangs.get(name))
+                nodes.add(name)
             for node in nodes:
                 adjacent[node] |= nodes
         return minimum_degree(adjacent, sizes, after)
@@ -226,7 +227,7 @@ class MechanismGraph:
         try:
             import networkx as nx
         except ImportError:
-            raise UsageError("this graph needs networkx", hint='pip install "mbdsl[graph]"') from None
+            raise UsageError("this graph needs networkx", hint=install("graph")) from None
 
         graph = nx.MultiGraph(name=self.scene.name)
         graph.add_node(GROUND, component=self.ground)

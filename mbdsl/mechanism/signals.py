@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cache
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
@@ -104,5 +105,10 @@ class _LawsFirst:
 
 def names(kind: Kind, given: Iterable[str], friction: bool) -> tuple[str, ...]:
     """Names of the signals of a component with the laws ``given``, and with or without ``friction``."""
+    return _names(kind, tuple(given), friction)
+
+
+@cache
+def _names(kind: Kind, given: tuple[str, ...], friction: bool) -> tuple[str, ...]:
     own = [name for name in kind.formulas if friction or name != "friction"]
     return tuple(dict.fromkeys([*own, *given]))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from mbdsl.errors import UsageError
+from mbdsl.messages import install
 from mbdsl.plotting.series_styles import LIGHT_PAPER
 from mbdsl.storage.output_files import writing
 
@@ -99,9 +100,9 @@ def drawn(
         import matplotlib.style
         from matplotlib.backends.backend_agg import FigureCanvasAgg
     except ImportError as problem:
-        hint = "pip install 'mbdsl[plot]'" + (f"; {instead} need no further package" if instead else "")
+        hint = install("plot") + (f"; {instead} need no further package" if instead else "")
         what = "PNG and PDF files" if instead else "pictures"
-        raise UsageError(f"{what} are drawn by matplotlib", hint=hint) from problem
+        raise UsageError(f"matplotlib, which draws {what}, is not installed", hint=hint) from problem
     with matplotlib.style.context(["default", {**STYLE, **style}]):
         figure = matplotlib.figure.Figure(figsize=size, facecolor=LIGHT_PAPER, **given)
         FigureCanvasAgg(figure)

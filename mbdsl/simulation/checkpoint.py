@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeAlias
-from zipfile import ZIP_STORED, ZipFile, is_zipfile
 
 import numpy as np
 
@@ -147,6 +146,8 @@ class Keeper:
         self._written = perf_counter()
 
     def _write(self, motion: Motion) -> None:
+        from zipfile import ZIP_STORED, ZipFile
+
         runs = [*self.done, _snapshot(motion, None)]
         if self._stream is not None and motion.plan.streamed:
             runs[-1]["stream"] = self._stream.state(motion)
@@ -168,7 +169,7 @@ class Keeper:
         for what, reason in (
             ("model", "the model is a different one, or has changed"),
             ("plan", "it was made with different settings"),
-            ("method", "the file of its method has changed"),
+            ("method", "the file of its method has changed, or a file that it imports"),
             ("versions", "it was made with different versions of mbdsl or its dependencies"),
             ("code", "mbdsl's source code has changed since"),
             ("machine", "it was made on a different kind of machine"),
@@ -201,6 +202,8 @@ def digest(scene: Scene) -> str:
 
 
 def _load(path: str | os.PathLike) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    from zipfile import is_zipfile
+
     try:
         with open(path, "rb") as stream:
             try:

@@ -51,7 +51,7 @@ def loop_code(method: str) -> Code:
     """The step loop of a method."""
     module = modules()[method]
     return Code(
-        f"step loop of {method}",
+        f"step loop of {method if module.METHOD.chosen else 'models without degrees of freedom'}",
         compiled_loop.loop_name(method),
         lambda: compiled_loop.compiled(method, module),
         lambda: code_cache.beside(__name__, method),

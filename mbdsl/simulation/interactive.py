@@ -371,7 +371,8 @@ class Simulation:
         return self._trajectory(t, q, v, lam, self._stats(), inputs)
 
     def _stats(self) -> dict[str, Any]:
-        counts = {key: self._motion.count(key) for key in ("iterations", "matrix_evaluations", "factorisations")}
+        counted = ("iterations", "evaluations", "matrix_evaluations", "factorisations")
+        counts = {key: self._motion.count(key) for key in counted}
         return {"method": self.method, "h": self.h, "status": "done", "steps": self._motion.steps, **counts}
 
     def _trajectory(self, t, q, v, lam, stats: dict, inputs: dict) -> Trajectory:

@@ -121,6 +121,7 @@ def simulated(
         keeper = Keeper(of_run(checkpoint, model, asked), motion, stream)
     motion.watch()
     lap("initialise")
+    announce_phase(progress, "taking the first steps")
     with deferred(1) as heard:
         if run.tol is None or not motion.parts or run.stop == run.start:
             status, found = _integrate(motion, progress, keeper, heard, stream), Found()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.lang.given_values import seconds
-from mbdsl.messages import count
+from mbdsl.messages import count, install
 from mbdsl.simulation import result_file, time_slices
 from mbdsl.simulation.state_signals import StateSignals
 
@@ -393,4 +393,4 @@ class Trajectory(StateSignals):
 
 
 def _not_installed(package: str) -> UsageError:
-    return UsageError(f"{package} is not installed", hint=f"pip install 'mbdsl[{package}]'")
+    return UsageError(f"{package} is not installed", hint=install(package))

@@ -11,10 +11,8 @@ from __future__ import annotations
 import atexit
 import os
 import re
-import shutil
 import stat
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -106,6 +104,8 @@ def unwritable(folder: Path) -> str:
 
 
 def _temporary() -> Path | None:
+    import tempfile
+
     try:
         parent = Path(os.path.abspath(tempfile.gettempdir()))
         _sweep_temporary(parent)
@@ -117,6 +117,8 @@ def _temporary() -> Path | None:
 
 
 def _remove(folder: Path, process: int) -> None:
+    import shutil
+
     if os.getpid() == process:  # and no process forked from it
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -146,7 +148,7 @@ def say(problem: str) -> None:
     """Print the reason why nothing is stored, once in a process, on standard error."""
     if not _said and sys.stderr is not None:
         with suppress(OSError, ValueError):
-            print(f"note: nothing is kept for later runs: {problem}; see `mbdsl cache`", file=sys.stderr)
+            print(f"note: nothing is stored for later runs: {problem}; see `mbdsl cache`", file=sys.stderr)
     _said.append(problem)
 
 
@@ -154,8 +156,8 @@ def compiling(what: Sequence[str] = ()) -> str:
     """The announcement of a compilation of code with these descriptions."""
     named = f": {' and '.join(what)}" if what else ""
     if own() == chosen().path and not _said:
-        return f"compiling for the first time{named}; the result is kept, later runs start at once ..."
-    return f"compiling for the first time{named}; the result cannot be kept ..."
+        return f"compiling for the first time{named}; the code is stored, and later runs start at once ..."
+    return f"compiling for the first time{named}; the code cannot be stored ..."
 
 
 def environment() -> Mapping[str, str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from mbdsl.integrators import available, compiled
 
 #: methods of order 2 to extrapolate if there is none of high order
@@ -21,7 +19,7 @@ def precise() -> list[str]:
     each group those without a limit of stability first."""
     own = compiled()
     high = {name: m for name, m in available().items() if m.order > 4 and "controlled" in m.steps}
-    return sorted(high, key=lambda name: (name not in own, high[name].needs != "", high[name].stable < math.inf))
+    return sorted(high, key=lambda name: (name not in own, high[name].needs != "", high[name].explicit))
 
 
 def of_another_family(method: str, kind: str) -> str | None:

@@ -67,6 +67,7 @@ class Candidate:
     pressed: float = 0.0  #: such a time, if the run was ended for lack of time only
     skipped: bool = False  #: there was no time for its next run
     failed: list[float] = field(default_factory=list)  #: sizes
+    reason: str = ""  #: why its last failed run did
     problem: str = ""  #: why it makes no further runs
 
     @property
@@ -129,6 +130,7 @@ class Candidate:
 
     def _see_failure(self, size: float, problem: str) -> None:
         self.failed.append(size)
+        self.reason = problem
         longer = self._reaching and size > max(trial.size for trial in self._reaching)
         if longer:
             return

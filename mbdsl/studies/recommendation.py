@@ -264,7 +264,7 @@ def _why(c: Candidate, best: float, target: float) -> str:
     if c.least and expected <= c.least:
         return f"over {_relative(c.least, best)} (ended at {size(_case(c, c.ended))})"
     if last is None:
-        return f"its first {count(c.runs, 'run')} failed"
+        return f"{count(c.runs, 'run')} failed: {c.reason}"
     return f"about {_relative(expected, best)} (error {number(last.error)} at {size(_case(c, last.size))})"
 
 

@@ -15,11 +15,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import singledispatch
 from pathlib import Path
+from types import ModuleType
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.compilation.kernel_sources import digest_of, names_of
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
 from mbdsl.simulation.provenance import code, machine
@@ -208,11 +210,10 @@ def key_of(of: Setting, case: Case) -> str:
 
 
 def method_code(name: str) -> str:
-    """Digest of the file of a method, which may be third-party code."""
+    """Digest of the file of a method, which may be third-party code, and of the files that it imports."""
     owner = modules().get(name) or backend(name)
-    module = owner if hasattr(owner, "__file__") else sys.modules.get(type(owner).__module__)
-    file = getattr(module, "__file__", None)
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest() if file and Path(file).exists() else name
+    module = owner if isinstance(owner, ModuleType) else sys.modules.get(type(owner).__module__)
+    return (digest_of(names_of([module])) if module is not None else None) or name
 
 
 def _machine_digest() -> str:

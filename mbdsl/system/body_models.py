@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from types import ModuleType
 
 from mbdsl.bodies.contract import POSITIONS, Body, Pose, model_class
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements import declaring
 from mbdsl.elements.kind import BodyKind
 from mbdsl.expressions import spatial_coordinates
@@ -27,6 +29,19 @@ def motion_modules(module: ModuleType) -> list[ModuleType]:
 def model(component: Component) -> Body:
     """The model of a body with coordinates."""
     return model_class(motion_module(component))(component)
+
+
+def body_models(bodies: Iterable[Component]) -> dict[str, Body]:
+    """Name of each body -> its model; rigid bodies with the same values, as in an array, share one."""
+    found: dict[str, Body] = {}
+    shared: dict[tuple[int, int], Body] = {}
+    for body in bodies:
+        key = id(body.kind), id(body.values)
+        own = shared[key] if key in shared else model(body)
+        if isinstance(own, Rigid):
+            shared[key] = own
+        found[body.name] = own
+    return found
 
 
 def body_pose(component: Component, frame) -> Pose:

@@ -14,11 +14,11 @@ from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
-from mbdsl.system.body_models import body_pose, model
+from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.in_space import layout_of
 from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
-from mbdsl.system.tables import Buffers, Tables, gravity
+from mbdsl.system.tables import Buffers, Tables, gravity, of_models
 
 
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
@@ -50,7 +50,7 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
     frames = _used_frames(scene, blocks)
     if general or any(scene.frames[name].motion for name in frames):
         blocks.append(Block("moving", moving_frames))
-    models = {body.name: model(body) for body in bodies}
+    models = body_models(bodies)
     tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames, models)
     _fill(tables, size)
     return tables
@@ -121,8 +121,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     layout[buffer_layout.COUNTED], layout[buffer_layout.N_COUNTED] = buffers.ints(counted), len(counted)
     tables.inputs = {name: layout[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
 
-    requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
-    tables.pattern = (requests[:, 0], requests[:, 1])
+    tables.pattern = np.array(buffers.rows, np.int64), np.array(buffers.columns, np.int64)
     tables.numbers = np.array(buffers.numbers + [0.0] * sizes.TANGENT_SCRATCH)
     tables.rotations = np.array(buffers.rotations, np.int64).reshape(-1, 2)
     tables.layout = np.array(layout, dtype=np.int64)
@@ -134,7 +133,7 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
     from their reference points [m]. Z gets the poses of frames on the ground."""
     scene, layout = tables.scene, buffers.layout
     dofs: list[tuple[int, ...]] = []
-    lengths = []
+    origins: list[tuple[float, ...]] = []
     ground = 0
     for name, f in tables.frames.items():
         frame = scene.frames[name]
@@ -147,7 +146,7 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
             Z[f, : len(pose)] = pose
             ground += 1
         else:
-            lengths.append(float(np.linalg.norm(pose[:3] if scene.spatial else pose[:2])))
+            origins.append(pose[: 3 if scene.spatial else 2])
             first = tables.coordinates[frame.body]
             try:
                 own = tuple(first + i for i in tables.models[frame.body].dofs(pose))
@@ -159,7 +158,8 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
     layout[buffer_layout.FRAMES] = buffers.ints(
         [v for d in dofs for v in (len(d), buffers.floats([0.0] * (entries * len(d))))]
     )
-    return dofs, lengths
+    places = np.array(origins, float).reshape(-1, 3 if scene.spatial else 2)
+    return dofs, (np.linalg.norm(places, axis=1) if scene.spatial else np.hypot(*places.T)).tolist()
 
 
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
@@ -199,9 +199,11 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
         list[int](),
         list[float](),
     )
+    for own in of_models(tables.models, lambda body: body.mass().tolist()):
+        diagonal.extend(own)
+    for own in of_models(tables.models, lambda body: body.weight(g).tolist()):
+        force.extend(own)
     for name, body in tables.models.items():
-        diagonal.extend(body.mass())
-        force.extend(body.weight(g))
         d = tables.coordinates[name]
         for i, j, value in body.couplings():
             couplings += [d + i, d + j, buffers.slots((d + i,), (d + j,))]
@@ -219,9 +221,9 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
         buffer_layout.UNKNOWN,
         buffer_layout.UNKNOWN2,
     )
-    layout[buffer_layout.MASS_SLOTS] = len(buffers.requests)
-    for i in range(tables.n):
-        buffers.slots((i,), (i,))
+    layout[buffer_layout.MASS_SLOTS] = buffers.requested
+    buffers.rows.extend(range(tables.n))
+    buffers.columns.extend(range(tables.n))
 
 
 def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:

@@ -21,15 +21,21 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     couplings: list[list[int]] = []
+    slots, no_hessian = buffers.slots, [0.0] * layout_of(tables.scene.spatial).SQUARE
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
             continue
-        rows = block.rows
+        rows, role, curved, coupled = block.rows, block.role, block.curved, block.coupled
+        full = curved or role == "spring"
         header = buffer_layout.BLOCKS + buffer_layout.BLOCK * k
-        own = [isinstance(c.kind, JointKind) and block.role == "law" for c in block.components]  # friction has none
-        parameters = [
-            () if none else tuple(c.kind.table(c.values)) for none, c in zip(own, block.components, strict=True)
-        ]
+        known: dict[tuple[int, int], tuple[float, ...]] = {}  # components of an array share their values
+        parameters = []
+        for c in block.components:
+            key = id(c.kind), id(c.values)
+            if key not in known:
+                friction = isinstance(c.kind, JointKind) and role == "law"  # which has no parameters
+                known[key] = () if friction else tuple(c.kind.table(c.values))
+            parameters.append(known[key])
         buffers.layout[header : header + 4] = [
             len(block.components),
             row,
@@ -43,36 +49,39 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 assert node is not None
                 tables.angles.setdefault(node, []).append(first + stride * e)
         for e, c in enumerate(block.components):
-            if block.coupled:
+            if coupled:
                 couplings.append([buffers.layout[header + 2] + buffers.layout[header + 3] * e, 0, 0, 0])
                 later.append(_coupling(tables, c, couplings[-1], tape))
             a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
+            of_a, of_b = dofs[a], dofs[b]
             for j in range(rows):
-                first = len(buffers.requests)
+                first = buffers.requested
                 detail = -1
-                if block.role == "joint":
-                    buffers.slots((n + row,), (n + row,))  # used if the row is left out
-                if block.curved or block.role == "spring":
-                    for r, s in ((a, a), (a, b), (b, a), (b, b)):
-                        buffers.slots(dofs[r], dofs[s])
-                if block.role == "joint":
-                    for f in (a, b):
-                        buffers.slots(dofs[f], (n + row,))
-                        buffers.slots((n + row,), dofs[f])
+                if role == "joint":
+                    slots((n + row,), (n + row,))  # used if the row is left out
+                if full:
+                    slots(of_a, of_a)
+                    slots(of_a, of_b)
+                    slots(of_b, of_a)
+                    slots(of_b, of_b)
+                if role == "joint":
+                    for own in (of_a, of_b):
+                        slots(own, (n + row,))
+                        slots((n + row,), own)
                     if isinstance(c.kind, JointKind) and c.kind.driver and j == rows - 1:
                         u = expr(c.values[c.kind.driver])
                         registers = [tape.add(u), tape.add(der(u)), 0]
                         details.append((len(ints) + 4, registers))
                         later.append(_second_rate(u, registers, tape))
-                elif block.role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
+                elif role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
                     details.append((len(ints) + buffer_layout.DETAIL, leaf))
-                hessian = buffers.floats([0.0] * layout_of(tables.scene.spatial).SQUARE) if block.curved else -1
+                hessian = buffers.floats(no_hessian) if curved else -1
                 ints += [a, b, first, hessian, detail, 0]
                 row += 1
-            counts[block.role] += rows
+            counts[role] += rows
     layout = buffers.layout
     layout[buffer_layout.N_SPRINGS], layout[buffer_layout.N_LAWS] = counts["spring"], counts["law"]
     layout[buffer_layout.PAIRS] = offset = buffers.ints(ints)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bodies import contract
-from mbdsl.expressions import spatial_coordinates
+from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES, Pose
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, counted, table_value
-from mbdsl.expressions.symbolic import RATE, Expr, der, diff, evaluate, leaves
+from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, der, diff, evaluate, leaves
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system.body_models import at_rest, body_pose
 from mbdsl.system.system import DENSE_LIMIT, System
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _RATES = tuple(RATE.values())
 Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
+#: rows, columns and numbers
+Entries: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64], Array]
 
 
 def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
@@ -86,9 +88,16 @@ def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Arra
     d_q: list[tuple[int, int, float]] = []
     d_v: list[tuple[int, int, float]] = []
     tt, qq, vv = np.array([t]), q[None, :], v[None, :]
+    rigid: list[tuple[int, Pose, int, int]] = []  # row, pose of the frame, first coordinate of the body, index of key
     for i, root in enumerate(roots):
         if root.op == "coordinate" and system.scene.frames[root.value[0]].motion is None:  # type: ignore[index]
             name, key = root.value  # type: ignore[misc]
+            frame = system.scene.frames[name]
+            body = system.tables.models.get(frame.body)
+            if isinstance(body, Rigid) and body.n == 3:
+                pose = body_pose(system.scene.components[frame.body], frame)
+                rigid.append((i, pose, system.tables.coordinates[frame.body], COORDINATES.index(key)))
+                continue
             value[i] = frame_coordinate(system, name, key, qq, vv, tt)[0]
             _chain(system, root, 1.0, q, v, i, d_q, d_v)
             continue
@@ -97,13 +106,35 @@ def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Arra
         value[i] = found[0][0]
         for leaf, partial in zip(variables, found[1:], strict=True):
             _chain(system, leaf, partial[0], q, v, i, d_q, d_v)
-    return value, _matrix(system, len(roots), d_q), _matrix(system, len(roots), d_v)
+    many_q, many_v = _of_rigid_bodies(rigid, q, v, value) if rigid else (None, None)
+    return value, _matrix(system, len(roots), d_q, many_q), _matrix(system, len(roots), d_v, many_v)
 
 
-def _matrix(system: System, rows: int, entries: list[tuple[int, int, float]]) -> Matrix:
+def _of_rigid_bodies(
+    found: list[tuple[int, Pose, int, int]], q: Array, v: Array, value: Array
+) -> tuple[Entries, Entries]:
+    """Values, and the entries (rows, columns, numbers) of both derivatives, of coordinates of frames on rigid bodies:
+    of all at once, because large models have many of them."""
+    row, poses, first, key = (np.array(x) for x in zip(*found, strict=True))
+    columns, all_of = first[:, None] + np.arange(3), np.arange(len(row))
+    z, rates, B, rate = Rigid.gradients(poses, q[columns], v[columns])
+    value[row] = np.concatenate([z, rates], axis=1)[all_of, key]
+    velocity = key >= len(POSITIONS)
+
+    def entries(numbers: Array) -> Entries:
+        at, k = np.nonzero(numbers)
+        return row[at], columns[at, k], numbers[at, k]
+
+    same, of_rate = B[all_of, key % 3], rate[all_of, key % 3]
+    return entries(np.where(velocity[:, None], of_rate, same)), entries(np.where(velocity[:, None], same, 0.0))
+
+
+def _matrix(system: System, rows: int, entries: list[tuple[int, int, float]], more: Entries | None) -> Matrix:
     i = np.array([e[0] for e in entries], int)
     j = np.array([e[1] for e in entries], int)
     x = np.array([e[2] for e in entries])
+    if more is not None:
+        i, j, x = (np.concatenate(both) for both in zip((i, j, x), more, strict=True))
     if system.n + system.m > DENSE_LIMIT:
         from scipy.sparse import csr_array
 
@@ -124,9 +155,11 @@ def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, row: 
     pose = body_pose(system.scene.components[frame.body], frame)
     found: tuple[Array, ...] = body.gradient(pose, q[d : d + body.n], v[d : d + body.n])
     B, G, rate = found if len(found) == 3 else (found[0], *found)
-    keys = spatial_coordinates if system.scene.spatial else contract
-    velocity = key in keys.VELOCITIES
-    k = (keys.VELOCITIES if velocity else keys.POSITIONS).index(key)
+    positions, velocities = POSITIONS, VELOCITIES
+    if system.scene.spatial:
+        positions, velocities = SPATIAL_POSITIONS, SPATIAL_VELOCITIES
+    velocity = key in velocities
+    k = (velocities if velocity else positions).index(key)
     entries = (G if velocity else B)[k].tolist()
     (d_v if velocity else d_q).extend((row, d + j, partial * x) for j, x in enumerate(entries) if x)
     if velocity:

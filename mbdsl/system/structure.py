@@ -54,8 +54,9 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
     groups: dict[tuple, list[Component]] = {}
     if general:
         groups = {key: [] for module in modules(scene.spatial).values() for key in _every_key(module)}
+    declared = {kind: declaring(kind) for kind in {c.kind for c in scene.components.values()}}
     for c in scene.components.values():
-        module = declaring(c.kind)
+        module = declared[c.kind]
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
             groups.setdefault((0, "body", motion_module(c).__name__, False), []).append(c)
         elif isinstance(c.kind, JointKind):

@@ -6,8 +6,10 @@ the same structure share their code, whatever their sizes and numbers.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,8 @@ from mbdsl.mechanism import energies
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system import switches
 from mbdsl.system.structure import Block, expressions
+
+Result = TypeVar("Result")
 
 
 @dataclass
@@ -55,16 +59,16 @@ class Tables:
 
     def resize(self, size: float) -> None:
         """Set the size [m] of the mechanism: translations are scaled by it, angles are in radians."""
-        self.size, self.scale, self.lengths = size, np.ones(self.n), np.zeros(self.n, bool)
-        for body, own_model in self.models.items():
-            d, own = self.coordinates[body], own_model.scale(size)
-            self.scale[d : d + len(own)] = own
-            self.lengths[d : d + len(own)] = own != own_model.scale(2.0 * size)
+        own = of_models(self.models, lambda body: body.scale(size).tolist())
+        other = of_models(self.models, lambda body: body.scale(2.0 * size).tolist())
+        self.size, self.scale = size, np.array([x for found in own for x in found], float)
+        self.lengths = self.scale != np.array([x for found in other for x in found], float)
 
-    @property
+    @cached_property
     def of_multipliers(self) -> bool:
         """Whether some force depends on multipliers."""
-        found = (x for b in self.blocks for c in b.components for x in leaves(*expressions(b, c)))
+        blocks = [b for b in self.blocks if b.role in ("law", "gamma")]
+        found = (x for b in blocks for c in b.components for x in leaves(*expressions(b, c)))
         return any(leaf.op == "multiplier" for leaf in found)
 
     @cached_property
@@ -88,7 +92,8 @@ class Buffers:
     def __init__(self, header: int) -> None:
         self.numbers: list[float] = []
         self.layout: list[int] = [0] * header
-        self.requests: list[tuple[int, int]] = []
+        self.rows: list[int] = []  #: of the requested entries of the iteration matrix
+        self.columns: list[int] = []  #: the same
         self.rotations: list[tuple[int, int]] = []  #: (first coordinate, offset in numbers), of bodies in space
 
     def floats(self, values) -> int:
@@ -101,11 +106,24 @@ class Buffers:
         self.layout.extend(values)
         return offset
 
-    def slots(self, rows, columns) -> int:
+    @property
+    def requested(self) -> int:
+        """Number of requested entries of the iteration matrix."""
+        return len(self.rows)
+
+    def slots(self, rows: Sequence[int], columns: Sequence[int]) -> int:
         """Request entries (r, c) of the iteration matrix; returns the relative offset of their slots."""
-        offset = len(self.requests)
-        self.requests.extend((r, c) for r in rows for c in columns)
+        offset, count = len(self.rows), len(columns)
+        self.columns.extend([*columns] * len(rows))
+        self.rows.extend(rows if count == 1 else [r for r in rows for _ in range(count)])
         return offset
+
+
+def of_models(models: Mapping[str, Body], value: Callable[[Body], Result]) -> list[Result]:
+    """The value of the model of each body; computed once for a model that bodies share."""
+    each = {id(body): body for body in models.values()}
+    found = {key: value(body) for key, body in each.items()}
+    return [found[id(body)] for body in models.values()]
 
 
 def gravity(scene: Scene) -> NDArray[np.float64]:

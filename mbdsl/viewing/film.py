@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbdsl.errors import UsageError
+from mbdsl.messages import install
 from mbdsl.plotting.series_styles import LIGHT_PAPER
 from mbdsl.viewing.motion import Motion
 from mbdsl.viewing.overlays import Overlays
@@ -64,7 +65,7 @@ def film(
     try:
         import PIL  # noqa: F401
     except ImportError:
-        raise UsageError("films need Pillow", hint="pip install 'mbdsl[film]'; a page (.html) needs nothing") from None
+        raise UsageError("films need Pillow", hint=f"{install('film')}; a page (.html) needs nothing") from None
     picture = Picture(motion, drawn or drawing(motion), width, height, overlays)
     rows = rows_of(motion).tolist()
     pictures = (picture.frame(row) for row in rows)
@@ -133,6 +134,6 @@ def _ffmpeg() -> str:
     try:
         import imageio_ffmpeg
     except ImportError:
-        hint = "pip install 'mbdsl[film]', or install ffmpeg; a .gif or a page (.html) needs neither"
+        hint = f"{install('film')}, or install ffmpeg; a .gif or a page (.html) needs neither"
         raise UsageError("MP4 needs the program ffmpeg", hint=hint) from None
     return imageio_ffmpeg.get_ffmpeg_exe()

@@ -2,11 +2,16 @@
 
     python tests/benchmarks/against_mujoco.py [--only LINKS] [--repeats 5] [--methods radau5,...] [--output FOLDER]
 
+The default, ``METHODS``, takes some minutes; ``--methods all`` compares every installed method of mbdsl and takes much
+longer. The table of methods has the time of each of them relative to MuJoCo's, and that of the run that ``--accuracy``
+chooses, without the runs of its search and its check.
+
 Chains of 2, 8 and 64 links swing for 1 s. Every program runs with all its settings (:mod:`chain_programs`), with steps
 halved, or tolerances reduced, until the error in angles is below 1e-10. Then the runs that are not much slower than
-another run of the same program with a smaller error are timed in rounds, in which all programs alternate in one process
-and one thread; the least time of all rounds counts. Of each setting, time is interpolated over error, both as
-logarithms, and the fastest setting at an error counts. Times of mbdsl with ``--tol`` include the calibration runs.
+another run of the same program, or method of mbdsl, with a smaller error are timed in rounds, in which all programs
+alternate in one process and one thread; the least time of all rounds counts. Of each setting, time is interpolated over
+error, both as logarithms, and the fastest setting at an error counts. Times of mbdsl with ``--tol`` include the
+calibration runs.
 
 All errors are against one reference, which none of the programs made. A program describes the same mechanism if its
 errors fall below ``SAME``; Exudyn's implicit solvers, of order 2, do not come so far within ``PATIENCE``, and where
@@ -28,7 +33,7 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
-from chain_programs import PROGRAMS, Reference, Series, all_series, missing
+from chain_programs import PROGRAMS, Reference, Series, all_series, chosen, mbdsl_run, missing
 from doc_parts import ROOT, markdown, put
 from work_precision import at
 
@@ -40,8 +45,10 @@ from mbdsl.studies.report import as_text, number
 from mbdsl.studies.runner import SHORT, TRIES
 
 LINKS = (2, 8, 64)
+METHODS = ("dop853", "radau13", "radau9", "radau5", "hht-si2")
 PAGE = ROOT / "docs" / "work-precision.md"
 DECADES = tuple(range(4, 11))  #: errors 1e-4 ... 1e-10
+CHOSEN = (4, 7, 10)  #: accuracies for which ``--accuracy`` chooses
 TARGET = 1.0 / 3.0  #: of the time of another program
 #: seconds of a run, above which a program is not refined further
 PATIENCE = {**dict.fromkeys(PROGRAMS, 1.5), "Exudyn implicit": 0.4}
@@ -65,12 +72,22 @@ class Run:
 
 
 @dataclass
+class Choice:
+    """The run that ``--accuracy`` chooses for an accuracy: its setting, seconds and error."""
+
+    name: str
+    seconds: float
+    error: float
+
+
+@dataclass
 class Chain:
     """The measurements of one chain."""
 
     links: int
     floor: float  #: difference of two references
     runs: list[Run]
+    choices: dict[int, Choice] = field(default_factory=dict)  #: decade -> choice
 
     def of(self, program: str) -> list[Run]:
         return [run for run in self.runs if run.series.program == program]
@@ -125,16 +142,33 @@ def explore(every: Sequence[Series], least: float) -> list[Run]:
 
 
 def worth(runs: Sequence[Run]) -> list[Run]:
-    """Without the runs that are much slower than a more accurate run of the same program."""
+    """Without the runs that are much slower than a more accurate run of the same program, or method of mbdsl."""
+
+    def of(run: Run) -> str:
+        return run.series.name if run.series.program == "mbdsl" else run.series.program
 
     def beaten(run: Run) -> bool:
-        same = (other for other in runs if other.series.program == run.series.program)
+        same = (other for other in runs if of(other) == of(run))
         return any(other.error <= run.error and WORSE * other.least < run.least for other in same)
 
     return [run for run in runs if not beaten(run)]
 
 
-def compare(links: int, repeats: int, methods: Sequence[str] | None = None, decades: Sequence[int] = DECADES) -> Chain:
+def choices(reference: Reference, decades: Sequence[int], repeats: int) -> dict[int, Choice]:
+    """The choices of ``--accuracy``; without those accuracies that it does not reach."""
+    found = {}
+    for k in (k for k in decades if k in CHOSEN):
+        case = chosen(reference, 10.0**-k)
+        if case is not None:
+            runs = [mbdsl_run(reference, *case) for _ in range(repeats)]
+            name = case[0] if case[2] is None else f"{case[0]} --tol"
+            found[k] = Choice(name, min(seconds for seconds, _ in runs), runs[0][1])
+    return found
+
+
+def compare(
+    links: int, repeats: int, methods: Sequence[str] | None = METHODS, decades: Sequence[int] = DECADES
+) -> Chain:
     """All programs on one chain."""
     reference = Reference(links)
     floor = reference.error(Reference(links, 10.0 * reference.tol).angles)
@@ -150,7 +184,7 @@ def compare(links: int, repeats: int, methods: Sequence[str] | None = None, deca
             while len(tries) < TRIES and (not tries or sum(tries) < SHORT):
                 tries.append(run.series.run(run.size)[0])
             run.seconds.append(min(tries))
-    return Chain(links, floor, runs)
+    return Chain(links, floor, runs, choices(reference, decades, repeats))
 
 
 def table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
@@ -169,6 +203,25 @@ def table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
         rows.append(tuple(cells))
     title = f"Least time for an error in angles, chain of {chain.links} links, 1 s (in brackets: relative to mbdsl)"
     return Table(title, ("error", "mbdsl, by", "takes", *others), rows)
+
+
+def methods_table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
+    """Times of the settings of mbdsl, and of the choices of ``--accuracy``, relative to MuJoCo's."""
+    names = list(dict.fromkeys(run.series.name for run in chain.of("mbdsl")))
+    columns = {name: front([run for run in chain.of("mbdsl") if run.series.name == name]) for name in names}
+    rows = []
+    for k in decades:
+        error = 10.0**-k
+        other = chain.at("MuJoCo", error)[0] if chain.of("MuJoCo") else math.nan
+        cells = []
+        for runs in columns.values():
+            ratio = at(error, [run.error for run in runs], [run.least for run in runs]) / other
+            cells.append(f"{ratio:.2g}" if math.isfinite(ratio) else "")
+        choice = chain.choices.get(k)
+        cells.append("" if choice is None else f"{choice.seconds / other:.2g}, {choice.name}, {choice.error:.0e}")
+        rows.append((number(error, 1), *cells))
+    title = f"Chain of {chain.links} links: time of mbdsl relative to MuJoCo's at equal error"
+    return Table(title, ("error", *names, "--accuracy: time, choice, error"), rows)
 
 
 def verdicts(chain: Chain, decades: Sequence[int] = DECADES) -> list[str]:
@@ -242,20 +295,21 @@ def report(chain: Chain, decades: Sequence[int] = DECADES) -> str:
     """Everything about one chain as text."""
     closest = (f"{name} {min(run.error for run in own):.0e}" for name in PROGRAMS if (own := chain.of(name)))
     least = f"references differ by {chain.floor:.0e}; least errors: {', '.join(closest)}"
-    return "\n".join([as_text(table(chain, decades)), least, *verdicts(chain, decades)])
+    own = as_text(methods_table(chain, decades))
+    return "\n".join([as_text(table(chain, decades)), least, *verdicts(chain, decades), "", own])
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", metavar="LINKS", type=int, help="one chain")
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--methods", type=lambda text: text.split(","), help="methods of mbdsl; default: all")
+    parser.add_argument("--methods", default=",".join(METHODS), help="methods of mbdsl, or all; default: %(default)s")
     parser.add_argument("--output", metavar="FOLDER", type=Path, help="where pictures and numbers go")
     given = parser.parse_args()
     for package, command in missing().items():
         print(f"{package} is not installed and left out: {command}")
     for links in LINKS if given.only is None else (given.only,):
-        chain = compare(links, given.repeats, given.methods)
+        chain = compare(links, given.repeats, None if given.methods == "all" else given.methods.split(","))
         print(f"\n{report(chain)}", flush=True)
         if given.output is not None:
             made = written(chain, given.output)

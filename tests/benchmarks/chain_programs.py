@@ -23,6 +23,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any
 
 import against_exudyn
@@ -91,6 +92,12 @@ class Reference:
         self.times = np.linspace(0.0, STOP, POINTS + 1)[1:]
         self.angles = self.at(self.times)
 
+    @cached_property
+    def scene(self) -> tuple[Any, Any]:
+        """The same chain in mbdsl, and its graph."""
+        scene = mbdsl.load(MODEL, {"N": self.n})
+        return scene, graph.build(scene)
+
     def at(self, times: Array) -> Array:
         """(times, N)."""
         return self._solution.sol(times)[: self.n].T
@@ -116,42 +123,57 @@ def numbers_of_steps() -> list[float]:
     return [FIRST * 2.0**k for k in range(LEVELS)]
 
 
+def mbdsl_run(reference: Reference, method: str, step: float | None, tol: float | None) -> tuple[float, float]:
+    """Seconds and error of a run; both are infinite if it is refused."""
+    scene, mechanism = reference.scene
+    try:
+        return _measured(reference, scene, mechanism, method, step, tol)
+    except MbdslError:
+        return math.inf, math.inf
+
+
+def _measured(
+    reference: Reference, scene: Any, mechanism: Any, method: str, step: float | None, tol: float | None
+) -> tuple[float, float]:
+    motion = Motion(scene, plan(scene, method, step, tol, stop=STOP, times=reference.times), mechanism)
+    motion.prepare()
+    motion.watch()
+    begun = time.process_time()
+    if tol is None:
+        status, missed = to_the_end(motion), False
+    else:
+        status, found = calibrated(motion, tol, lambda: to_the_end(motion))
+        missed = found.horizon is not None
+    seconds = time.process_time() - begun
+    if status != loop_state.DONE or missed:
+        return seconds, math.inf
+    q = motion.output(False)[1][1:]
+    first = motion.system.tables.coordinates
+    return seconds, reference.error(q[:, [first[f"link[{k}]"] + 2 for k in range(1, reference.n + 1)]])
+
+
+def chosen(reference: Reference, accuracy: float) -> tuple[str, float | None, float | None] | None:
+    """Method, step and ``tol`` that ``--accuracy`` chooses; None if it does not reach the accuracy."""
+    try:
+        given = {"stop": STOP, "interval": STOP / POINTS, "budget": 1.0}
+        found = mbdsl.simulate(reference.scene[0], accuracy=accuracy, **given).stats
+    except MbdslError:
+        return None
+    return found["method"], None if found["tol"] is not None else found["h"], found["tol"]
+
+
+def _fixed(reference: Reference, method: str, steps: float) -> tuple[float, float]:
+    return mbdsl_run(reference, method, STOP / steps, None)
+
+
 def mbdsl_series(reference: Reference, methods: Sequence[str] | None = None) -> Iterator[Series]:
     """Every method with fixed steps and with tolerances, methods of high order first."""
-    scene = mbdsl.load(MODEL, {"N": reference.n})
-    mechanism = graph.build(scene)
-
-    def run(method: str, step: float | None, tol: float | None) -> tuple[float, float]:
-        motion = Motion(scene, plan(scene, method, step, tol, stop=STOP, times=reference.times), mechanism)
-        motion.prepare()
-        motion.watch()
-        begun = time.process_time()
-        if tol is None:
-            status, missed = to_the_end(motion), False
-        else:
-            status, found = calibrated(motion, tol, lambda: to_the_end(motion))
-            missed = found.horizon is not None
-        seconds = time.process_time() - begun
-        if status != loop_state.DONE or missed:
-            return seconds, math.inf
-        q = motion.output(False)[1][1:]
-        first = motion.system.tables.coordinates
-        return seconds, reference.error(q[:, [first[f"link[{k}]"] + 2 for k in range(1, reference.n + 1)]])
-
-    def attempt(*how: Any) -> tuple[float, float]:
-        try:
-            return run(*how)
-        except MbdslError:
-            return math.inf, math.inf
-
-    chosen = {name: m for name, m in available().items() if methods is None or name in methods}
-    for name, method in sorted(chosen.items(), key=lambda item: -item[1].order):
+    compared = {name: m for name, m in available().items() if methods is None or name in methods}
+    for name, method in sorted(compared.items(), key=lambda item: -item[1].order):
         if "fixed" in method.steps:
-            yield Series(
-                "mbdsl", name, numbers_of_steps(), lambda n, name=name: attempt(name, STOP / n, None), method.order
-            )
+            yield Series("mbdsl", name, numbers_of_steps(), partial(_fixed, reference, name), method.order)
         if "controlled" in method.steps:
-            yield Series("mbdsl", f"{name} --tol", TOLERANCES, lambda tol, name=name: attempt(name, None, tol))
+            yield Series("mbdsl", f"{name} --tol", TOLERANCES, partial(mbdsl_run, reference, name, None))
 
 
 def mjcf(n: int, jacobian: str) -> str:

@@ -103,7 +103,7 @@ def exudyn(repeats: int) -> Texts:
 
 def size(repeats: int) -> Texts:
     """Cost of large models."""
-    rows, growing = [], []
+    rows, growing, adding, by_links = [], [], [], {}
     for model, unit in (("chain", "links"), ("four_bar", "loops")):
         costs = growth.measure(model, growth.SIZES[model], repeats)
         print("\n".join(growth.rows(model, costs)), flush=True)
@@ -112,19 +112,61 @@ def size(repeats: int) -> Texts:
             first, last = min(least), max(least)
             power = growth.exponent(least, least.values())
             name = f"{model.replace('_', '-')}, {first} ... {last:,} {unit}, `{method}`"
-            rows.append((name, f"{rounded(least[first])} ... {rounded(least[last])}", f"{power:.2f}"))
+            of_iteration = growth.exponent(least, [us / sizes[n].iterations for n, us in least.items()])
+            of_adding = growth.exponent(least, [min(cost.adding) for cost in sizes.values()])
+            exponents = (f"{power:.2f}", f"{of_iteration:.2f}", f"{of_adding:.2f}")
+            rows.append((name, f"{rounded(least[first])} ... {rounded(least[last])}", *exponents))
             if model == "chain":
                 each = {n: us / n / sizes[n].iterations for n, us in least.items()}
                 growing.append(each[last] / each[first])
-    processes = growth.processes((max(growth.PROCESSES),), min(repeats, 3))
-    fresh = [f for sizes in processes.values() for f in sizes.values()]
+                adds = {n: min(cost.adding) / n for n, cost in sizes.items()}
+                adding.append(adds[last] / adds[first])
+                by_links[method] = sizes
+    links = [
+        (
+            f"{n:,}",
+            *(
+                text
+                for sizes in by_links.values()
+                for us in [min(sizes[n].us)]
+                for text in (rounded(us), f"{us / n:.2f}", f"{sizes[n].iterations:.1f}", f"{sizes[n].matrices:.2f}")
+            ),
+        )
+        for n in growth.SIZES["chain"]
+    ]
+    heads = ("µs a step", "and link", "iterations", "matrices")
+    processes = growth.processes(growth.PROCESSES, min(repeats, 3))
+    print("\n".join(growth.of_processes(processes)), flush=True)
+    last = max(growth.PROCESSES)
+    fresh = [sizes[last] for sizes in processes.values()]
     memory, seconds = max(max(f.memory) for f in fresh), max(median(f.seconds) for f in fresh)
-    print(f"{max(growth.PROCESSES)} links: {memory:.0f} MB, {seconds:.2f} s")
+    most = max(cost.traffic for cost in by_links[growth.METHODS[-1]].values())
+    largest = processes[growth.METHODS[-1]]
+    _, each_link = growth.beyond({n: max(f.memory) for n, f in largest.items()})
+    stages = [
+        (
+            f"{n:,}",
+            *(f"{x:.2f}" for x in (*f.best, sum(f.best))),
+            f"{max(f.memory):.0f}",
+            kb,
+            f"{1024 * f.buffers / n:.1f}",
+        )
+        for (n, f), kb in zip(largest.items(), ["", *(f"{1024 * mb:.0f}" for mb in each_link)], strict=True)
+    ]
     return {
-        "speed: size": markdown(("", "microseconds a step", "exponent of growth"), rows),
+        "speed: size": markdown(
+            ("", "microseconds a step", "exponent of growth", "of an iteration", "of adding arrays"), rows
+        ),
+        "speed: links": markdown(("links", *(f"`{m}`: {h}" for m in by_links for h in heads)), links),
+        "speed: stages": markdown(
+            ("links", *(f"{x} [s]" for x in (*growth.STAGES, "total")), "peak [MB]", "kB a link", "of buffers"), stages
+        ),
         "speed: memory": f"{rounded(memory)} MB",
         "speed: set-up": f"{rounded(seconds)} s",
+        "speed: memory of a link": f"{rounded(1024 * each_link[-1])} kB",
         "speed: growth of an iteration": spread(growing, 2),
+        "speed: growth of adding": spread(adding, 2),
+        "speed: traffic": f"{rounded(most / max(growth.SIZES['chain']) / 1e3)} kB",
     }
 
 

@@ -61,10 +61,21 @@ def test_ratios_against_exudyn():
 def test_growth():
     benchmark = script("growth")
     text = benchmark.table(repeats=1, sizes={"chain": (2, 8), "four_bar": (1, 4)}, fresh=(2, 4, 8))
-    assert text.count("memory: ") == text.count("set-up: ") == len(benchmark.METHODS)
+    assert text.count("memory: ") == len(benchmark.METHODS)
     assert text.count("grows with the power") == 2 * len(benchmark.METHODS) + 4  # and the steps of two models
-    assert text.count("set-up:") == len(benchmark.METHODS)
+    assert text.count("adding arrays: ") == 4
     assert "VOID" not in text
+    rows = [line.split() for line in text.splitlines() if re.match(r"chain +\d+ \S+ +\d+ ", line)]
+    assert len(rows) == 3 * len(benchmark.METHODS)
+    for row in rows:
+        *stages, total = (float(x) for x in row[6 : 7 + len(benchmark.STAGES)])
+        assert sum(stages) == pytest.approx(total, abs=0.005 * (len(stages) + 1))  # they are rounded to 0.01 s
+
+
+def test_growth_beyond_the_smallest_chain():
+    """Of memory that is proportional to the number of links, and a constant."""
+    power, each = script("growth").beyond({64: 50.0 + 6.4, 128: 50.0 + 12.8, 1024: 50.0 + 102.4})
+    assert power == pytest.approx(1.0) and each == pytest.approx([0.1, 0.1])
 
 
 def test_exponent_of_growth():
@@ -198,7 +209,7 @@ def test_against_mujoco(monkeypatch):
     decades = (3, 4)
     chain = benchmark.compare(2, 1, ["radau5"], decades)
     text = benchmark.report(chain, decades)
-    assert text.count("\n 1e-") == len(decades) and "time over MuJoCo's" in text
+    assert text.count("\n 1e-") == 2 * len(decades) and "time over MuJoCo's" in text  # of two tables
     for program in ("mbdsl", "MuJoCo"):
         assert min(run.error for run in chain.of(program)) < 1e-4
     if importlib.util.find_spec("exudyn") is not None:

@@ -11,6 +11,7 @@ import os
 import stat
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -91,8 +92,8 @@ def replaced(folder, capsys):
     assert stat.S_IMODE(own.stat().st_mode) == 0o700 or not trusted_files.has_owners()
     assert cache_folder.keep("a", b"a") == own / "a" and cache_folder.read("a") == b"a"
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("note: nothing is kept for later runs: ") and line.endswith("; see `mbdsl cache`")
-    assert cache_folder.compiling() == "compiling for the first time; the result cannot be kept ..."
+    assert line.startswith("note: nothing is stored for later runs: ") and line.endswith("; see `mbdsl cache`")
+    assert cache_folder.compiling() == "compiling for the first time; the code cannot be stored ..."
     return line
 
 
@@ -107,7 +108,7 @@ def test_it_is_made_for_the_user_alone(folder):
     finally:
         os.umask(former)
     assert path == folder / OBJECT and cache_folder.read(OBJECT) == b"code"
-    assert "kept" in cache_folder.compiling() and "cannot" not in cache_folder.compiling()
+    assert "is stored" in cache_folder.compiling() and "cannot" not in cache_folder.compiling()
     if trusted_files.has_owners():
         modes = [stat.S_IMODE(p.stat().st_mode) for p in (folder.parent, folder, path.parent, path)]
         assert modes == [0o700, 0o700, 0o700, 0o644]
@@ -236,7 +237,7 @@ def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
         [
             kernel_sources.digest_of(["mbdsl.compilation.marks"]),
             "mbdsl.compilation.marks",
-            code_cache._of_text("text"),
+            code_cache._asked("text", {}),
             "",
             "",
         ]
@@ -342,7 +343,7 @@ def test_a_full_disk_stops_nothing(tmp_path):
     """A limit of 0 bytes a file: the code is compiled and runs, one line says that it is not stored, no file is
     left."""
     done = run(FULL, tmp_path, MBDSL_CACHE_DIR=str(tmp_path / "cache"))
-    assert done.stdout == "3.0 True compiling for the first time; the result cannot be kept ...\n"
+    assert done.stdout == "3.0 True compiling for the first time; the code cannot be stored ...\n"
     (line,) = done.stderr.splitlines()
     assert f"cannot write into `{tmp_path / 'cache'}`" in line
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
@@ -362,7 +363,7 @@ def test_a_disk_that_fills_up_later(folder, monkeypatch, capsys):
         (line,) = capsys.readouterr().err.splitlines()
         assert os.strerror(errno.ENOSPC) in line
         assert list(folder.rglob("*.*part")) == []
-    assert "cannot be kept" in cache_folder.compiling()
+    assert "cannot be stored" in cache_folder.compiling()
 
 
 def test_no_place_at_all(folder, monkeypatch, capsys):
@@ -370,7 +371,7 @@ def test_no_place_at_all(folder, monkeypatch, capsys):
         raise FileNotFoundError(errno.ENOENT, "no usable temporary folder")
 
     monkeypatch.setenv("MBDSL_CACHE_DIR", "relative")
-    monkeypatch.setattr(cache_folder.tempfile, "mkdtemp", nowhere)
+    monkeypatch.setattr(tempfile, "mkdtemp", nowhere)
     assert cache_folder.own() is None
     assert cache_folder.keep(OBJECT, b"code") is None and cache_folder.read(OBJECT) is None
     assert cache_folder.subfolder(VERSION) is None and cache_folder.environment() == {}
@@ -584,7 +585,7 @@ def test_the_command_says_that_it_cannot_be_written(folder, read_only, say):
     planted(folder)
     code, out, err = say("cache")
     assert (code, err) == (0, "")
-    assert out.endswith(f"read-only: cannot write into `{folder}` (Read-only file system)\n")
+    assert out.endswith(f"nothing can be stored: cannot write into `{folder}` (Read-only file system)\n")
 
 
 def test_the_help_fits_a_terminal(say, monkeypatch):

@@ -17,6 +17,7 @@ from mbdsl.cli import _progress, _values, simulate
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import DisplayUnit, Scene
+from mbdsl.simulation.code_preparation import Progress as Prepared
 from mbdsl.simulation.progress import Progress, Purpose
 
 
@@ -409,6 +410,18 @@ def test_a_run_that_is_one_of_several_has_its_purpose(monkeypatch):
     line = " 25%  t = 0.5 of 2 s  h = 0.001 s  4 s left  check 2: scipy-dop853, tol = 3e..."
     assert display.stream.getvalue() == "\r" + line.ljust(79)
     assert _progress.text(progress(1.5, what="calibration run 2")).endswith("  4 s left  calibration run 2")
+
+
+def test_a_line_that_is_cut_off_ends_with_dots(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    display = _progress.Preparation(Terminal())
+    display(Prepared(2, 12, "step loop of dop853, step loop of generalized-alpha", 1.5))
+    line = "███................. 2 of 12  compiling step loop of dop853, step loop of ge..."
+    assert display.stream.getvalue() == "\r" + line.ljust(79)
+
+
+def test_an_explicit_method_states_no_iterations():
+    assert "iterations" not in _progress.text(progress(1.5, iterations=0))
 
 
 def test_a_backend_states_no_steps():

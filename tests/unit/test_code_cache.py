@@ -118,6 +118,19 @@ def test_another_text_of_the_same_name_is_compiled_again(fresh):
 
 
 @needs_compiler
+def test_other_types_of_the_arguments_are_compiled_again(fresh):
+    """The text of a module contains no types; code for others would read arguments from wrong places."""
+    text = "def fill(x, v):\n    v[0] = x\n"
+    for kind, x in (("float", 2.5), ("int", 3), ("float", 1.5)):
+        code_cache._functions.clear()
+        sys.modules.pop("filling", None)
+        (fill,) = code_cache.functions("filling", text, {"fill": code_cache.Signature((kind, "vector"))}, list)
+        v = np.zeros(1)
+        fill(x, v)
+        assert v[0] == x
+
+
+@needs_compiler
 def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path, monkeypatch):
     """Kernels of a module outside of the package; they do not depend on edits of other modules."""
     library = tmp_path / "library"
@@ -136,6 +149,107 @@ def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path,
     assert code_cache.is_compiled("scaled")
     source.write_text(source.read_text().replace("3", "4"))
     assert not code_cache.is_compiled("scaled")
+
+
+#: files of a user's package: kernels that call kernels of other files and read constants
+HELPERS = {
+    "helpers_of_a_user/__init__.py": "from .lengths import SHORT\n",
+    "helpers_of_a_user/lengths.py": "SHORT = 1\n",
+    "helpers_of_a_user/scaling.py": """
+from mbdsl.compilation.marks import kernel
+from . import factors
+
+@kernel
+def scale(x):
+    return factors.three() * x
+""",
+    "helpers_of_a_user/factors.py": """
+import math
+from mbdsl.compilation.marks import kernel
+try:
+    from more_helpers_of_a_user import TWO
+except ImportError:
+    TWO = 2
+
+@kernel
+def three():
+    return 1 + TWO
+""",
+    "more_helpers_of_a_user.py": "from basic_helpers_of_a_user import ONE\nTWO = ONE + 1\n",
+    "basic_helpers_of_a_user.py": "ONE = 1\n",
+    "kernels_of_a_user.py": """
+import helpers_of_a_user.scaling
+from mbdsl.compilation.marks import kernel
+
+@kernel
+def scale(x):
+    return helpers_of_a_user.scaling.scale(x) * helpers_of_a_user.SHORT
+""",
+}
+SCALED = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import kernels_of_a_user
+from mbdsl.compilation import code_cache
+text = "import kernels_of_a_user\\ndef scaled(x):\\n    return kernels_of_a_user.scale(x)\\n"
+before = code_cache.is_compiled("scaled")
+signatures = {"scaled": code_cache.Signature(("int",), gives="int")}
+(scaled,) = code_cache.functions("scaled", text, signatures, lambda: [kernels_of_a_user])
+print(before, scaled(2))
+"""
+
+
+@needs_compiler
+def test_machine_code_is_made_again_after_an_edit_of_any_file_that_kernels_read(tmp_path):
+    """Files of users: kernels and constants that are imported, directly or not, by name or within a package."""
+    for name, text in HELPERS.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    (tmp_path / "unused.py").write_text("x = 1\n")
+
+    def scaled():
+        return run(SCALED, tmp_path / "cache", arguments=[str(tmp_path)], PYTHONDONTWRITEBYTECODE="1")
+
+    assert scaled() == ["False", "6"]
+    (tmp_path / "unused.py").write_text("x = 2\n")
+    assert scaled() == ["True", "6"]
+    edits = {"helpers_of_a_user/lengths.py": ("= 1", "= 10", 60), "basic_helpers_of_a_user.py": ("= 1", "= 4", 120)}
+    edits["helpers_of_a_user/factors.py"] = ("1 + TWO", "2 + TWO", 140)
+    for name, (before, after, result) in edits.items():
+        (tmp_path / name).write_text(HELPERS[name].replace(before, after))
+        assert scaled() == ["False", str(result)], name
+        assert scaled() == ["True", str(result)], name
+
+
+def test_libraries_are_no_sources_of_machine_code(tmp_path, monkeypatch):
+    """Their versions are part of the key, or kernels cannot call them; only their files with kernels are read."""
+    (tmp_path / "site-packages").mkdir()
+    for name, text in {
+        "plain_library": "import inner_of_a_library\n",
+        "inner_of_a_library": "",
+        "library_of_kernels": "import mbdsl.compilation.marks, with_constants\n",
+        "with_constants": "",
+    }.items():
+        (tmp_path / "site-packages" / f"{name}.py").write_text(text)
+    (tmp_path / "of_a_user.py").write_text("import math, numpy, scipy.linalg, plain_library, library_of_kernels\n")
+    monkeypatch.syspath_prepend(tmp_path / "site-packages")
+    monkeypatch.syspath_prepend(tmp_path)
+    found = set(kernel_sources.names_of([import_module("of_a_user")])) - {"mbdsl.system.emit"}
+    assert {name for name in found if not name.startswith("mbdsl.")} == {
+        *("of_a_user", "plain_library", "library_of_kernels", "with_constants")
+    }
+
+
+def test_a_source_that_cannot_be_read_is_no_part_of_a_digest(tmp_path, monkeypatch):
+    """A module in an archive, or a file that was removed: its code is made again in each process."""
+    (tmp_path / "removed_soon.py").write_text("x = 1\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    module = import_module("removed_soon")
+    names = kernel_sources.names_of([module])
+    assert kernel_sources.digest_of(names) is not None
+    (tmp_path / "removed_soon.py").unlink()
+    assert kernel_sources.names_of([module]) == names
+    assert kernel_sources.digest_of(names) is None
 
 
 def test_kernels_are_found_however_they_are_imported():
@@ -184,6 +298,21 @@ def test_where_llvm_code_cannot_be_compiled_numba_compiles(fresh, monkeypatch):
     assert (fresh / "scales.ordinary").read_text().endswith("\nAttributeError: not what it was")
     assert code_cache.is_compiled("scales")
     check(*functions())
+
+
+@needs_compiler
+def test_without_numba_kernels_run_as_python(fresh, monkeypatch):
+    """Those that are not translated; the warning has the remedy."""
+    text = "def fill(v):\n    v[0] = sum([1.0, 2.0])\n"
+    monkeypatch.setitem(sys.modules, "numba", None)  # an import then raises ImportError
+    for _ in range(2):  # the second time the reason is stored
+        code_cache._functions.clear()
+        sys.modules.pop("filled", None)
+        with pytest.warns(code_cache.Uncompiled, match="not translated: filled, line 2: .*pip install .mbdsl.numba"):
+            (fill,) = code_cache.functions("filled", text, {"fill": code_cache.Signature(("vector",))}, list)
+        v = np.zeros(1)
+        fill(v)
+        assert v[0] == 3.0
 
 
 #: modules that numba's manual describes for extensions
@@ -262,9 +391,10 @@ def test_plain_python_without_numba(fresh, monkeypatch):
     assert not (fresh / "scales.o").exists()
 
 
-def run(code, cache, **environment):
+def run(code, cache, arguments=(), **environment):
     environment = {**os.environ, "MBDSL_CACHE_DIR": str(cache), "PYTHONPATH": os.pathsep.join(sys.path), **environment}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    command = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
     return done.stdout.split()
 
 
@@ -321,11 +451,25 @@ def test_a_broken_numba_does_no_harm(tmp_path):
     assert run(code + SIMULATE, tmp_path)[1] == "False"
 
 
-def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch):
+def test_settings_of_numba_are_part_of_the_digest(monkeypatch):
     before = code_cache.version()
     assert code_cache.version() == before
     monkeypatch.setenv("NUMBA_OPT", "1")
     assert code_cache.version() != before
+
+
+@needs_compiler
+@pytest.mark.parametrize("of", ["get_host_cpu_name", "get_process_triple"])
+def test_the_processor_is_part_of_the_digest(monkeypatch, of):
+    """As in a folder that several machines share."""
+    from llvmlite import binding
+
+    before = code_cache.version()
+    monkeypatch.setattr(binding, of, lambda: "another one")
+    code_cache._digest.cache_clear()
+    changed = code_cache.version()
+    code_cache._digest.cache_clear()
+    assert changed != before
 
 
 @pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])

@@ -73,7 +73,7 @@ def test_a_given_function_replaces_the_line(uncompiled, monkeypatch):
     assert said(monkeypatch, Terminal(), lambda: CALLS["simulate"](announce=lines.append)) == ""
     assert len(lines) == 1
     assert lines[0].startswith("compiling for the first time: a new combination of elements (")
-    assert " and method hht-si2; the result " in lines[0]
+    assert " and method hht-si2; the code " in lines[0]
 
 
 def test_the_command_line_says_it_once_or_not_at_all(uncompiled, monkeypatch, tmp_path):

@@ -39,6 +39,12 @@ def test_snippet(text):
     assert scene.components
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_line_of_text_begins_with_a_comment(page):
+    """In Markdown such a line ends the paragraph, and is taken as HTML."""
+    assert not re.findall(r"^\s*<!--.*?--> *[^\s<].*", page.read_text(encoding="utf-8"), re.MULTILINE)
+
+
 def test_there_are_snippets():
     assert len(list(snippets())) > 15
 

@@ -138,7 +138,7 @@ def test_only_its_own_graph_needs_networkx(monkeypatch):
     monkeypatch.setitem(sys.modules, "networkx", None)
     with pytest.raises(UsageError, match="networkx") as caught:
         g.networkx()
-    assert caught.value.hint == 'pip install "mbdsl[graph]"'
+    assert caught.value.hint == "in the folder of mbdsl: pip install '.[graph]'"
 
 
 def test_rows_of_velocities_count_for_velocities_only():

@@ -266,7 +266,17 @@ def test_an_assembly_needs_no_compiler():
     assert loaded(["check", "slider_crank.mbd"], ("numba", "llvmlite", "scipy", "numpy")) == "0 numpy"
 
 
-def loaded(arguments, modules):
+def test_a_run_loads_only_its_method(tmp_path):
+    """Without options of methods; unknown words are looked for among the options of all of them."""
+    run = ["simulate", "pendulum.mbd", "--method", "newmark", "--stop", "0.01", "--quiet"]
+    run += ["--output", str(tmp_path / "out.csv")]
+    others = tuple(f"mbdsl.integrators.methods.{name}" for name in ("radau5", "nstiff", "dop853"))
+    all_others = " ".join(["", *sorted(others)])
+    for more, expected in ([], ""), (["--gamma=0.7"], all_others):
+        assert loaded([*run, *more], others, says="", NUMBA_DISABLE_JIT="1") == f"0{expected}"
+
+
+def loaded(arguments, modules, says=None, **environment):
     """The exit code of a command, and those of the modules that it loads."""
     models = Path(__file__).parents[2] / "models"
     arguments = [str(models / a) if a.endswith(".mbd") else a for a in arguments]
@@ -274,9 +284,9 @@ def loaded(arguments, modules):
         "import sys, mbdsl.cli\ncode = mbdsl.cli.main(sys.argv[1:])\n"
         f"print(code, *sorted(set(sys.modules) & set({modules!r})), file=sys.stderr)"
     )
-    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_DISABLE_JIT"}
+    environment = {**{k: value for k, value in os.environ.items() if k != "NUMBA_DISABLE_JIT"}, **environment}
     done = subprocess.run(
         [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True, env=environment
     )
-    assert done.stdout
+    assert done.stdout if says is None else done.stdout == says
     return done.stderr.rstrip("\n")

@@ -177,7 +177,7 @@ METHOD = Method("incomplete", doc="", order=1, index=3, enforces=("Phi",), sourc
     monkeypatch.setattr(methods, "__path__", [*methods.__path__, str(tmp_path)])
     try:
         with pytest.raises(mbdsl.errors.UsageError) as refused:
-            integrators.modules.__wrapped__()
+            list(integrators.modules.__wrapped__())
     finally:
         sys.modules.pop("mbdsl.integrators.methods.incomplete_method", None)
     assert refused.value.message == expected

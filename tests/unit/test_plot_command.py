@@ -225,6 +225,6 @@ def test_without_matplotlib(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     code, _, err = run(capsys, "a.npz", "--out", "a.png")
     assert code == 2
-    assert "pip install 'mbdsl[plot]'; .svg and .html need no further package" in err
+    assert "pip install '.[plot]'; .svg and .html need no further package" in err
     assert run(capsys, "a.npz", "--out", "a.svg")[0] == 0
     assert run(capsys, "a.npz")[0] == 0

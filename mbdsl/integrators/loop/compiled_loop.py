@@ -30,8 +30,11 @@ def loop_name(method: str) -> str:
 
 
 def _with_kernels_of(module: ModuleType) -> ModuleType:
-    """The first module of a method with the kernels of ``module``."""
-    return next((other for other in modules().values() if _kernels(other) == _kernels(module)), module)
+    """The first module of a method with the kernels of ``module``, if that defines none itself."""
+    kernels = _kernels(module)
+    if any(defined == module.__name__ for _, defined, _ in kernels):
+        return module
+    return next((other for other in modules().values() if _kernels(other) == kernels), module)
 
 
 def _kernels(module: ModuleType) -> list[tuple[str, str, str]]:

@@ -26,6 +26,7 @@ searched for.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,19 +60,27 @@ def analyse(n: int, rows: Ints, columns: Ints, order: Ints, most: int = MOST) ->
     rank = np.empty(n, np.int64)
     rank[order] = np.arange(n)
     r, c = rank[rows], rank[columns]
-    below: list[set[int]] = [set() for _ in range(n)]  # the rows of each column of L
-    for i, j in set(zip(np.maximum(r, c).tolist(), np.minimum(r, c).tolist(), strict=True)):
-        if i != j:
-            below[j].add(i)
-    for found in below:
-        if found:
+    given = np.sort((np.minimum(r, c) * n + np.maximum(r, c))[r != c])  # column by column
+    given = given[np.diff(given, prepend=-1) > 0]
+    first_given = np.searchsorted(given, np.arange(n + 1) * n).tolist()
+    given_rows = (given % n).tolist()
+    below: list[list[int]] = []  # the rows of each column of L, ascending
+    filled: dict[int, set[int]] = {}  # further rows of a column
+    for j in range(n):
+        found = given_rows[first_given[j] : first_given[j + 1]]
+        if j in filled:
+            found = sorted(filled.pop(j).union(found))
+        below.append(found)
+        if len(found) > 1:
             # fill-in: the rows of a column are also rows of the column of its parent in the elimination tree
-            parent = min(found)
-            below[parent] |= found
-            below[parent].discard(parent)
+            parent, *others = found
+            if parent in filled:
+                filled[parent].update(others)
+            else:
+                filled[parent] = set(others)
     counts = np.array([len(found) for found in below], np.int64)
     starts = np.concatenate([[0], np.cumsum(counts)])
-    row = np.array([i for found in below for i in sorted(found)], np.int64)
+    row = np.fromiter(chain.from_iterable(below), np.int64, int(starts[-1]))
     column = np.repeat(np.arange(n), counts)
     keys = column * n + row  # ascending
 

@@ -74,6 +74,7 @@ from mbdsl.integrators.methods.dop853_stages import (
     OTHERS,
     OWN_ROWS,
     READY,
+    ROOT,
     SPEED,
     STAGE,
     STIFF_STEPS,
@@ -81,6 +82,8 @@ from mbdsl.integrators.methods.dop853_stages import (
     has_friction,
     solve_stages,
 )
+from mbdsl.integrators.methods.multiplier_matrix import roots
+from mbdsl.integrators.methods.multiplier_matrix import tables as tables
 from mbdsl.integrators.methods.radau_step import before_switch, fitted, update_switches
 
 #: h |lambda| at the limit of stability; number of stiff steps after which the model counts as stiff; number of other
@@ -102,6 +105,7 @@ METHOD = Method(
     own_reactions=False,
     steps=("controlled", "fixed"),
     rows=OWN_ROWS,
+    matrices=2,
     stable=LIMIT,
     longest=0.1,
     relative_step=8.0,
@@ -139,6 +143,7 @@ def trial_length(run):
     memory[SPEED] = max(memory[SPEED], speed, 1.0 / (reals[STOP] - reals[START]) if reals[TOL] > 0.0 else 0.0)
     if first:
         memory[FRICTION] = 1.0 if has_friction(run) else 0.0
+        roots(ROOT, run)
     if reals[TOL] == 0.0:
         return reals[STEP_SIZE]
     if first:
@@ -301,7 +306,7 @@ def take(t0, h, formulas, run):
 
 @kernel
 def store(h, run):
-    """The step becomes history."""
+    """Store the step as the last one."""
     reals, vectors, layout = run.reals, run.vectors, run.layout
     for i in range(layout[N_Q]):
         vectors[POSITION0, i], vectors[VELOCITY0, i] = vectors[POSITION, i], vectors[VELOCITY, i]

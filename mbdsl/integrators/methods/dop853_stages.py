@@ -70,15 +70,18 @@ from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.symmetric_lu import symmetric_factor, symmetric_solve
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
 from mbdsl.integrators.methods.dop853_coefficients import ALL, NODE, SQUARE, STAGES
+from mbdsl.integrators.methods.multiplier_matrix import applies, assemble, factorise, solve_multipliers
 
-#: own rows of ``vectors``: [a; lam] of all stages; coefficients of degree 4 to 7 of the interpolation of q, and of v
-STAGE, OF_Q, OF_V = ROWS, ROWS + ALL, ROWS + ALL + 4
-OWN_ROWS = ALL + 8
+#: own rows of ``vectors``: [a; lam] of all stages; coefficients of degree 4 to 7 of the interpolation of q, and of v;
+#: diagonal of M^{-1/2}, for :mod:`mbdsl.integrators.methods.multiplier_matrix`
+STAGE, OF_Q, OF_V, ROOT = ROWS, ROWS + ALL, ROWS + ALL + 4, ROWS + ALL + 8
+OWN_ROWS = ALL + 9
 #: memory: contraction of the projection; largest scaled velocity so far; whether the interpolation of the step is
 #: ready; successive stiff steps; successive other steps since; whether forces depend on multipliers
 CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(6)
-#: most iterations of a projection; after RENEWED of them the matrix is renewed
-MOST, RENEWED = 12, 3
+#: most iterations of a projection; after RENEWED of them the matrix is renewed, or after three if changes decrease by
+#: less than the factor SLOW
+MOST, RENEWED, SLOW = 14, 5, 0.03
 #: change in a projection that may be rounding, in units of the last place, if changes do not become smaller
 NOISE = 1e4
 #: most solutions for accelerations where forces depend on multipliers; relative change of these that is accepted
@@ -164,9 +167,13 @@ def in_time(run):
 
 @kernel
 def saddle(t, run):
-    """Matrix 0 <- [[M, J^T], [J, 0]] at the state last evaluated; CORRECTION <- [Q; gamma]."""
+    """Matrix 0 <- [[M, J^T], [J, 0]] at the state last evaluated, or C C^T; CORRECTION <- [Q; gamma]."""
     vectors, layout = run.vectors, run.layout
     n, size = layout[N_Q], layout[N_ALL]
+    run.integers[MATRICES] += 1
+    if applies(run):
+        assemble(ROOT, run)
+        return
     tangent_matrix(0, t, run, M=1.0, N=1.0, Gam_q=1.0)
     for i in range(n):
         vectors[CORRECTION, i] = vectors[FORCE, i]
@@ -188,7 +195,6 @@ def saddle(t, run):
                 mirror(i * size + j, j * size + i, i, j, run)
     if size > n:
         in_time(run)
-    run.integers[MATRICES] += 1
 
 
 @kernel
@@ -201,7 +207,9 @@ def is_symmetric(run):
 def factorised(run):
     """A status: whether matrix 0 could be factorised."""
     run.integers[FACTORISATIONS] += 1
-    if is_symmetric(run):
+    if applies(run):
+        done = factorise(run)
+    elif is_symmetric(run):
         done = symmetric_factor(run.matrices[0], run.layout)
     else:
         done = factor(0, run)
@@ -213,7 +221,9 @@ def factorised(run):
 @kernel
 def solve_row(row, run):
     """vectors[row] <- A^{-1} vectors[row] with the factors of matrix 0."""
-    if is_symmetric(run):
+    if applies(run):
+        solve_multipliers(run.vectors[row], ROOT, run)
+    elif is_symmetric(run):
         symmetric_solve(run.matrices[0], run.layout, run.vectors[row])
     else:
         solve(0, row, run)
@@ -312,12 +322,12 @@ def correct(unit, run):
 @kernel
 def project(t, size, unit, run):
     """Project the state onto the constraints at t, and evaluate it; a status. ``size`` of the mechanism."""
-    memory, former, last, floor = run.memory, 0.0, False, EPS * size
+    memory, former, ratio, last, floor = run.memory, 0.0, run.memory[CONTRACTION], False, EPS * size
     for k in range(MOST):
         evaluate_state(t, run)
         if last:
             return RUNNING
-        if k == RENEWED:
+        if k == RENEWED or (k > 2 and k < RENEWED and ratio > SLOW):
             saddle(t, run)
             status = factorised(run)
             if status != RUNNING:
@@ -325,10 +335,11 @@ def project(t, size, unit, run):
         change = correct(unit, run)
         if not change < 1e100:
             return NOT_FINITE
-        if former > 100.0 * floor:
-            memory[CONTRACTION] = min(max(change / former, 0.5 * memory[CONTRACTION]), 0.5)
+        if k > 1 and former > 100.0 * floor:  # the second change of v is that due to the first one of q
+            ratio = change / former
+            memory[CONTRACTION] = min(max(ratio, 0.5 * memory[CONTRACTION]), 0.5)
         stalled = k > RENEWED and change > 0.3 * former and change <= NOISE * floor
-        last = change <= floor or 10.0 * memory[CONTRACTION] * change <= floor or stalled
+        last = change <= floor or 10.0 * ratio * change <= floor or stalled
         former = change
     return DIVERGED
 

@@ -412,7 +412,7 @@ def interpolate(k, x, h, out, run):
 
 @kernel
 def store(h, run):
-    """The step becomes history."""
+    """Store the step as the last one."""
     reals, vectors, layout = run.reals, run.vectors, run.layout
     for i in range(layout[N_Q]):
         vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (

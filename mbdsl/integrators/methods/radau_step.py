@@ -144,7 +144,7 @@ def next_length(error, h, times, formulas, run):
     memory, reals = run.memory, run.reals
     if reals[TOL] > 0.0:
         new = filtered_length(h, error, run)
-        keep = 0.95 <= new / h <= 1.15 and memory[CONTRACTION] < SLOW  # the matrices are good for another step
+        keep = 0.95 <= new / h <= 1.15 and memory[CONTRACTION] < SLOW  # the matrices can be kept for another step
         reals[STEP_SIZE], reals[LAST_H], memory[ERROR] = h if keep else new, h, error
     memory[LAST] = h
     if memory[CONTRACTION] > SLOW and run.integers[UNSEEN] <= run.coefficients[KNOWN]:

@@ -12,10 +12,11 @@ import pytest
 
 import mbdsl
 from mbdsl import UsageError, cli, integrators
+from mbdsl.compilation import code_cache
 from mbdsl.integrators import method_files
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, setting
-from mbdsl.studies.store import Store
+from mbdsl.studies.store import Store, method_code
 
 ROOT = Path(__file__).parents[3]
 CRANK = ROOT / "models" / "slider_crank.mbd"
@@ -126,6 +127,18 @@ def test_a_changed_file_replaces_the_method(files):
     assert method_files.digest("rk4") != first and method_files.digest("newmark") is None
 
 
+def test_a_changed_file_that_it_imports_is_part_of_its_digest(files, tmp_path, monkeypatch):
+    """Checkpoints and stored runs are then those of another method."""
+    monkeypatch.syspath_prepend(tmp_path)
+    files("helper_of_rk4.py", "HALF = 0.5")
+    files("rk4.py", RK4 + "import helper_of_rk4\n")
+    method_files.load("rk4.py")
+    digest, key = method_files.digest("rk4"), method_code("rk4")
+    assert (method_files.digest("rk4"), method_code("rk4")) == (digest, key)
+    files("helper_of_rk4.py", "HALF = 0.25")
+    assert method_files.digest("rk4") != digest and method_code("rk4") != key
+
+
 # -- errors -------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("text", "message"),
@@ -214,6 +227,21 @@ def test_errors_during_the_run(files, capsys, good, bad, message):
         message, err = (re.sub(r"(?m)^(rk4\.py:\d+):\d+|^ +\^+\n", r"\1", x) for x in (message, err))
     assert (code, err) == (4, message)
     assert "Traceback" in run(capsys, *given, "--debug")[2]
+
+
+@pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
+def test_without_numba_a_kernel_that_is_not_translated_has_a_line(files, capsys, monkeypatch):
+    files("euler.py", EULER.replace("    y = run.vectors\n", "    y = run.vectors\n    z = [1.0, h]\n"))
+    monkeypatch.setitem(sys.modules, "numba", None)  # an import then raises ImportError
+    words = ["simulate", ROOT / "models" / "pendulum.mbd", "--method", "euler.py", "--step", "1ms", "--stop", "0.1s"]
+    code, _, err = run(capsys, *words, "--quiet", "--output", "o.csv")
+    assert (code, err) == (
+        2,
+        "euler.py:16:5: error: cannot translate the kernels of euler: `[1.0, h]`\n"
+        "        z = [1.0, h]\n"
+        "        ^^^^^^^^^^^^\n"
+        "  = numba compiles more of Python: pip install 'mbdsl[numba]'; NUMBA_DISABLE_JIT=1 runs them as Python\n",
+    )
 
 
 def test_an_error_of_numba_has_a_line(files):

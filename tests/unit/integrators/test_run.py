@@ -336,15 +336,28 @@ def test_progress_is_told():
     assert reports[0].t == pytest.approx(reports[0].steps * 1e-3)
 
 
+def test_phases_without_progress_are_named():
+    class Phases(list):
+        phase = list.append
+        __call__ = list.append
+
+    phases = Phases()
+    mbdsl.simulate(pendulum(), step=1e-3, stop=1e-2, progress=phases)
+    names = [phase for phase in phases if isinstance(phase, str)]
+    assert names[-2:] == ["assembling the initial state", "taking the first steps"]
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_counts(method):
     """If the matrix hardly changes, it is kept: fewer factorisations than steps, and at most one more iteration."""
     r = mbdsl.simulate(pendulum(), method=method, step=1e-3, stop=2.0)
     s = r.stats
     assert (s["n"], s["m"], s["p"], s["steps"], s["h"]) == (2, 1, 0, 2000, 1e-3)
-    if methods()[method].stable < np.inf:  # explicit: 12 stages; one to three evaluations are for the projection
-        assert 13 * s["steps"] <= s["iterations"] <= 15 * s["steps"] and s["factorisations"] == 12 * s["steps"]
+    if methods()[method].explicit:  # 12 stages; one to three evaluations are for the projection
+        assert 13 * s["steps"] <= s["evaluations"] <= 15 * s["steps"] and s["factorisations"] == 12 * s["steps"]
+        assert s["iterations"] == 0
         return
+    assert s["evaluations"] == 0
     # stages of order 5 and more are solved to rounding where steps are fixed
     assert s["steps"] <= s["iterations"] <= {5: 4, 9: 4, 13: 5}.get(methods()[method].order, 3) * s["steps"]
     assert 0 < s["factorisations"] < 0.5 * s["steps"]

@@ -77,4 +77,4 @@ def test_refused(tmp_path, energy, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(UsageError, match="matplotlib") as refused:
         draw(energy, tmp_path / "a.png")
-    assert refused.value.hint == "pip install 'mbdsl[plot]'"
+    assert refused.value.hint == "in the folder of mbdsl: pip install '.[plot]'"

@@ -484,10 +484,10 @@ def test_studies_from_a_shell(say, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
     code, out, err = say(*argv, "--quiet")
     assert (
-        code == 0 and out == "" and "mbdsl[plot]" in err and Path("slider_crank-convergence/convergence.html").exists()
+        code == 0 and out == "" and "'.[plot]'" in err and Path("slider_crank-convergence/convergence.html").exists()
     )
     code, out, err = say(*argv, "--pictures", "png")
-    assert code == 2 and out == "" and "mbdsl[plot]" in err
+    assert code == 2 and out == "" and "'.[plot]'" in err
 
 
 def test_what_cannot_be_written_is_told_before_the_work(say, monkeypatch):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from mbdsl.studies.method_search import GAIN, NEAR, Candidate, Result, best_time, rounded, search
+from mbdsl.studies.recommendation import _why
 
 TARGET = 1e-7
 
@@ -199,6 +200,12 @@ def test_a_method_that_fails_is_given_up():
     broken = Method(2, 1.0, fails=0.0)
     found, complete = find(Clock({"broken": broken}))
     assert complete and found["broken"].problem == "it diverges" and found["broken"].runs == 4
+
+
+def test_the_reason_of_failed_runs_is_reported():
+    candidate = Method(2, 1.0).candidate("ida")
+    candidate.see(candidate.size, Result(problem="ida needs sksundae"), TARGET, 1.0)
+    assert _why(candidate, 1.0, TARGET) == "1 run failed: ida needs sksundae"
 
 
 @pytest.mark.parametrize(("x", "wanted"), [(1.27e-4, 1.2e-4), (0.1, 0.1), (9.99e-7, 9.9e-7), (3e-5, 3e-5)])

@@ -94,7 +94,7 @@ def test_without_ffmpeg(pendulum, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
     with pytest.raises(UsageError, match="MP4 needs the program ffmpeg") as caught:
         pendulum.animate(tmp_path / "p.mp4")
-    assert "mbdsl[film]" in caught.value.hint and not list(tmp_path.iterdir())
+    assert "'.[film]'" in caught.value.hint and not list(tmp_path.iterdir())
 
 
 def test_ffmpeg_gets_all_pictures(pendulum, tmp_path, monkeypatch):
