@@ -180,10 +180,11 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     if whole is None or part is None or not part[0].shape[2]:
         return None  # no degrees of freedom, or the constraints change rank along the run
     V, inverse = whole
-    Z, turned = part[0], N
+    Z = part[0]
+    B = V1 = -inverse @ (N @ Z)
     if not both.all():
         turned = np.where(both[:, None], N, (other[:, lower, :n] * s / size - J) / e[:, None, None])
-    B, V1 = -inverse @ (N @ Z), -inverse @ (turned @ V)
+        V1 = -inverse @ (turned @ V)
     Vt, Zt = np.swapaxes(V, 1, 2), np.swapaxes(Z, 1, 2)
     MV, MB = (M * X if system.mass_is_diagonal else M @ X for X in (V, B))
     mass = Vt @ MV
@@ -244,7 +245,7 @@ def _carried(t: Array, points: _Points, speed: float) -> Growth:
     (Z, V, B, mass, G, rate, sizes), h = points, np.diff(t)
     r, d = Z.shape[2], V.shape[2]
     rate[:, :r, r:], rate[:, r:, :r] = speed * rate[:, :r, r:], rate[:, r:, :r] / speed  # of velocities over the speed
-    first, sizes_first, second, sizes_second = _halves(rate, h)
+    first, sizes_first, second, sizes_second = _halves(rate, h, r)
     turn = _turns(Z)  # from one basis to the next
     turn_v = turn if V is Z else _turns(V)
     carry = np.zeros((len(h), r + d, r + d))
@@ -286,13 +287,18 @@ def _propagated(steps: Array, logs: Array, added: Array) -> tuple[Array, Array, 
     return x, log, len(x)
 
 
-def _halves(rate: Array, h: Array) -> tuple[Array, Array, Array, Array]:
+def _halves(rate: Array, h: Array, r: int) -> tuple[Array, Array, Array, Array]:
     """The solutions over the first and the second half of every interval h (N - 1,), each with the rate (N, k, k) of
-    the sample at its end, as from ``exponential``."""
+    the sample at its end, as from ``exponential``. The first r of the k unknowns are positions."""
     alike = np.abs(np.diff(h)) <= 1e-6 * h[:-1]  # both halves at a sample have the same length, and the same solution
     others = np.append(np.flatnonzero(~alike) + 1, len(h))
     every = np.concatenate([rate[:-1] * (0.5 * h)[:, None, None], rate[others] * (0.5 * h[others - 1])[:, None, None]])
+    # scaled velocities, so that the norm is near the largest frequency, not near its square; by a power of two: exact
+    up, down = (float(np.abs(x).sum(axis=2).max(initial=0.0)) for x in (every[:, :r, r:], every[:, r:, :r]))
+    scale = 2.0 ** np.round(0.5 * np.log2(down / up)) if up > 0.0 < down else 1.0
+    every[:, :r, r:], every[:, r:, :r] = scale * every[:, :r, r:], every[:, r:, :r] / scale
     E, s = exponential(every)
+    E[:, :r, r:], E[:, r:, :r] = E[:, :r, r:] / scale, scale * E[:, r:, :r]
     at = np.arange(1, len(h) + 1)
     at[others - 1] = len(h) + np.arange(len(others))
     return E[: len(h)], s[: len(h)], E[at], s[at]
