@@ -245,7 +245,7 @@ def damping_matrix(t, h, run):
 
 @rare
 def are_dampers_stiff(t, h, run):
-    """Whether dampers are stiff. Sets the matrix before the last one, unless it belongs to the present iteration matrix:
+    """Whether dampers are stiff. Sets the matrix before the last, unless it belongs to the present iteration matrix:
     that one without K and for a step of size FORGOTTEN, factorised if dampers are stiff."""
     reals, integers, mass, k = run.reals, run.integers, run.reals[MASS_WEIGHT], run.matrices.shape[0] - 2
     if abs(integers[DAMPERS]) != integers[MATRICES]:
