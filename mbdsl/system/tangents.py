@@ -46,7 +46,8 @@ def tangents(
             entries[k] = A
     rows, columns = system.tables.pattern
     place = (np.arange(count)[:, None] * size**2 + rows * size + columns).ravel()
-    return [np.bincount(place, x.ravel(), count * size**2).reshape(count, size, size) for x in found]
+    sums: list[Array] = [np.bincount(place, x.ravel(), count * size**2) for x in found]  # type: ignore[misc]  # floats
+    return [x.reshape(count, size, size) for x in sums]
 
 
 def _of_time(function: Callable, *others) -> Callable[[float], object]:
