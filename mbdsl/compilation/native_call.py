@@ -54,19 +54,20 @@ class Native:
     def __call__(self, *arguments):
         return self._call(self._block(arguments))
 
-    def prepared(self, *arguments) -> Callable[[int], int]:
-        """A function of the first argument, an integer, for many calls with the same other arguments.
+    def prepared(self, *arguments) -> Callable[[float], int]:
+        """A function of the first argument, a number, for many calls with the same other arguments.
 
         It keeps the arrays alive, and the content of the arrays may change.
         """
-        call, blocks = self._call, dict[int, bytes]()
+        call, blocks, others = self._call, dict[float, bytes](), self._block(arguments)[8:]
+        head: Callable = struct.Struct("=d" if isinstance(arguments[0], float) else "=q").pack
 
-        def prepared(first: int, kept: tuple = arguments) -> int:
+        def prepared(first: float, kept: tuple = arguments) -> int:
             block = blocks.get(first)
             if block is None:
                 if len(blocks) > 64:
                     blocks.clear()
-                block = blocks[first] = self._block((first, *kept[1:]))
+                block = blocks[first] = head(first) + others
             return call(block)
 
         return prepared
