@@ -6,6 +6,7 @@ import ctypes
 import struct
 import weakref
 from collections.abc import Callable
+from functools import cached_property
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -48,7 +49,7 @@ class Native:
         starts = [0, *accumulate(map(len, words))]
         self._others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
         self._last: tuple[list, list] = [], []
-        self._as_parameter_ = address  # the value of the function as an argument of ctypes or of compiled functions
+        self.address, self.signature = address, signature
         self._owner = owner  # keeps the machine code in memory
 
     def __call__(self, *arguments):
@@ -80,8 +81,17 @@ class Native:
         words = list(block)
         for k, at in self._others:
             x = arguments[k]
-            words[at] = x._as_parameter_ if isinstance(x, Native) else x
+            words[at] = self._address_of(x) if isinstance(x, Native) else x
         return self._pack(*words)
+
+    @cached_property
+    def plain(self) -> int:
+        """The address for calls with plain arguments; see :mod:`mbdsl.compilation.entry_points`."""
+        return self.address
+
+    def _address_of(self, function: Native) -> int:
+        """The value of a function among the arguments."""
+        return function.plain
 
     def _look_at(self, arguments: tuple) -> tuple[list, list]:
         """Weak references to the arrays among the arguments, and a block of words with their addresses and shapes.

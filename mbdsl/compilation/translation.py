@@ -17,12 +17,12 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator, Mapping
 
+from mbdsl.compilation.entry_points import block_entry, result
 from mbdsl.compilation.kernel_calls import Calls
 from mbdsl.compilation.kernel_code import RESULT, Widened, returned
 from mbdsl.compilation.kernel_types import (
     INT,
     NOTHING,
-    Array,
     Fixed,
     Group,
     Type,
@@ -264,36 +264,11 @@ def _breaks(loop: ast.While) -> bool:
 
 
 def _add_entries(module: Module, name: str, function: Callable, signature: Signature) -> None:
-    """The functions ``name``, and ``name.packed`` with its arguments in one block: of arrays, address and shape."""
+    """The functions ``name`` and ``name.packed``: see :mod:`mbdsl.compilation.entry_points`."""
     kinds = tuple(of_argument(kind) for kind in signature.takes)
     symbol, gives = module.kernel(function, kinds)
-    wanted = "i64" if signature.gives == "int" else "void"
     if gives != (INT if signature.gives == "int" else NOTHING):
         raise Untranslatable(f"`{function.__name__}` returns {describe(gives)}")
-    takes, passed, loads, packed = [], [], [], []
-    at = 0
-    for k, kind in enumerate(kinds):
-        if isinstance(kind, Array):
-            words = ["ptr", "ptr", "i64", "i64", "ptr", *["i64"] * (2 * kind.axes)]
-            takes += [f"{leaf} %in.{k}.{i}" for i, leaf in enumerate(words)]
-            passed += [f"ptr %in.{k}.4", *(f"i64 %in.{k}.{5 + i}" for i in range(kind.axes))]
-        else:
-            takes.append(f"{kind.leaves[0]} %in.{k}.0")
-            passed.append(f"{kind.leaves[0]} %in.{k}.0")
-        for leaf in kind.leaves:
-            loads.append(f"  %p{at} = getelementptr i64, ptr %block, i64 {at}")
-            loads.append(f"  %w{at} = load {leaf}, ptr %p{at}")
-            packed.append(f"{leaf} %w{at}")
-            at += 1
-    result, give = ("%r = ", "  ret i64 %r") if wanted == "i64" else ("", "  ret void")
-    module.lines += [
-        f'define {wanted} @"{name}"({", ".join(takes)}) nounwind {{',
-        f"  {result}call {wanted} {symbol}({', '.join(passed)})",
-        give,
-        "}",
-        f'define i64 @"{name}.packed"(ptr %block) nounwind {{',
-        *loads,
-        f"  {result}call {wanted} {symbol}({', '.join(packed)})",
-        "  ret i64 %r" if wanted == "i64" else "  ret i64 0",
-        "}",
-    ]
+    takes = ", ".join(leaf for kind in kinds for leaf in kind.leaves)
+    module.lines.append(f'@"{name}" = alias {result(signature)} ({takes}), ptr {symbol}')
+    module.lines += block_entry(f"{name}.packed", symbol, signature)

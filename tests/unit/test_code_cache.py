@@ -186,6 +186,23 @@ def test_where_llvm_code_cannot_be_compiled_numba_compiles(fresh, monkeypatch):
     check(*functions())
 
 
+@needs_compiler
+@pytest.mark.filterwarnings("ignore:compiling with numba")
+def test_translated_functions_and_those_of_numba_call_each_other(fresh, monkeypatch):
+    from mbdsl.compilation import translation
+
+    def fail(*given):
+        raise translation.Untranslatable("not translated")
+
+    translated = functions()
+    monkeypatch.setattr(translation, "translate", fail)
+    monkeypatch.setattr(code_cache, "_kept", lambda *given: None)
+    of_numba = functions()
+    assert [type(f).__name__ for f in (*translated, *of_numba)] == ["Native", "Native", "Flat", "Flat"]
+    check(of_numba[0], translated[1])
+    check(translated[0], of_numba[1])
+
+
 #: modules that numba's manual describes for extensions
 PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
 
