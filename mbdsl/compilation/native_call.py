@@ -7,7 +7,7 @@ import struct
 import weakref
 from collections.abc import Callable
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -99,13 +99,18 @@ class Native:
         Both are kept for the next call, which mostly has the same arrays: to get the address of an array takes longer
         than the call.
         """
-        arrays, words = [], []
+        arrays, words, places = [], [], []
         for k, (x, kind) in enumerate(zip(arguments, self._arrays, strict=True)):
             if kind is None:
                 words.append(0)
             elif x.dtype == kind[1] and x.ndim == kind[0] and x.flags.c_contiguous:
                 arrays.append((k, weakref.ref(x)))
                 words += (x.ctypes.data, *x.shape)
+                places.append((words[-len(x.shape) - 1], x.nbytes))
             else:
                 raise TypeError(f"compiled code takes C-contiguous arrays of {kind[1]}")
+        # compiled code keeps entries of one array in registers while it writes to others
+        places = sorted(place for place in places if place[1])
+        if any(start + size > after for (start, size), (after, _) in pairwise(places)):
+            raise ValueError("compiled code takes arrays that do not overlap")
         return arrays, words

@@ -23,6 +23,7 @@ from mbdsl.compilation.kernel_code import RESULT, Widened, returned
 from mbdsl.compilation.kernel_types import (
     INT,
     NOTHING,
+    Array,
     Fixed,
     Group,
     Type,
@@ -54,7 +55,7 @@ class Kernel(Calls):
     """The translation of one kernel for one combination of argument types."""
 
     @classmethod
-    def translated(cls, module: Module, function: Callable, symbol: str, takes: tuple[Type, ...]) -> Type:
+    def translated(cls, module: Module, function: Callable, symbol: str, takes: tuple[Type, ...], apart: bool) -> Type:
         types: dict[str, Type] = {}
         for _ in range(100):
             kernel = cls(module, function, takes, types)
@@ -70,7 +71,11 @@ class Kernel(Calls):
             gives = types.get(RESULT, NOTHING)
             if isinstance(gives, Fixed) and gives is not NOTHING and gives.value is not None:
                 raise Untranslatable(f"`{function.__name__}` returns {describe(gives)}")
-            arguments = [f"{leaf} %in.{k}.{i}" for k, kind in enumerate(takes) for i, leaf in enumerate(kind.leaves)]
+            arguments = [
+                f"{leaf}{' noalias' if apart and i == 0 and isinstance(kind, Array) else ''} %in.{k}.{i}"
+                for k, kind in enumerate(takes)
+                for i, leaf in enumerate(kind.leaves)
+            ]
             inlined = "#1" if hasattr(function, "__mbdsl_rare__") else "#0"
             module.lines += [
                 f"define internal {returned(gives)} {symbol}({', '.join(arguments)}) {inlined} {{",
@@ -266,7 +271,7 @@ def _breaks(loop: ast.While) -> bool:
 def _add_entries(module: Module, name: str, function: Callable, signature: Signature) -> None:
     """The functions ``name`` and ``name.packed``: see :mod:`mbdsl.compilation.entry_points`."""
     kinds = tuple(of_argument(kind) for kind in signature.takes)
-    symbol, gives = module.kernel(function, kinds)
+    symbol, gives = module.kernel(function, kinds, apart=True)
     if gives != (INT if signature.gives == "int" else NOTHING):
         raise Untranslatable(f"`{function.__name__}` returns {describe(gives)}")
     takes = ", ".join(leaf for kind in kinds for leaf in kind.leaves)

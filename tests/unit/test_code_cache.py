@@ -256,6 +256,9 @@ def test_only_arrays_of_the_right_kind_are_handed_over(fresh):
             scale(1.0, wrong, k)
     with pytest.raises(ValueError, match="argument"):
         scale(1.0, v)
+    with pytest.raises(ValueError, match="arrays that do not overlap"):
+        scale(1.0, v, v[3:].view(np.int64))
+    scale(1.0, v[:3], v[3:].view(np.int64))
 
 
 @needs_compiler
