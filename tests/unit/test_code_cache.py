@@ -256,9 +256,10 @@ def test_only_arrays_of_the_right_kind_are_handed_over(fresh):
             scale(1.0, wrong, k)
     with pytest.raises(ValueError, match="argument"):
         scale(1.0, v)
+    zeros = np.zeros(4)
     with pytest.raises(ValueError, match="arrays that do not overlap"):
-        scale(1.0, v, v[3:].view(np.int64))
-    scale(1.0, v[:3], v[3:].view(np.int64))
+        scale(1.0, zeros, zeros[3:].view(np.int64))
+    scale(1.0, zeros[:3], zeros[3:].view(np.int64))
 
 
 @needs_compiler
