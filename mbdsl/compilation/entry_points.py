@@ -5,7 +5,7 @@
     numba    as plain, but an array is seven or more words: two addresses that numba manages, number of entries, size of
              an entry, address, shape and strides
 
-The fewer words a call passes, the less it costs: the plain form makes a step of a small model 10 % faster than numba's.
+The fewer words a call passes, the less it costs: a step of a pendulum takes 4 to 12 % less than with the form of numba.
 """
 
 from __future__ import annotations
