@@ -315,6 +315,23 @@ def test_without_numba_kernels_run_as_python(fresh, monkeypatch):
         assert v[0] == 3.0
 
 
+@needs_compiler
+@pytest.mark.filterwarnings("ignore:compiling with numba")
+def test_translated_functions_and_those_of_numba_call_each_other(fresh, monkeypatch):
+    from mbdsl.compilation import translation
+
+    def fail(*given):
+        raise translation.Untranslatable("not translated")
+
+    translated = functions()
+    monkeypatch.setattr(translation, "translate", fail)
+    monkeypatch.setattr(code_cache, "_kept", lambda *given: None)
+    of_numba = functions()
+    assert [type(f).__name__ for f in (*translated, *of_numba)] == ["Native", "Native", "Flat", "Flat"]
+    check(of_numba[0], translated[1])
+    check(translated[0], of_numba[1])
+
+
 #: modules that numba's manual describes for extensions
 PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
 
@@ -368,6 +385,10 @@ def test_only_arrays_of_the_right_kind_are_handed_over(fresh):
             scale(1.0, wrong, k)
     with pytest.raises(ValueError, match="argument"):
         scale(1.0, v)
+    zeros = np.zeros(4)
+    with pytest.raises(ValueError, match="arrays that do not overlap"):
+        scale(1.0, zeros, zeros[3:].view(np.int64))
+    scale(1.0, zeros[:3], zeros[3:].view(np.int64))
 
 
 @needs_compiler
