@@ -56,7 +56,7 @@ class Tables:
             self.scale[d : d + len(own)] = own
             self.lengths[d : d + len(own)] = own != own_model.scale(2.0 * size)
 
-    @property
+    @cached_property
     def of_multipliers(self) -> bool:
         """Whether some force depends on multipliers."""
         found = (x for b in self.blocks for c in b.components for x in leaves(*expressions(b, c)))
