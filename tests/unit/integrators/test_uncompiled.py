@@ -29,7 +29,7 @@ def uncompiled():
 
 
 def test_compiled_and_uncompiled_results_are_the_same(uncompiled):
-    """Compilers may contract and reorder operations; forty steps with values of size 1 keep twelve digits, and
+    """Compilers may contract and reorder operations; twenty steps with values of size 1 keep twelve digits, and
     multipliers of size 100 (found from differences over h^2) eight."""
     spec = importlib.util.spec_from_file_location("uncompiled", SCRIPT)
     script = importlib.util.module_from_spec(spec)

@@ -53,7 +53,7 @@ def runs():
     found = {}
     for scene, stop in ((crank, 0.0405), (mbdsl.parse(EXPRESSIVE), 0.0305)):
         for method in methods():
-            r = mbdsl.simulate(scene, method=method, step=1e-3, stop=stop, interval=0.0017)
+            r = mbdsl.simulate(scene, method=method, step=2e-3, stop=stop, interval=0.0017)
             found[f"{scene.name} {method}"] = [x.tolist() for x in (r.t, r.q, r.v, r.lam)]
     return found
 
