@@ -49,7 +49,7 @@ def test_compiled_and_uncompiled_results_are_the_same(uncompiled):
 def test_corrections_are_newtons(uncompiled):
     """The part of an error that one correction leaves: with the exact matrix only rounding (5e-16 of residuals of size
     1e5, over differences of 1e-5 in q); with a splitting, terms of order h."""
-    assert set(uncompiled["contraction"]) == {f"{m.stem} {name}" for m in MODELS for name in NAMES}
+    assert set(uncompiled["contraction"]) == {f"{m.stem} {name}" for m in COMPARED for name in NAMES}
     for key, steps in uncompiled["contraction"].items():
         (_, coarse), (largest, fine) = steps[0], steps[-1]
         if key.split()[1] in EXACT:
@@ -81,6 +81,8 @@ def test_corrections_at_rest_without_dampers_are_exact(uncompiled):
 
 FLEXIBLE = ("crank_ivp", "flexible_pendulum", "flexible_slider_crank", "spin_up_beam")
 MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
+#: all elements of the others are in smaller models: those of four_bar in chain, those of seven_body in slider_crank
+COMPARED = [m for m in MODELS if m.stem not in ("four_bar", "seven_body")]
 
 
 def test_the_comparison_sees_a_wrong_matrix():

@@ -61,6 +61,7 @@ def runs():
 #: steps of models that are too fast for 1 ms
 STEPS = {"crank_ivp": 1e-5}
 #: differences cannot resolve friction that reverses within 0.1 mm/s; Jacobians of long models are slow here
+COMPARED = [m for m in MODELS if m.stem not in ("four_bar", "seven_body")]  # their elements are in smaller models
 PARAMETERS = {"stick_slip_belt": {"v_s": 50.0}, "flexible_pendulum": {"elements": 3}, "chain": {"N": 4}}
 
 
@@ -179,7 +180,7 @@ if __name__ == "__main__":
     assert not code_cache.enabled()
     split_correction.EARLY = split_correction.LATE = 0.0  # no term is left to the next iteration on purpose
     found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
-    for path in MODELS:
+    for path in COMPARED:
         for name in NAMES:
             key = f"{path.stem} {name}"
             h = STEPS.get(path.stem, 1e-3)
