@@ -7,6 +7,7 @@ with the Jacobian of the residual by differences.
 
 import json
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -65,14 +66,20 @@ COMPARED = [m for m in MODELS if m.stem not in ("four_bar", "seven_body")]  # th
 PARAMETERS = {"stick_slip_belt": {"v_s": 50.0}, "flexible_pendulum": {"elements": 3}, "chain": {"N": 4}}
 
 
+@cache
+def prepared(path):
+    """Scene, system and consistent initial state of a model, the same for all methods; they are only read."""
+    scene = mbdsl.load(path, PARAMETERS.get(path.stem, {}))
+    mechanism = graph.build(scene)
+    system = build(scene, mechanism)
+    return scene, system, initial_state(system, mechanism, 0.0)
+
+
 class Step:
     """One method on one model at a state off the motion, with all data that its residual reads."""
 
     def __init__(self, path, name, h, at_rest):
-        scene = mbdsl.load(path, PARAMETERS.get(path.stem, {}))
-        mechanism = graph.build(scene)
-        system = build(scene, mechanism)
-        start = initial_state(system, mechanism, 0.0)
+        scene, system, start = prepared(path)
         self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
         self.run.use_solver(linear_solve.DENSE)  # a solver that finds any pivot
         self.run.begin(start.q, start.v, start.a, start.lam)
