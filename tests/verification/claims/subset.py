@@ -95,6 +95,8 @@ SUBSET = [
     ("MillimetreSpring", "--tol", "hht-si2", 0.0001),
     ("SlopeFriction", "--tol", "hht-si2", 0.0001),
     ("BushingPulse", "--tol", "hht-si2", 0.0001),
+    ("Bounce1e4", "--tol", "radau9", 1e-06),
+    ("TwoWalls", "--tol", "dop853", 1e-10),
     ("TablePeak", "--tol", "radau5", 1e-06),
     ("Delayed", "--tol", "radau5", 1e-06),
 ]
