@@ -111,4 +111,6 @@ REACHED = [
     ("Graze", "--tol", "radau5", 0.001),
     ("GrazeFaint", "--tol", "radau5", 0.001),
     ("GrazeFaint", "--tol", "hht-si2", 0.001),
+    # forces of 1e-200 N between pulses
+    ("Train", "--tol", "dop853", 1e-06),
 ]
