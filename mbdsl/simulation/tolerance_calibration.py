@@ -219,7 +219,7 @@ class _Ladder:
         if self.irregular:
             if p:
                 last.claim = np.maximum(last.claim, last.difference / (NEXT - 1.0))
-            if len(before.difference):
+            elif len(before.difference):
                 former = np.append(before.difference[:n], beyond) / NEXT
                 last.claim = np.clip(former, last.claim, CHANCE_OF_BACKENDS * last.claim)
         if len(before.claim):  # the difference is due to the error of the run before, unless this run is worse
