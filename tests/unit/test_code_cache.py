@@ -252,6 +252,28 @@ def test_a_source_that_cannot_be_read_is_no_part_of_a_digest(tmp_path, monkeypat
     assert kernel_sources.digest_of(names) is None
 
 
+@needs_compiler
+def test_constants_from_other_files_of_a_user_are_part_of_the_digest(fresh, tmp_path, monkeypatch):
+    """Machine code contains their values, which the source of the kernels does not show."""
+    (tmp_path / "user_constants.py").write_text("FACTOR, TABLE = 3, (1, (2, 5))\n")
+    source = "import user_constants\nfrom user_constants import TABLE\nfrom mbdsl.compilation.marks import kernel\n"
+    source += "@kernel\ndef scale(x):\n    return user_constants.FACTOR * x + TABLE[1][1]\n"
+    (tmp_path / "user_kernels.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    import user_constants
+    import user_kernels
+
+    text = "import user_kernels\ndef of_constants(x):\n    return user_kernels.scale(x)\n"
+    signatures = {"of_constants": code_cache.Signature(("int",), gives="int")}
+    (of_constants,) = code_cache.functions("of_constants", text, signatures, lambda: [user_kernels])
+    assert of_constants(2) == 11
+    for module, name, value in ((user_constants, "FACTOR", 4), (user_kernels, "TABLE", (1, (2, 6)))):
+        assert code_cache.is_compiled("of_constants")
+        with monkeypatch.context() as changed:
+            changed.setattr(module, name, value)
+            assert not code_cache.is_compiled("of_constants")
+
+
 def test_kernels_are_found_however_they_are_imported():
     text = """
 import math
