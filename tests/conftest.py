@@ -1,6 +1,11 @@
 """Settings of every test process, read before numpy is imported; orders and steps of methods, as declared."""
 
+import gc
 import os
+
+# Modules and collected tests persist until the end of the process: no collection while they are created, and none of
+# the later ones visits them.
+gc.disable()
 
 # Tests run in parallel, one process a core: BLAS threads would compete for the cores. Workers of pytest-xdist inherit
 # the setting.
@@ -11,6 +16,11 @@ import numpy as np
 import pytest
 
 from mbdsl.integrators import declared
+
+
+def pytest_collection_finish(session):
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

@@ -280,25 +280,16 @@ def _body(name: str) -> bytes | None:
 def _linked(name: str, body: bytes, signatures: Mapping[str, Signature]) -> list[Callable] | None:
     from llvmlite import binding
 
+    from mbdsl.compilation import object_code
+
     _, _, _, needs, code = body.split(b"\n", 4)
-    engine = _engine()
+    object_code.engine()  # makes the symbols of the C library known
     # LLVM ends the process if a symbol is missing
     if not all(binding.address_of_symbol(symbol) for symbol in needs.decode().split()):
         return None
-    engine.add_object_file(binding.ObjectFileRef.from_data(code))
-    engine.finalize_object()
+    engine = object_code.load(code)
     address = engine.get_function_address
     return [Native(address(f"{name}.{f}"), address(f"{name}.{f}.packed"), signatures[f], engine) for f in signatures]
-
-
-@cache
-def _engine():
-    from llvmlite import binding
-
-    binding.initialize_native_target()
-    binding.initialize_native_asmprinter()
-    machine = binding.Target.from_triple(binding.get_process_triple()).create_target_machine()
-    return binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
 
 
 # -- other processes -----------------------------------------------------------------------------------------

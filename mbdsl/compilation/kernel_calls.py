@@ -74,12 +74,8 @@ class Calls(Arrays):
         """The call of a compiled function by its address."""
         assert isinstance(function.type, Pointer)
         signature = function.type.signature
-        words: list[tuple[str, str]] = []
-        for kind, x in zip(signature.takes, arguments, strict=True):
-            wanted = of_argument(kind)
-            x = self.converted(x, wanted)
-            words += _spread(x, self.new) if isinstance(wanted, Array) else zip(wanted.leaves, x.leaves, strict=True)
-        passed = ", ".join(f"{leaf} {x}" for leaf, x in words)
+        given = [self.converted(x, of_argument(kind)) for kind, x in zip(signature.takes, arguments, strict=True)]
+        passed = ", ".join(f"{leaf} {x}" for v in given for leaf, x in zip(v.type.leaves, v.leaves, strict=True))
         if signature.gives == "int":
             return Value(INT, (self.new(f"call i64 {function.leaves[0]}({passed})"),))
         self.lines.append(f"  call void {function.leaves[0]}({passed})")
@@ -131,13 +127,3 @@ class Calls(Arrays):
             leaf = kind.leaves[0]
             found = Value(kind, (self.new(f"select i1 {test}, {leaf} {x.leaves[0]}, {leaf} {found.leaves[0]}"),))
         return found
-
-
-def _spread(array: Value, new: Callable[[str], str]) -> list[tuple[str, str]]:
-    """The words that pass an array to a compiled function, as in numba: two pointers for memory that numba manages,
-    number of entries, size of an entry, address, shape and strides."""
-    base, *shape = array.leaves
-    count = new(f"mul i64 {shape[0]}, {shape[1]}") if len(shape) == 2 else shape[0]
-    strides = [new(f"mul i64 {shape[1]}, 8"), "8"] if len(shape) == 2 else ["8"]
-    words = [("ptr", "null"), ("ptr", "null"), ("i64", count), ("i64", "8"), ("ptr", base)]
-    return words + [("i64", x) for x in (*shape, *strides)]

@@ -125,6 +125,10 @@ class Expressions(Code):
             none = self.new(f"icmp eq i64 {b}, 0")
             b = self.new(f"select i1 {none}, i64 1, i64 {b}")
             a = self.new(f"select i1 {none}, i64 0, i64 {a}")
+        if divisor in (None, -1):  # -2**63/-1, whose result is too large, would end the process
+            minus, opposite = self.new(f"icmp eq i64 {b}, -1"), self.new(f"sub i64 0, {a}")
+            a = self.new(f"select i1 {minus}, i64 {opposite}, i64 {a}")
+            b = self.new(f"select i1 {minus}, i64 1, i64 {b}")
         r = self.new(f"srem i64 {a}, {b}")
         signs = self.new(f"xor i64 {r}, {b}")
         other = self.new(f"icmp slt i64 {signs}, 0")

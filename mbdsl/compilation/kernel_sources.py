@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from itertools import accumulate
+from numbers import Number
 from pathlib import Path
 from types import ModuleType
 
@@ -28,6 +29,9 @@ _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 _LIBRARIES = ("numpy", "scipy", "numba", "llvmlite")
 #: folders of installed packages
 _INSTALLED = ("site-packages", "dist-packages")
+
+#: packages whose versions or sources are part of the digest of the compiler, or of that of kernels
+_VERSIONED = {"mbdsl", "numba", "numpy", *sys.stdlib_module_names}
 
 
 def with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
@@ -115,7 +119,7 @@ def file_of(name: str) -> Path | None:
 
 
 def digest_of(names: Iterable[str]) -> str | None:
-    """Digest of the sources of modules; None if one is missing."""
+    """Digest of the sources of modules, and of the constants in those of users; None if a source is missing."""
     digest = hashlib.sha256()
     for name in names:
         path = file_of(name)
@@ -126,7 +130,27 @@ def digest_of(names: Iterable[str]) -> str | None:
         if text is None:
             return None
         digest.update(name.encode() + text)
+        if not name.startswith("mbdsl.") and name in sys.modules:
+            digest.update(repr(list(_constants(sys.modules[name]))).encode())
     return digest.hexdigest()
+
+
+def _constants(module: ModuleType) -> Iterator[tuple]:
+    """Numbers, also in tuples and arrays, that kernels of a module may read by a name, or as attributes of a module:
+    their values may come from other files, and machine code contains them."""
+    for name, value in sorted(vars(module).items()):
+        if isinstance(value, ModuleType) and value.__name__.partition(".")[0] not in _VERSIONED:
+            yield from ((name, x, found) for x, y in sorted(vars(value).items()) if (found := _numbers(y)))
+        elif found := _numbers(value):
+            yield name, found
+
+
+def _numbers(value: object) -> list:
+    if isinstance(value, tuple):
+        return [x for item in value for x in _numbers(item)]
+    if isinstance(value, Number):
+        return [repr(value)]
+    return [value.tobytes()] if hasattr(value, "tobytes") and not isinstance(value, type) else []
 
 
 def syntax_tree(function: Callable) -> ast.FunctionDef:

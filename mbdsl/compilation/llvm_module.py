@@ -52,15 +52,15 @@ class Module:
         key = (kind, *entries)
         return self._tables.setdefault(key, f"@table.{len(self._tables)}")
 
-    def kernel(self, function: Callable, takes: tuple[Type, ...]) -> tuple[str, Type]:
-        """Symbol and type of the result of a kernel for these arguments."""
-        key = (function, takes)
+    def kernel(self, function: Callable, takes: tuple[Type, ...], apart: bool = False) -> tuple[str, Type]:
+        """Symbol and type of the result of a kernel for these arguments; ``apart``: no two of its arrays overlap."""
+        key = (function, takes, apart)
         if key in self._pending:
             raise Untranslatable(f"`{function.__name__}` calls itself")
         if key not in self._made:
             self._pending.append(key)
             symbol = f'@"{function.__module__}.{function.__name__}.{len(self._made)}"'
-            gives = self._translated(self, function, symbol, takes)
+            gives = self._translated(self, function, symbol, takes, apart)
             self._pending.pop()
             self._made[key] = symbol, gives
         return self._made[key]

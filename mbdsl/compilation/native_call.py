@@ -6,7 +6,8 @@ import ctypes
 import struct
 import weakref
 from collections.abc import Callable
-from itertools import accumulate
+from functools import cached_property
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -48,25 +49,26 @@ class Native:
         starts = [0, *accumulate(map(len, words))]
         self._others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
         self._last: tuple[list, list] = [], []
-        self._as_parameter_ = address  # the value of the function as an argument of ctypes or of compiled functions
+        self.address, self.signature = address, signature
         self._owner = owner  # keeps the machine code in memory
 
     def __call__(self, *arguments):
         return self._call(self._block(arguments))
 
-    def prepared(self, *arguments) -> Callable[[int], int]:
-        """A function of the first argument, an integer, for many calls with the same other arguments.
+    def prepared(self, *arguments) -> Callable[[float], int]:
+        """A function of the first argument, a number, for many calls with the same other arguments.
 
         It keeps the arrays alive, and the content of the arrays may change.
         """
-        call, blocks = self._call, dict[int, bytes]()
+        call, blocks, others = self._call, dict[float, bytes](), self._block(arguments)[8:]
+        head: Callable = struct.Struct("=d" if isinstance(arguments[0], float) else "=q").pack
 
-        def prepared(first: int, kept: tuple = arguments) -> int:
+        def prepared(first: float, kept: tuple = arguments) -> int:
             block = blocks.get(first)
             if block is None:
                 if len(blocks) > 64:
                     blocks.clear()
-                block = blocks[first] = self._block((first, *kept[1:]))
+                block = blocks[first] = head(first) + others
             return call(block)
 
         return prepared
@@ -80,8 +82,17 @@ class Native:
         words = list(block)
         for k, at in self._others:
             x = arguments[k]
-            words[at] = x._as_parameter_ if isinstance(x, Native) else x
+            words[at] = self._address_of(x) if isinstance(x, Native) else x
         return self._pack(*words)
+
+    @cached_property
+    def plain(self) -> int:
+        """The address for calls with plain arguments; see :mod:`mbdsl.compilation.entry_points`."""
+        return self.address
+
+    def _address_of(self, function: Native) -> int:
+        """The value of a function among the arguments."""
+        return function.plain
 
     def _look_at(self, arguments: tuple) -> tuple[list, list]:
         """Weak references to the arrays among the arguments, and a block of words with their addresses and shapes.
@@ -89,15 +100,20 @@ class Native:
         Both are kept for the next call, which mostly has the same arrays: to get the address of an array takes longer
         than the call.
         """
-        arrays, words = [], []
+        arrays, words, places = [], [], []
         for k, (x, kind) in enumerate(zip(arguments, self._arrays, strict=True)):
             if kind is None:
                 words.append(0)
             elif x.dtype == kind[1] and x.ndim == kind[0] and x.flags.c_contiguous:
                 arrays.append((k, weakref.ref(x)))
                 words += (_address(x), *x.shape)
+                places.append((words[-len(x.shape) - 1], x.nbytes))
             else:
                 raise TypeError(f"compiled code takes C-contiguous arrays of {kind[1]}")
+        # compiled code keeps entries of one array in registers while it writes to others
+        places = sorted(place for place in places if place[1])
+        if any(start + size > after for (start, size), (after, _) in pairwise(places)):
+            raise ValueError("compiled code takes arrays that do not overlap")
         return arrays, words
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from functools import cached_property
 from math import prod
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from numba import cfunc, config, njit, types
 from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import populate_array
 
-from mbdsl.compilation import marks
+from mbdsl.compilation import marks, object_code
+from mbdsl.compilation.entry_points import from_numba, to_numba
 from mbdsl.compilation.native_call import ARRAYS, Native, Signature
 
 TYPES = {
@@ -54,12 +56,13 @@ def _square(context, builder, signature, arguments):
     return view._getvalue()
 
 
-class Flat(Native):
-    """A compiled function that takes arrays in numba's form.
+#: (form, function) -> address of an entry point that calls the function
+_entries: dict[tuple[str, Native], int] = {}
 
-    Such an array is seven or more arguments: two pointers for memory that numba manages, number of entries, size of an
-    entry, address, shape and strides.
-    """
+
+class Flat(Native):
+    """A compiled function that takes arrays in numba's form (:mod:`mbdsl.compilation.entry_points`); functions among
+    its arguments have to do so, too."""
 
     def __init__(self, address: int, signature: Signature, owner: object) -> None:
         super().__init__(address, address, signature, owner)
@@ -84,6 +87,22 @@ class Flat(Native):
             return function(*pieces)
 
         self._pack, self._call = lambda *words: iter(words), call
+
+    @cached_property
+    def plain(self) -> int:
+        return _address("from_numba", from_numba, self)
+
+    def _address_of(self, function: Native) -> int:
+        return function.address if isinstance(function, Flat) else _address("to_numba", to_numba, function)
+
+
+def _address(form: str, entry: Callable, function: Native) -> int:
+    """The address of another entry point of a compiled function."""
+    if (form, function) not in _entries:
+        name = f"mbdsl_{form}_{len(_entries)}"
+        code = object_code.compile_object("\n".join(entry(name, function.address, function.signature))).code
+        _entries[form, function] = object_code.load(code).get_function_address(name)
+    return _entries[form, function]
 
 
 def compile_kernel(function: Callable, **options) -> Callable:

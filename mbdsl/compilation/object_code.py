@@ -29,6 +29,22 @@ def compile_object(text: str) -> Object:
     return Object(list(_needs(module)), machine.emit_object(module))
 
 
+@cache
+def engine():
+    """The engine that objects are added to and addresses of functions are taken from."""
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    machine = binding.Target.from_triple(binding.get_process_triple()).create_target_machine()
+    return binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+
+
+def load(code: bytes):
+    """Load an object; the engine with its functions."""
+    engine().add_object_file(binding.ObjectFileRef.from_data(code))
+    engine().finalize_object()
+    return engine()
+
+
 def _needs(module) -> Iterator[str]:
     """External functions that a module calls."""
     return (f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm."))

@@ -17,6 +17,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator, Mapping
 
+from mbdsl.compilation.entry_points import block_entry, result
 from mbdsl.compilation.kernel_calls import Calls
 from mbdsl.compilation.kernel_code import RESULT, Widened, returned
 from mbdsl.compilation.kernel_types import (
@@ -54,7 +55,7 @@ class Kernel(Calls):
     """The translation of one kernel for one combination of argument types."""
 
     @classmethod
-    def translated(cls, module: Module, function: Callable, symbol: str, takes: tuple[Type, ...]) -> Type:
+    def translated(cls, module: Module, function: Callable, symbol: str, takes: tuple[Type, ...], apart: bool) -> Type:
         types: dict[str, Type] = {}
         for _ in range(100):
             kernel = cls(module, function, takes, types)
@@ -70,7 +71,11 @@ class Kernel(Calls):
             gives = types.get(RESULT, NOTHING)
             if isinstance(gives, Fixed) and gives is not NOTHING and gives.value is not None:
                 raise Untranslatable(f"`{function.__name__}` returns {describe(gives)}")
-            arguments = [f"{leaf} %in.{k}.{i}" for k, kind in enumerate(takes) for i, leaf in enumerate(kind.leaves)]
+            arguments = [
+                f"{leaf}{' noalias' if apart and i == 0 and isinstance(kind, Array) else ''} %in.{k}.{i}"
+                for k, kind in enumerate(takes)
+                for i, leaf in enumerate(kind.leaves)
+            ]
             inlined = "#1" if hasattr(function, "__mbdsl_rare__") else "#0"
             module.lines += [
                 f"define internal {returned(gives)} {symbol}({', '.join(arguments)}) {inlined} {{",
@@ -264,36 +269,11 @@ def _breaks(loop: ast.While) -> bool:
 
 
 def _add_entries(module: Module, name: str, function: Callable, signature: Signature) -> None:
-    """The functions ``name``, and ``name.packed`` with its arguments in one block: of arrays, address and shape."""
+    """The functions ``name`` and ``name.packed``: see :mod:`mbdsl.compilation.entry_points`."""
     kinds = tuple(of_argument(kind) for kind in signature.takes)
-    symbol, gives = module.kernel(function, kinds)
-    wanted = "i64" if signature.gives == "int" else "void"
+    symbol, gives = module.kernel(function, kinds, apart=True)
     if gives != (INT if signature.gives == "int" else NOTHING):
         raise Untranslatable(f"`{function.__name__}` returns {describe(gives)}")
-    takes, passed, loads, packed = [], [], [], []
-    at = 0
-    for k, kind in enumerate(kinds):
-        if isinstance(kind, Array):
-            words = ["ptr", "ptr", "i64", "i64", "ptr", *["i64"] * (2 * kind.axes)]
-            takes += [f"{leaf} %in.{k}.{i}" for i, leaf in enumerate(words)]
-            passed += [f"ptr %in.{k}.4", *(f"i64 %in.{k}.{5 + i}" for i in range(kind.axes))]
-        else:
-            takes.append(f"{kind.leaves[0]} %in.{k}.0")
-            passed.append(f"{kind.leaves[0]} %in.{k}.0")
-        for leaf in kind.leaves:
-            loads.append(f"  %p{at} = getelementptr i64, ptr %block, i64 {at}")
-            loads.append(f"  %w{at} = load {leaf}, ptr %p{at}")
-            packed.append(f"{leaf} %w{at}")
-            at += 1
-    result, give = ("%r = ", "  ret i64 %r") if wanted == "i64" else ("", "  ret void")
-    module.lines += [
-        f'define {wanted} @"{name}"({", ".join(takes)}) nounwind {{',
-        f"  {result}call {wanted} {symbol}({', '.join(passed)})",
-        give,
-        "}",
-        f'define i64 @"{name}.packed"(ptr %block) nounwind {{',
-        *loads,
-        f"  {result}call {wanted} {symbol}({', '.join(packed)})",
-        "  ret i64 %r" if wanted == "i64" else "  ret i64 0",
-        "}",
-    ]
+    takes = ", ".join(leaf for kind in kinds for leaf in kind.leaves)
+    module.lines.append(f'@"{name}" = alias {result(signature)} ({takes}), ptr {symbol}')
+    module.lines += block_entry(f"{name}.packed", symbol, signature)

@@ -1,8 +1,10 @@
 """Events: location of the exact time at which a switch changes, and restart of the run behind it.
 
 A step ends shortly before a switch (:mod:`mbdsl.integrators.loop.switch_location`), or at a known time. The motion over
-the remaining time s to the switch has constant acceleration: q + s v + s^2/2 a, v + s a. A projection in the metric of
-M removes the constraint error of O(s^3). Behind the switch, a and lam are computed anew; q and v are continuous.
+the remaining time s to the switch has constant acceleration: q + s v + s^2/2 a, v + s a. The steps of methods of order
+above 5 are so long that this would limit their accuracy; with the acceleration b at s/2, their motion is
+q + s v + s^2/6 (a + 2 b), v + s b, with an error of O(s^3). A projection in the metric of M removes the constraint
+error. Behind the switch, a and lam are computed anew; q and v are continuous.
 
 If forces drive the motion back from both sides of a switch, as sign(v) does at rest, events follow one another without
 progress of time. No step has a solution there, however short, and the run stops with the message ``SLIDING``.
@@ -32,6 +34,8 @@ States = NDArray[np.int64]
 
 #: largest remaining time to a switch, relative to the last step
 LEFT = 1e-3
+#: order above which the acceleration is not constant over the remaining time
+PRECISE = 5
 #: a run makes no progress if more than this number of events lie within this part of its length
 CROWD, STANDSTILL = 10, 1e-5
 #: nor with this number within this part: it would take hours
@@ -157,7 +161,7 @@ class Events:
                 if found is None:
                     return self._progress(t, old) if at_once else loop_state.RUNNING, None
                 s = found
-            t, q, v = t + s, system.moved(q, s * (v + s / 2 * a)), v + s * a
+            t, q, v = self._over(s, t, q, v, a)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
         except InitialisationError:
@@ -168,6 +172,15 @@ class Events:
         self.times.append(t)
         longest = min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t)
         return self._progress(t, new), Restart(t, q, v, a, lam, longest)
+
+    def _over(self, s: float, t: float, q: Array, v: Array, a: Array) -> tuple[float, Array, Array]:
+        """t, q and v after the remaining time s to a switch."""
+        if declared(self.run.method).order <= PRECISE:
+            return t + s, self.system.moved(q, s * (v + s / 2 * a)), v + s * a
+        x = s / 2
+        middle = self.system.moved(q, x * (v + x / 2 * a))
+        b, _ = accelerations(self.system, t + x, middle, v + x * a, self.run.left_out)
+        return t + s, self.system.moved(q, s * (v + s / 6 * (a + 2 * b))), v + s * b
 
     def no_accelerations(self, t: float, q: Array, v: Array) -> int:
         """The status of a run that stops at a state without accelerations."""

@@ -21,6 +21,10 @@ from mbdsl.system.close_approaches import Approach
 Array = NDArray[np.float64]
 
 
+def _pattern(system: System) -> sparse_lu.Pattern:
+    return sparse_lu.analyse(system.unknowns, *system.tables.pattern, system.elimination_order())
+
+
 @dataclass
 class RunState:
     """Settings and buffers of one run.
@@ -95,7 +99,7 @@ class RunState:
         system, N = self.system, self.system.unknowns
         rows, columns = system.tables.pattern
         if solver == linear_solve.SPARSE_LU:
-            pattern = sparse_lu.analyse(N, rows, columns, system.elimination_order())
+            pattern = system.kept(_pattern)
             slots, size, length, table = pattern.slots, pattern.size, pattern.length, pattern.table
         else:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)

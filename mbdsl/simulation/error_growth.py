@@ -37,6 +37,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.numerics.saddle_point import RANK
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.tangents import tangents
 
 Array = NDArray[np.float64]
 Part = tuple[System, Array, Array, Array, Array, tuple[int, ...]]
@@ -48,10 +49,14 @@ MOST = 400
 SAMPLES, FEWEST, NUMBERS = 160, 40, 200_000
 #: number of propagated perturbations, in different directions
 DIRECTIONS = 3
+#: logarithm up to which numbers are not scaled
+LARGE = 200.0
 #: mass of a coordinate without mass, relative to the largest mass
 MASSLESS = 1e-12
 #: largest condition number of the reduced mass matrix
 MOST_CONDITION = 1e6
+#: part of the condition number of constraints that are dependent, below which QR factors show their null space
+REGULAR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -166,7 +171,8 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     both, lower = kept < m, n + kept
     e = 1e-6 / np.where((fastest := np.abs(v / s).max(axis=1)) > 0.0, fastest, 1.0)
     one, two, M, other = _matrices(system, t, q, v, lam, left_out, None if both.all() else e)
-    K, D, M = (s[:, None] * X[:, :n, :n] * s for X in (one, two, M))
+    K, D = (s[:, None] * X[:, :n, :n] * s for X in (one, two))
+    M = s[:, None] * M * (s[:, None] if system.mass_is_diagonal else s)
     J, N = one[:, lower, :n] * s, two[:, lower, :n] * s
     size = np.abs(J).max(axis=2, initial=0.0)[:, :, None]
     size[size == 0.0] = 1.0
@@ -176,19 +182,22 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     if whole is None or part is None or not part[0].shape[2]:
         return None  # no degrees of freedom, or the constraints change rank along the run
     V, inverse = whole
-    Z, turned = part[0], N
+    Z = part[0]
+    B = V1 = -inverse @ (N @ Z)
     if not both.all():
         turned = np.where(both[:, None], N, (other[:, lower, :n] * s / size - J) / e[:, None, None])
-    B, V1 = -inverse @ (N @ Z), -inverse @ (turned @ V)
+        V1 = -inverse @ (turned @ V)
     Vt, Zt = np.swapaxes(V, 1, 2), np.swapaxes(Z, 1, 2)
-    mass = Vt @ M @ V
+    MV, MB = (M * X if system.mass_is_diagonal else M @ X for X in (V, B))
+    mass = Vt @ MV
     largest = np.abs(mass).max(axis=(1, 2), initial=0.0)[:, None, None]
     mass += MASSLESS * np.where(largest > 0.0, largest, 1.0) * np.eye(mass.shape[1])
-    if np.linalg.cond(mass).max() > MOST_CONDITION:
+    least, most = (x := np.linalg.eigvalsh(mass))[:, 0], x[:, -1]
+    if (most > MOST_CONDITION * least).any():
         return None
-    G, drive = Vt @ M @ B, np.swapaxes(V1, 1, 2) @ M - Vt @ D
+    G, V1t, VtD = Vt @ MB, np.swapaxes(V1, 1, 2), Vt @ D
     y = np.concatenate([Zt @ B, Zt @ V], axis=2)
-    u = np.concatenate([drive @ B - Vt @ (K @ Z), drive @ V], axis=2)
+    u = np.concatenate([V1t @ MB - VtD @ B - Vt @ (K @ Z), V1t @ MV - VtD @ V], axis=2)
     sizes = np.stack([np.maximum(1.0, np.abs(q / s).max(axis=1)), fastest], axis=1)
     rate = np.concatenate([y, np.linalg.solve(mass, u - G @ y)], axis=1)
     return _Points(Z, V, B, mass, G, rate, sizes) if np.isfinite(rate).all() else None
@@ -197,38 +206,34 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
 def _matrices(
     system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...], ahead: Array | None
 ) -> tuple[Array, Array, Array, Array]:
-    """The derivatives by positions and by velocities (N, n + m + p, n + m + p), the mass matrices (N, n, n), and the
-    derivatives by positions at times that are ``ahead`` (N,); without these, the first ones again."""
-    diagonal, found, mass = system.mass_is_diagonal, np.empty((3, len(t), system.size)), []
-    known = diagonal and bool(np.isfinite(lam).all())
-    for k in range(len(t)):
-        a, reactions = (None, lam[k]) if known else accelerations(system, t[k], q[k], v[k], left_out)
-        if a is None:
-            system.evaluate(t[k], q[k], v[k], reactions)
-        else:
-            system.tangent(t[k], q[k], v[k], reactions, a=a)
-        found[0, k] = system.entries(t[k], cK=1.0, cP=1.0, cV=1.0, cA=0.0 if a is None else 1.0)
-        found[1, k] = system.entries(t[k], cD=1.0, cN=1.0, cW=1.0)
-        if not diagonal:
-            mass.append(np.asarray(system.M(t[k], q[k])))
-        if ahead is not None:
-            system.evaluate(t[k] + ahead[k], q[k] + ahead[k] * v[k], v[k], reactions)
-            found[2, k] = system.entries(t[k] + ahead[k], cP=1.0, cV=1.0)
-    size, (rows, columns) = system.unknowns, system.tables.pattern
-    place = np.arange(len(t))[:, None] * size**2 + rows * size + columns
-    one, two, other = (
-        np.bincount(place.ravel(), x.ravel(), len(t) * size**2).reshape(len(t), size, size)
-        for x in (found[0], found[1], found[0 if ahead is None else 2])
-    )
-    M = np.stack(mass) if mass else np.broadcast_to(np.diag(system.mass()), (len(t), system.n, system.n))
-    return one, two, M, other  # type: ignore[return-value]  # of bincount with weights: floats
+    """The derivatives by positions and by velocities (N, n + m + p, n + m + p), the mass matrices (N, n, n), or their
+    diagonals (N, n, 1), and the derivatives by positions at times that are ``ahead`` (N,); without these, the first
+    ones again."""
+    n, a, constant = system.n, None, system.mass_is_diagonal
+    if not (constant and np.isfinite(lam).all()):
+        found = [accelerations(system, *state, left_out) for state in zip(t, q, v, strict=True)]
+        a, lam = np.array([x for x, _ in found]), np.array([x for _, x in found])
+    requests = [dict(cK=1.0, cP=1.0, cV=1.0, cA=0.0 if a is None else 1.0), dict(cD=1.0, cN=1.0, cW=1.0)]
+    one, two, *mass = tangents(system, t, q, v, lam, a, requests if constant else [*requests, dict(cM=1.0)])
+    M = np.broadcast_to(system.mass()[:, None], (len(t), n, 1)) if constant else mass[0][:, :n, :n]
+    if ahead is None:
+        return one, two, M, one
+    return one, two, M, tangents(system, t + ahead, q + ahead[:, None] * v, v, lam, None, [dict(cP=1.0, cV=1.0)])[0]
 
 
 def _split(J: Array) -> tuple[Array, Array] | None:
     """Orthonormal bases of the null spaces of J (N, k, n), as columns, and the pseudo-inverses (N, n, k) of J; None if
     the ranks differ."""
-    if not J.shape[1]:
-        return np.broadcast_to(np.eye(J.shape[2]), (len(J), J.shape[2], J.shape[2])), np.zeros((len(J), J.shape[2], 0))
+    count, k, n = J.shape
+    if not k:
+        return np.broadcast_to(np.eye(n), (count, n, n)), np.zeros((count, n, 0))
+    if k <= n:  # for J of full rank, QR factors take a fraction of the time of singular values
+        Q, R = np.linalg.qr(np.swapaxes(J, 1, 2), mode="complete")
+        R = R[:, :k]
+        if np.abs(R.diagonal(axis1=1, axis2=2)).min() > 0.0:
+            inverse = np.linalg.inv(R)
+            if (np.abs(inverse).max(axis=(1, 2)) * np.abs(R).max(axis=(1, 2))).max() < REGULAR / RANK:
+                return Q[:, :, k:], Q[:, :, :k] @ np.swapaxes(inverse, 1, 2)
     U, s, Vt = np.linalg.svd(J)
     ranks = (s > RANK * s.max(axis=1, keepdims=True, initial=0.0)).sum(axis=1)
     rank = int(ranks[0])
@@ -242,27 +247,17 @@ def _carried(t: Array, points: _Points, speed: float) -> Growth:
     (Z, V, B, mass, G, rate, sizes), h = points, np.diff(t)
     r, d = Z.shape[2], V.shape[2]
     rate[:, :r, r:], rate[:, r:, :r] = speed * rate[:, :r, r:], rate[:, r:, :r] / speed  # of velocities over the speed
-    even = bool(np.ptp(h) <= 1e-6 * h.max())
-    first, sizes_first = exponential(rate[: None if even else -1] * (0.5 * (h[0] if even else h[:, None, None])))
-    second, sizes_second = (first[1:], sizes_first[1:]) if even else exponential(rate[1:] * (0.5 * h[:, None, None]))
-    turn, turn_v = _turns(Z), _turns(V)  # from one basis to the next
+    first, sizes_first, second, sizes_second = _halves(rate, h, r)
+    turn = _turns(Z)  # from one basis to the next
+    turn_v = turn if V is Z else _turns(V)
     carry = np.zeros((len(h), r + d, r + d))
     carry[:, :r, :r] = turn
     kept = np.concatenate([(turn_v @ G[:-1] - G[1:] @ turn) / speed, turn_v @ mass[:-1]], axis=2)
     carry[:, r:] = np.linalg.solve(mass[1:], kept)
-    steps = second @ carry @ first[: len(h)]
+    steps, logs = second @ carry @ first, sizes_first + sizes_second
     new = np.random.default_rng(1).standard_normal((r + d, DIRECTIONS)) / np.sqrt(r + d)
     added = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None] * new
-    x, log, done = added.copy(), np.zeros(len(t)), len(t)  # the propagated perturbations are x exp(log)
-    for k in range(len(h)):
-        y = steps[k] @ x[k]
-        size = float(np.abs(y).max(initial=0.0)) or 1.0
-        if not np.isfinite(size):
-            done = k + 1
-            break
-        # with a negative sum the perturbations added are larger
-        log[k + 1] = largest = max(0.0, total := log[k] + sizes_first[k] + sizes_second[k] + np.log(size))
-        x[k + 1] = y * (np.exp(total - largest) / size) + added[k + 1] * np.exp(-largest)
+    x, log, done = _propagated(steps, logs, added)
     y, w = x[:, :r], x[:, r:]
     length = np.maximum(np.abs(Z @ y).max(axis=(1, 2)), np.abs(V @ w + B @ y / speed).max(axis=(1, 2)))[:done]
     t, log = t[:done], log[:done] + np.log(np.maximum(length, 1e-300))
@@ -271,6 +266,44 @@ def _carried(t: Array, points: _Points, speed: float) -> Growth:
     window = max((t[-1] - t[0]) / 50.0, float(h.min()))
     later = np.interp(np.minimum(t + window, t[-1]), t, log)
     return Growth(t, log, float(np.max((later - log) / window, initial=0.0)))
+
+
+def _propagated(steps: Array, logs: Array, added: Array) -> tuple[Array, Array, int]:
+    """x (N, k, d), log (N,) and the number of samples that are reached: the sum of all perturbations ``added``
+    (N, k, d) up to each sample is x exp(log), where ``steps`` exp(``logs``) (N - 1, k, k), (N - 1,) lead from one
+    sample to the next."""
+    x, log = added.copy(), np.zeros(len(added))
+    if (np.abs(logs) < LARGE).all():
+        for k, step in enumerate(steps * np.exp(logs)[:, None, None]):
+            x[k + 1] += step @ x[k]
+        if np.abs(x).max(initial=0.0) < np.exp(LARGE):  # false for nan
+            return x, log, len(x)
+    for k, step in enumerate(steps):  # where they grow without bound, they are scaled at every sample
+        y = step @ x[k]
+        size = float(np.abs(y).max(initial=0.0)) or 1.0
+        if not np.isfinite(size):
+            return x, log, k + 1
+        # with a negative sum the perturbations added are larger
+        log[k + 1] = largest = max(0.0, total := log[k] + logs[k] + np.log(size))
+        x[k + 1] = y * (np.exp(total - largest) / size) + added[k + 1] * np.exp(-largest)
+    return x, log, len(x)
+
+
+def _halves(rate: Array, h: Array, r: int) -> tuple[Array, Array, Array, Array]:
+    """The solutions over the first and the second half of every interval h (N - 1,), each with the rate (N, k, k) of
+    the sample at its end, as from ``exponential``. The first r of the k unknowns are positions."""
+    alike = np.abs(np.diff(h)) <= 1e-6 * h[:-1]  # both halves at a sample have the same length, and the same solution
+    others = np.append(np.flatnonzero(~alike) + 1, len(h))
+    every = np.concatenate([rate[:-1] * (0.5 * h)[:, None, None], rate[others] * (0.5 * h[others - 1])[:, None, None]])
+    # scaled velocities, so that the norm is near the largest frequency, not near its square; by a power of two: exact
+    up, down = (float(np.abs(x).sum(axis=2).max(initial=0.0)) for x in (every[:, :r, r:], every[:, r:, :r]))
+    scale = 2.0 ** np.round(0.5 * np.log2(down / up)) if up > 0.0 < down else 1.0
+    every[:, :r, r:], every[:, r:, :r] = scale * every[:, :r, r:], every[:, r:, :r] / scale
+    E, s = exponential(every)
+    E[:, :r, r:], E[:, r:, :r] = E[:, :r, r:] / scale, scale * E[:, r:, :r]
+    at = np.arange(1, len(h) + 1)
+    at[others - 1] = len(h) + np.arange(len(others))
+    return E[: len(h)], s[: len(h)], E[at], s[at]
 
 
 def _turns(Z: Array) -> Array:
@@ -285,16 +318,17 @@ def exponential(A: Array) -> tuple[Array, Array]:
     The diagonal Pade approximant of degree 6 of A/2^j, squared j times; Moler and Van Loan, SIAM Review 45 (2003) 3-49.
     """
     count, k = A.shape[:2]
-    size = np.abs(A).sum(axis=2).max(axis=1, initial=0.0)
-    squarings = int(np.clip(np.ceil(np.log2(max(float(size.max(initial=0.0)), 0.5) / 0.5)), 0, 60))
+    size = float(np.abs(A).sum(axis=2).max(initial=0.0))
+    squarings = int(np.clip(np.ceil(np.log2(max(size, 0.5) / 0.5)), 0, 60))
     A = A / 2.0**squarings
-    top = bottom = np.broadcast_to(np.eye(k), A.shape)
-    power, c = np.broadcast_to(np.eye(k), A.shape), 1.0
+    c = [1.0]
     for j in range(1, 7):
-        c *= (7.0 - j) / (j * (13.0 - j))
-        power = power @ A
-        top, bottom = top + c * power, bottom + (-1.0) ** j * c * power
-    E: Array = np.asarray(np.linalg.solve(bottom, top))
+        c.append(c[-1] * (7.0 - j) / (j * (13.0 - j)))
+    one, two = np.eye(k), A @ A
+    four = two @ two
+    even = c[0] * one + c[2] * two + c[4] * four + c[6] * (two @ four)
+    odd = A @ (c[1] * one + c[3] * two + c[5] * four)
+    E: Array = np.asarray(np.linalg.solve(even - odd, even + odd))
     s = np.zeros(count)
     for _ in range(squarings):
         E, s = E @ E, 2.0 * s

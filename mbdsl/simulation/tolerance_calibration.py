@@ -8,7 +8,10 @@ runs show:
 
     error = difference/(8^p - 1),   1/3 <= p <= 1,
 
-or is the difference itself while there are fewer than three runs. The claim is at least the rounding error as the
+or is the difference itself while there are fewer than three runs. With methods of order above 5 and forces given by
+expressions, the error counts as reduced by at most a factor of 8 from one run to the next, because their steps are so
+long that errors decrease irregularly. If a run differs from the run before by more than the claim of the latter, this
+difference replaces that claim. The claim is at least the rounding error as the
 motion amplifies it (:mod:`mbdsl.simulation.error_growth`), because runs may agree although the motion is sensitive.
 
 The first runs have a large eps and are cheap; they show which eps is needed. The run whose claim is within the
@@ -91,6 +94,7 @@ class Trial:
     difference: Array = field(default_factory=lambda: np.empty(0))
     claim: Array = field(default_factory=lambda: np.empty(0))
     contacts: Array = field(default_factory=lambda: np.empty(0))
+    hoped: float = np.inf  #: the error estimate at the end, if errors decrease regularly
 
     @property
     def done(self) -> bool:
@@ -130,6 +134,10 @@ class _Ladder:
         self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, motion.plan
         plan, method = self.plan, declared(self.plan.method)
         self.order, self.chance = max(1, method.order), CHANCE_OF_BACKENDS if method.searches else CHANCE
+        self.few = self.order > 5 and not method.searches  #: our methods with few, long steps
+        #: whether errors decrease irregularly: such a step passes a peak, or a corner of a force, that a slightly
+        #: shorter one resolves
+        self.irregular = self.few and any(p.system.tables.has_tape for p in motion.parts)
         self.span = plan.stop - plan.start
         self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
         self.first = min(self.first, LOOSEST)
@@ -207,6 +215,15 @@ class _Ladder:
         if p:  # two runs may agree by chance: the error should not fall much faster than eps
             former = before.difference[:n] / (self.trials[-2].eps / before.eps - 1.0) / ratio
             last.claim = np.clip(former, last.claim, self.chance * last.claim)
+        last.hoped = last.error
+        if self.irregular:
+            if p:
+                last.claim = np.maximum(last.claim, last.difference / (NEXT - 1.0))
+            elif len(before.difference):
+                former = np.append(before.difference[:n], beyond) / NEXT
+                last.claim = np.clip(former, last.claim, CHANCE_OF_BACKENDS * last.claim)
+        if len(before.claim):  # the difference is due to the error of the run before, unless this run is worse
+            before.claim[:n] = np.maximum(before.claim[:n], last.difference[:n])
         last.contacts = self._undecided(last, before, speed)
         last.claim = np.maximum(last.claim, last.contacts)
 
@@ -260,10 +277,13 @@ class _Ladder:
             eps = last.eps / NEXT
         else:
             p = self._observed_last() or 1.0
-            wanted = last.eps * min(1.0, AIM * tol / last.error) ** (1.0 / p)
-            ratio = last.eps / max(wanted, 1e-300)
+            error = max(last.hoped, 1e-300) if self.irregular else last.error
+            wanted = last.eps * min(1.0, AIM * tol / error) ** (1.0 / p)
+            ratio = max(last.eps / max(wanted, 1e-300), NEXT if self.irregular else 1.0)
             steps = np.ceil(np.log(ratio) / np.log(NEXT) - 0.1)
             eps = min(last.eps / NEAREST, last.eps / ratio ** (1.0 / steps) if steps <= 2 else NEXT * wanted)
+            if self.few:  # the order that three runs show may be far too low
+                eps = max(eps, last.eps / NEXT**3)
         if self.failed:
             if last.eps < NEAREST * self.failed[-1].eps:
                 return None

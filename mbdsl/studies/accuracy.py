@@ -99,6 +99,7 @@ class _Search:
         self.progress, self.announce = progress, announce
         self.begun, self.spent = perf_counter(), 0.0
         self.runs: list[str] = []
+        self.known: dict[tuple, Trajectory] = {}  #: complete runs; a check often needs a run of the comparison again
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
         self.motions: dict[tuple[str, bool], Motion] = {}  #: the newest, by method and whether its steps are fixed
@@ -110,6 +111,9 @@ class _Search:
         how = {"method": case.method, "step": case.step, "tol": case.tol}
         inspect = partial(self.motions.__setitem__, (case.method, case.tol is None))
         given = {**self.given, **how, **other, "inspect": inspect}
+        key = case, str(given.get("options") or {}), bool(given.get("force")), given.get("interval")
+        if key in self.known:
+            return self.known[key]
         begun, self.made = perf_counter(), self.made + 1
         of = f" of {self.planned}" if self.made <= self.planned else ""
         purpose = f"{self.stage} {self.made}{of}: {case}"
@@ -120,6 +124,7 @@ class _Search:
             raise
         self.runs.append(str(case))
         self.spent += found.stats["seconds"]["integrate"]
+        self.known[key] = found
         return found
 
     def begin(self, stage: str, planned: int = 0) -> None:

@@ -57,20 +57,10 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
 
     ``reference`` determines the scales.
     """
-    size = trajectory.system.tables.size
-    names = [name for name in trajectory.default_names if name in reference]
-    units = {name: trajectory.unit(name) for name in names}
-    lengths = {"m": 1.0 / size, "rad": 1.0, "m/s": 1.0 / size, "rad/s": 1.0}
-    q = [name for name in names if units[name] in ("m", "rad")]
-    v = [name for name in names if units[name] in ("m/s", "rad/s")]
-    speed = _largest(reference, {name: lengths[units[name]] for name in v})
+    size, (found, speed) = trajectory.system.tables.size, _of_motion(trajectory, reference)
     forces = {n: 1.0 if trajectory.unit(n) == "N" else 1.0 / size for n in reactions(trajectory) if n in reference}
     force = _largest(reference, forces)
-    found = [
-        Quantity("q", "positions", "m, rad", tuple(q), tuple(lengths[units[n]] for n in q)),
-        Quantity("v", "velocities", "m/s, rad/s", tuple(v), tuple(lengths[units[n]] / speed for n in v)),
-        Quantity("reactions", "reactions", "N, N.m", tuple(forces), tuple(w / force for w in forces.values())),
-    ]
+    found.append(Quantity("reactions", "reactions", "N, N.m", tuple(forces), tuple(w / force for w in forces.values())))
     energies = ("energy.kinetic", "energy.potential", "energy.total")
     if all(name in reference for name in energies):
         kinetic, potential, _ = (reference[name] for name in energies)
@@ -91,6 +81,27 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
             extent = extent or float(np.abs(S).max(initial=0.0)) or 1.0
             found.append(Quantity(name, name, trajectory.unit(name), (name,), (1.0 / extent,)))
     return [quantity for quantity in found if quantity.signals]
+
+
+def of_motion(trajectory: Trajectory, reference: Solution) -> list[Quantity]:
+    """The quantities q and v that exist: without reactions, which some methods have to compute at every output."""
+    return [quantity for quantity in _of_motion(trajectory, reference)[0] if quantity.signals]
+
+
+def _of_motion(trajectory: Trajectory, reference: Solution) -> tuple[list[Quantity], float]:
+    """q and v, and the largest scaled velocity."""
+    size = trajectory.system.tables.size
+    names = [name for name in trajectory.default_names if name in reference]
+    units = {name: trajectory.unit(name) for name in names}
+    lengths = {"m": 1.0 / size, "rad": 1.0, "m/s": 1.0 / size, "rad/s": 1.0}
+    q = [name for name in names if units[name] in ("m", "rad")]
+    v = [name for name in names if units[name] in ("m/s", "rad/s")]
+    speed = _largest(reference, {name: lengths[units[name]] for name in v})
+    found = [
+        Quantity("q", "positions", "m, rad", tuple(q), tuple(lengths[units[n]] for n in q)),
+        Quantity("v", "velocities", "m/s, rad/s", tuple(v), tuple(lengths[units[n]] / speed for n in v)),
+    ]
+    return found, speed
 
 
 def reactions(trajectory: Trajectory) -> list[str]:

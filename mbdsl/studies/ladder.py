@@ -15,7 +15,7 @@ from mbdsl.errors import IntegrationError, MbdslError
 from mbdsl.integrators import available
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case
-from mbdsl.studies.error_measures import error, quantities
+from mbdsl.studies.error_measures import error, of_motion
 from mbdsl.studies.time_limits import TooLong
 
 AIM = 0.5  #: target of the error, relative to the accuracy
@@ -168,8 +168,7 @@ class Ladder:
 
 def difference(one: Trajectory, other: Trajectory) -> float:
     """The largest scaled difference of positions and velocities over time."""
-    wanted = [q for q in quantities(other, other) if q.key in ("q", "v")]
-    return max((error(q, one, other).scaled for q in wanted), default=0.0)
+    return max((error(q, one, other).scaled for q in of_motion(other, other)), default=0.0)
 
 
 def observed(sizes: Sequence[float], differences: Sequence[float]) -> float:

@@ -19,7 +19,7 @@ from mbdsl.plotting.figures import Table
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
-from mbdsl.studies.error_measures import Quantity, error, quantities
+from mbdsl.studies.error_measures import Quantity, error, of_motion, quantities
 from mbdsl.studies.method_search import NEAR, Candidate, Result, rounded, search
 from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
 from mbdsl.studies.report import as_text, number, ratio, size
@@ -338,7 +338,7 @@ def _by(runner: Runner, reference: Reference, target: float | str, signal: str |
     solution = reference.solution
     like = solution if isinstance(solution, Trajectory) else runner.blank()
     if signal is None:
-        wanted = [q for q in quantities(like, solution) if q.key in ("q", "v")]
+        wanted = of_motion(like, solution)
         if not wanted:
             text = f"{reference.how} has no positions and velocities"
             raise UsageError(text, hint="name the signal to compare: --signal NAME")

@@ -23,7 +23,7 @@ from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
-from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, quantities, reactions
+from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, of_motion, reactions
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import OUT_OF_TIME, Computed
@@ -258,8 +258,7 @@ def _affordable(runner: Runner, h: float) -> float:
 
 
 def _difference(one: Trajectory, other: Trajectory) -> float:
-    wanted = [quantity for quantity in quantities(one, one) if quantity.key in ("q", "v")]
-    return max((error(quantity, other, one).scaled for quantity in wanted), default=0.0)
+    return max((error(quantity, other, one).scaled for quantity in of_motion(one, one)), default=0.0)
 
 
 def _precise(runner: Runner, name: str) -> tuple[str, Computed]:

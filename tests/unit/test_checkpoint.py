@@ -28,7 +28,7 @@ TEXT = """model Stops
   SpringDamper spring(g0, ball.c, k = 50 N/m, c = 0.1 N.s/m, s0 = 1 m);
 initial equation
   pin.phi = -60 deg; ball.x = 1.1 m; ball.y = 0 m; ball.vy = 1 m/s;
-  annotation(experiment(StopTime = 0.16 s));
+  annotation(experiment(StopTime = 0.16 s, Interval = 1.3 ms));
 end Stops;
 """
 

@@ -252,6 +252,28 @@ def test_a_source_that_cannot_be_read_is_no_part_of_a_digest(tmp_path, monkeypat
     assert kernel_sources.digest_of(names) is None
 
 
+@needs_compiler
+def test_constants_from_other_files_of_a_user_are_part_of_the_digest(fresh, tmp_path, monkeypatch):
+    """Machine code contains their values, which the source of the kernels does not show."""
+    (tmp_path / "user_constants.py").write_text("FACTOR, TABLE = 3, (1, (2, 5))\n")
+    source = "import user_constants\nfrom user_constants import TABLE\nfrom mbdsl.compilation.marks import kernel\n"
+    source += "@kernel\ndef scale(x):\n    return user_constants.FACTOR * x + TABLE[1][1]\n"
+    (tmp_path / "user_kernels.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    import user_constants
+    import user_kernels
+
+    text = "import user_kernels\ndef of_constants(x):\n    return user_kernels.scale(x)\n"
+    signatures = {"of_constants": code_cache.Signature(("int",), gives="int")}
+    (of_constants,) = code_cache.functions("of_constants", text, signatures, lambda: [user_kernels])
+    assert of_constants(2) == 11
+    for module, name, value in ((user_constants, "FACTOR", 4), (user_kernels, "TABLE", (1, (2, 6)))):
+        assert code_cache.is_compiled("of_constants")
+        with monkeypatch.context() as changed:
+            changed.setattr(module, name, value)
+            assert not code_cache.is_compiled("of_constants")
+
+
 def test_kernels_are_found_however_they_are_imported():
     text = """
 import math
@@ -315,6 +337,23 @@ def test_without_numba_kernels_run_as_python(fresh, monkeypatch):
         assert v[0] == 3.0
 
 
+@needs_compiler
+@pytest.mark.filterwarnings("ignore:compiling with numba")
+def test_translated_functions_and_those_of_numba_call_each_other(fresh, monkeypatch):
+    from mbdsl.compilation import translation
+
+    def fail(*given):
+        raise translation.Untranslatable("not translated")
+
+    translated = functions()
+    monkeypatch.setattr(translation, "translate", fail)
+    monkeypatch.setattr(code_cache, "_kept", lambda *given: None)
+    of_numba = functions()
+    assert [type(f).__name__ for f in (*translated, *of_numba)] == ["Native", "Native", "Flat", "Flat"]
+    check(of_numba[0], translated[1])
+    check(translated[0], of_numba[1])
+
+
 #: modules that numba's manual describes for extensions
 PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
 
@@ -368,6 +407,10 @@ def test_only_arrays_of_the_right_kind_are_handed_over(fresh):
             scale(1.0, wrong, k)
     with pytest.raises(ValueError, match="argument"):
         scale(1.0, v)
+    zeros = np.zeros(4)
+    with pytest.raises(ValueError, match="arrays that do not overlap"):
+        scale(1.0, zeros, zeros[3:].view(np.int64))
+    scale(1.0, zeros[:3], zeros[3:].view(np.int64))
 
 
 @needs_compiler

@@ -87,7 +87,8 @@ def imports(node, when=AT_IMPORT):
     else:
         inside = isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and when == AT_IMPORT
         for child in ast.iter_child_nodes(node):
-            yield from imports(child, IN_FUNCTION if inside else when)
+            if not isinstance(child, ast.expr):  # which contains no import, and most of the nodes
+                yield from imports(child, IN_FUNCTION if inside else when)
 
 
 def name_of(file):

@@ -75,8 +75,9 @@ def finish(h, run):
         y[Q2, i], y[V2, i] = y[Q1, i], y[V1, i]
         y[Q1, i], y[V1, i] = y[POSITION0, i], y[VELOCITY0, i]
 '''
-#: BDF3 is not A-stable: in these tests, the nearly undamped modes of flexible beams grow with the steps
-CHOSEN = "bdf3 and not flexible"
+#: BDF3 is not A-stable: in these tests, the nearly undamped modes of flexible beams grow with the steps. A copy of the
+#: package compiles every model again: models without a constraint, body or law of their own are left out.
+CHOSEN = "bdf3 and not (flexible or double_pendulum or seven_body or crank_ivp or spring_mass or four_bar)"
 #: file -> tests of it that have to run on the method, each at least this number of times
 CHECKS = {
     "verification/test_orders.py": {"test_order_of_positions_velocities_and_reactions": 1},
@@ -84,7 +85,7 @@ CHECKS = {
     "verification/test_jumps_at_steps.py": {"test_order_is_kept": 1},
     "verification/test_redundant.py": {"test_parallelogram": 1, "test_start_in_a_singular_pose": 1},
     "verification/test_default_steps.py": {"test_what_is_taken_where_nothing_is_said": 1},
-    "models/test_every_model.py": {"test_run": 10},
+    "models/test_every_model.py": {"test_run": 8},
     "unit/test_stepping.py": {
         "test_order_over_jumps_of_inputs": 1, "test_reaction_behind_a_jump": 1, "test_the_same_as_in_one_go": 1
     },

@@ -201,6 +201,15 @@ def test_integers(compiled, body):
 
 
 @needs_compiler
+def test_no_division_of_integers_ends_the_process(compiled):
+    """The first quotient is 2**63, which is no 64-bit integer: it wraps. A division by zero gives zero."""
+    f, _ = compiled("return a // b + 10 * (a % b) + 100 * (a // -1)", ("int", "int"), "int")
+    for a, b in ((-(2**63), -1), (-7, -1), (7, -1), (7, 0)):
+        quotient, rest = (a // b, a % b) if b else (0, 0)
+        assert f(a, b) == (quotient + 10 * rest - 100 * a + 2**63) % 2**64 - 2**63
+
+
+@needs_compiler
 @pytest.mark.parametrize(
     "body",
     [

@@ -71,8 +71,8 @@ def test_it_resists(method):
     reaction.
     """
     missing = []
-    for h in (2e-3, 1e-3):
-        found = mbdsl.simulate(mbdsl.parse(MODEL), method=method, step=h, stop=3.0, interval=0.0)
+    for h in (2e-3, 1e-3) if method == "newmark" else (1e-3,):
+        found = mbdsl.simulate(mbdsl.parse(MODEL), method=method, step=h, stop=1.5, interval=0.0)
         energy = found["energy.total"]
         work = np.trapezoid(found["pin.friction"] * found["pin.w"], found.t)
         assert energy[0] - energy[-1] > 0.3 * (found["energy.kinetic"].max())
@@ -80,7 +80,7 @@ def test_it_resists(method):
     if method == "newmark":
         assert 1.85 < missing[0] / missing[1] < 2.15
     else:
-        assert abs(missing[1]) < (1e-4 if method == "hht-add" else 2e-5)
+        assert abs(missing[0]) < (1e-4 if method == "hht-add" else 2e-5)
 
 
 def test_without_friction_there_is_none_of_it():

@@ -36,9 +36,9 @@ REALS = ZONE + 2 * ROOM
 # UNKNOWN2 is used; steps since the contraction was measured
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
 # of controlled steps: whether steps are controlled; rejected steps; steps since the start, and since the last change of
-# the step size; successive rejections; whether every step is output; whether no step passes over an output time; steps
-# until the effect of stiff dampers is evaluated (0: there are none); steps for which corrections in the last digit
-# count as rounding
+# the step size; successive rejections; whether every step is output; whether no step passes over an output time;
+# complete estimates until the effect of stiff dampers is evaluated; steps for which corrections in the last digit count
+# as rounding
 CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED, ROUNDING = range(11, 20)
 # of switches: whether there are any; their signature; whether all are switches of forces, so that corners may be
 # passed; number of times that the present step was cut short; number of events
@@ -52,7 +52,10 @@ MARGIN = 29
 # of ``vectors``
 OLDER = 30
 TRUSTED = 31  #: number of further steps for which the part that counts may be that of the last complete estimate
-INTEGERS = 32
+# numbers of the iteration matrices with which the last matrix and the one before it belong; the second is negative if
+# dampers are not stiff
+OTHERS, DAMPERS = 32, 33
+INTEGERS = 34
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,

@@ -40,7 +40,7 @@ from mbdsl.integrators.loop.loop_state import (
     VELOCITY_TOL,
 )
 from mbdsl.integrators.loop.run_data import evaluate
-from mbdsl.integrators.loop.step_control import allowed, bend_uneven, even, other_matrices
+from mbdsl.integrators.loop.step_control import allowed, bend_uneven, even
 
 MAX_ITERATIONS = 25
 #: smallest part of a correction that a damped iteration applies
@@ -192,8 +192,6 @@ def renew_matrix(t, h, formulas, run):
     if not formulas.matrix(t, h, run):
         return False
     integers[FRESH] = 1
-    if integers[CONTROLLED]:
-        other_matrices(t, h, run)
     return True
 
 

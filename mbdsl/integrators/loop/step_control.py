@@ -51,6 +51,7 @@ from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multip
 from mbdsl.integrators.loop.loop_state import (
     BAD,
     DAMPED,
+    DAMPERS,
     DAMPING,
     EXPONENT,
     FACTORISATIONS,
@@ -68,6 +69,7 @@ from mbdsl.integrators.loop.loop_state import (
     NODE,
     NODES,
     NOW,
+    OTHERS,
     OUTPUT,
     RAW,
     REDUCED,
@@ -75,6 +77,7 @@ from mbdsl.integrators.loop.loop_state import (
     SINCE,
     SPEED,
     START,
+    STEP_END,
     STEP_SIZE,
     STOP,
     TIMES,
@@ -102,7 +105,7 @@ USEFUL, SELDOM = 0.9, 20
 BLOW = 0.5
 #: number of steps after a complete estimate whose raw error may be reduced as in that estimate; largest ratio of the
 #: raw errors; largest error estimated in this way, relative to the allowed one
-TRUST, ALIKE, CALM = 3, 1.25, 0.75
+TRUST, ALIKE, CALM = 7, 1.25, 0.75
 #: number of steps that stands for infinitely many
 LONG_AGO = 1 << 20
 
@@ -153,26 +156,44 @@ def predict_uneven(unknown, order, h, run):
 
 
 @rare
-def missed(order, h, n, run):
-    """The largest scaled error of this extrapolation for the accelerations of the step just done."""
-    reals, vectors = run.reals, run.vectors
-    error = 0.0
-    for i in range(n):
-        y = vectors[UNKNOWN, i]
-        for k in range(order + 1):
-            y -= weight(k, order, reals[NOW] + reals[NODE] * h, NODES, run) * vectors[UNKNOWN0 + k, i]
-        error = max(error, abs(y) * vectors[SCALE, i])
-    return error
-
-
-@rare
 def best_order_uneven(history, h, n, run):
-    """The order of extrapolation with the smallest error for the step just done."""
-    best, error = 0, missed(0, h, n, run)
-    for order in range(1, min(history, 4)):
-        other = missed(order, h, n, run)
-        if other < error:
-            best, error = order, other
+    """The order of extrapolation with the smallest error for the accelerations of the step just done.
+
+    In Newton's form, the error of an order is that of the order below without one divided difference.
+    """
+    reals, vectors = run.reals, run.vectors
+    t, t0, t1, t2, t3 = ends(h, run)[0], reals[NODES], reals[NODES + 1], reals[NODES + 2], reals[NODES + 3]
+    w1, w2, w3 = 0.0, 0.0, 0.0  # of the first, second and third divided difference
+    r01, r12, r23, r02, r13, r03 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if history > 1:
+        w1, r01 = t - t0, 1.0 / (t0 - t1)
+    if history > 2:
+        w2, r12, r02 = w1 * (t - t1), 1.0 / (t1 - t2), 1.0 / (t0 - t2)
+    if history > 3:
+        w3, r23, r13, r03 = w2 * (t - t2), 1.0 / (t2 - t3), 1.0 / (t1 - t3), 1.0 / (t0 - t3)
+    e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        y0, y1, y2, y3 = (
+            vectors[UNKNOWN0, i],
+            vectors[UNKNOWN0 + 1, i],
+            vectors[UNKNOWN0 + 2, i],
+            vectors[UNKNOWN0 + 3, i],
+        )
+        f01, f12, f23 = (y0 - y1) * r01, (y1 - y2) * r12, (y2 - y3) * r23
+        f02, f13 = (f01 - f12) * r02, (f12 - f23) * r13
+        d0 = vectors[UNKNOWN, i] - y0
+        d1 = d0 - w1 * f01
+        d2 = d1 - w2 * f02
+        d3 = d2 - w3 * (f02 - f13) * r03
+        s = vectors[SCALE, i]
+        e0, e1, e2, e3 = max(e0, s * abs(d0)), max(e1, s * abs(d1)), max(e2, s * abs(d2)), max(e3, s * abs(d3))
+    best, error = 0, e0
+    if history > 1 and e1 < error:
+        best, error = 1, e1
+    if history > 2 and e2 < error:
+        best, error = 2, e2
+    if history > 3 and e3 < error:
+        best = 3
     return best
 
 
@@ -181,19 +202,12 @@ def bend_uneven(h, n, run):
     """h^2 times the largest scaled second derivative of the accelerations."""
     reals, vectors = run.reals, run.vectors
     largest, d0, d1 = 0.0, reals[NODES] - reals[NODES + 1], reals[NODES + 1] - reals[NODES + 2]
+    r0, r1 = 1.0 / d0, 1.0 / d1
     for i in range(n):
-        d = (
-            (
-                (vectors[UNKNOWN0, i] - vectors[UNKNOWN0 + 1, i]) / d0
-                - (vectors[UNKNOWN0 + 1, i] - vectors[UNKNOWN0 + 2, i]) / d1
-            )
-            * 2.0
-            * h
-            * h
-            / (d0 + d1)
-        )
+        d = (vectors[UNKNOWN0, i] - vectors[UNKNOWN0 + 1, i]) * r0
+        d -= (vectors[UNKNOWN0 + 1, i] - vectors[UNKNOWN0 + 2, i]) * r1
         largest = max(largest, abs(d) * vectors[SCALE, i])
-    return largest
+    return 2.0 * h * h / (d0 + d1) * largest
 
 
 # -- errors ------------------------------------------------------------------------------------------------------------
@@ -219,20 +233,26 @@ def tangential(row, matrix, run):
 
 
 @rare
-def other_matrices(t, h, run):
-    """Set the last two matrices, which error estimates need in addition to the iteration matrix.
+def damping_matrix(t, h, run):
+    """Set the last matrix, unless it belongs to the present iteration matrix: that one without K and Phi_q, compressed
+    for ``multiply``."""
+    reals, integers, last = run.reals, run.integers, run.matrices.shape[0] - 1
+    if integers[OTHERS] != integers[MATRICES]:
+        tangent_matrix(last, t, run, M=reals[MASS_WEIGHT], D=reals[DAMPING] * h, Gam_v=1.0)
+        compress(last, run)
+        integers[OTHERS] = integers[MATRICES]
 
-    The last one is the iteration matrix without K and Phi_q, compressed for ``multiply``. The one before it is without
-    K and for a step of size FORGOTTEN, and is factorised if dampers are stiff; DAMPED is 0 if they are not.
-    """
-    reals, integers = run.reals, run.integers
-    last, mass = run.matrices.shape[0] - 1, reals[MASS_WEIGHT]
-    tangent_matrix(last, t, run, M=mass, D=reals[DAMPING] * h, Gam_v=1.0)
-    compress(last, run)
-    tangent_matrix(last - 1, t, run, M=mass, D=reals[DAMPING] * reals[FORGOTTEN], Phi_q=1.0, Gam_v=1.0)
-    damped, integers[DAMPED] = integers[DAMPED], 0
-    if h < reals[FORGOTTEN] and stiff(0.5, mass, last - 1, run) and factor(last - 1, run):
-        integers[DAMPED] = max(1, damped)
+
+@rare
+def are_dampers_stiff(t, h, run):
+    """Whether dampers are stiff. Sets the matrix before the last, unless it belongs to the present iteration matrix:
+    that one without K and for a step of size FORGOTTEN, factorised if dampers are stiff."""
+    reals, integers, mass, k = run.reals, run.integers, run.reals[MASS_WEIGHT], run.matrices.shape[0] - 2
+    if abs(integers[DAMPERS]) != integers[MATRICES]:
+        tangent_matrix(k, t, run, M=mass, D=reals[DAMPING] * reals[FORGOTTEN], Phi_q=1.0, Gam_v=1.0)
+        found = h < reals[FORGOTTEN] and stiff(0.5, mass, k, run) and factor(k, run)
+        integers[DAMPERS] = integers[MATRICES] if found else -integers[MATRICES]
+    return integers[DAMPERS] > 0
 
 
 @rare
@@ -287,7 +307,6 @@ def set_velocity(error, h, matrix, run):
     integers[MATRICES] += 1
     integers[FACTORISATIONS] += 1
     integers[FRESH] = 1 if matrix(reals[NOW], h, run) else 0
-    other_matrices(reals[NOW], h, run)
     for i in range(n):
         vectors[E_V, i] = (vectors[a, i] - vectors[a + 1, i]) / d
         vectors[E_Q, i] = error * vectors[E_V, i]
@@ -321,17 +340,17 @@ def estimate(h, formulas, run):
 
     If a force stops a motion within the step (BLOW), the step has not resolved it, and no part of the error is removed.
     To find the part that constraints and forces remove, two or more linear systems have to be solved. This part changes
-    slowly: the estimate is complete in one of four steps of equal size, and in the others the raw error is reduced by
+    slowly: the estimate is complete in one of eight steps of equal size, and in the others the raw error is reduced by
     the same factor.
     """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
     n, x = layout[N_Q], layout[ACCELERATION]
     a = UNKNOWN0 + PAST * (x - UNKNOWN)
     d0, d1 = reals[NOW] + reals[NODE] * h - reals[NODES], reals[NODES] - reals[NODES + 1]
-    speed, jump = reals[SPEED], 0.0
+    speed, jump, r0, r1, r2 = reals[SPEED], 0.0, 1.0 / d0, 1.0 / d1, 2.0 / (d0 + d1)
     for i in range(n):
-        jerk = (vectors[x, i] - vectors[a, i]) / d0
-        snap = 2.0 * (jerk - (vectors[a, i] - vectors[a + 1, i]) / d1) / (d0 + d1)
+        jerk = (vectors[x, i] - vectors[a, i]) * r0
+        snap = (jerk - (vectors[a, i] - vectors[a + 1, i]) * r1) * r2
         vectors[E_Q, i], vectors[E_V, i] = formulas.local_error(h, reals[LAST_H], run.coefficients, jerk, snap)
         speed = larger(abs(vectors[VELOCITY, i]) * vectors[SCALE, i], speed)
         jump = larger(abs(vectors[VELOCITY, i] - vectors[VELOCITY0, i]) * vectors[SCALE, i], jump)
@@ -344,18 +363,18 @@ def estimate(h, formulas, run):
         integers[TRUSTED] -= 1
         if reals[REDUCED] * raw <= CALM * most:
             return reals[REDUCED] * raw / most
+    damping_matrix(reals[STEP_END], h, run)
     tangential_position(run)
     tangential(E_V, 0, run)
     for i in range(n):
         vectors[E_X, i] = h * vectors[E_V, i]
     error = largest_error(speed, n, run)
-    if integers[DAMPED] > 0:
-        integers[DAMPED] -= 1
-        if integers[DAMPED] == 0:
-            forget(run)
-            less = largest_error(speed, n, run)
-            integers[DAMPED] = 1 if less < USEFUL * error else SELDOM
-            error = min(error, less) if less == less else less
+    integers[DAMPED] = max(0, integers[DAMPED] - 1)
+    if integers[DAMPED] == 0 and are_dampers_stiff(reals[STEP_END], h, run):
+        forget(run)
+        less = largest_error(speed, n, run)
+        integers[DAMPED] = 1 if less < USEFUL * error else SELDOM
+        error = min(error, less) if less == less else less
     reals[RAW], reals[REDUCED], integers[TRUSTED] = raw, error / raw if raw > 0.0 else 1.0, TRUST
     return error / most
 

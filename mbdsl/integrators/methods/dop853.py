@@ -113,6 +113,8 @@ METHOD = Method(
 
 #: allowed error estimate of a step, relative to the tolerance
 SHARE = 0.1
+#: least error and least motion of a step that count: their squares are not zero
+LEAST = 1e-150
 #: largest error that may be due to rounding, relative to what is allowed
 NOISE = 100.0
 #: factor of the step length for safety; smallest and largest ratio of successive step lengths
@@ -166,7 +168,7 @@ def estimate(h, run):
         scale = h * vectors[SCALE, i]
         five = larger(scale * abs(v5) / speed, larger(scale * h * abs(q5), five))
         three = larger(scale * abs(v3) / speed, larger(scale * h * abs(q3), three))
-    return five * five / sqrt(five * five + 0.01 * three * three) if five > 0.0 else five
+    return five * five / sqrt(five * five + 0.01 * three * three) if five > LEAST else five
 
 
 @kernel
@@ -197,7 +199,7 @@ def is_stiff(h, run):
         rate = (vectors[STAGE + STAGES, i] - vectors[STAGE + STAGES - 1, i]) * vectors[SCALE, i]
         moved += v * v + q * q
         changed += rate * rate + v * v * speed * speed
-    reals[RADIUS] = h * sqrt(changed / moved) if moved > 0.0 else 0.0
+    reals[RADIUS] = h * sqrt(changed / moved) if moved > LEAST * LEAST else 0.0
     if reals[RADIUS] > LIMIT:
         memory[STIFF_STEPS], memory[OTHERS] = memory[STIFF_STEPS] + 1.0, 0.0
     else:

@@ -29,7 +29,7 @@ def uncompiled():
 
 
 def test_compiled_and_uncompiled_results_are_the_same(uncompiled):
-    """Compilers may contract and reorder operations; forty steps with values of size 1 keep twelve digits, and
+    """Compilers may contract and reorder operations; twenty steps with values of size 1 keep twelve digits, and
     multipliers of size 100 (found from differences over h^2) eight."""
     spec = importlib.util.spec_from_file_location("uncompiled", SCRIPT)
     script = importlib.util.module_from_spec(spec)
@@ -49,8 +49,9 @@ def test_compiled_and_uncompiled_results_are_the_same(uncompiled):
 def test_corrections_are_newtons(uncompiled):
     """The part of an error that one correction leaves: with the exact matrix only rounding (5e-16 of residuals of size
     1e5, over differences of 1e-5 in q); with a splitting, terms of order h."""
-    assert set(uncompiled["contraction"]) == {f"{m.stem} {name}" for m in MODELS for name in NAMES}
-    for key, ((_, coarse), (largest, fine)) in uncompiled["contraction"].items():
+    assert set(uncompiled["contraction"]) == {f"{m.stem} {name}" for m in COMPARED for name in NAMES}
+    for key, steps in uncompiled["contraction"].items():
+        (_, coarse), (largest, fine) = steps[0], steps[-1]
         if key.split()[1] in EXACT:
             assert largest < 1e-8, key
         else:
@@ -69,7 +70,8 @@ def test_corrections_at_rest_without_dampers_are_exact(uncompiled):
     are 1e3 times larger than others, which does not matter for rounding; the term M of psi_I at the start of the step
     in hht-add changes with M(q), which is of order h^2 and neglected."""
     assert len(uncompiled["at rest"]) >= 4 * len(NAMES)
-    for key, ((coarse, _), (left, radius)) in uncompiled["at rest"].items():
+    for key, steps in uncompiled["at rest"].items():
+        (coarse, _), (left, radius) = steps[0], steps[-1]
         flexible = key.split()[0] in FLEXIBLE
         if flexible and key.endswith("hht-add") and not key.startswith("flexible_pendulum"):
             assert left < 0.1 * coarse < 1e-3, key
@@ -79,6 +81,8 @@ def test_corrections_at_rest_without_dampers_are_exact(uncompiled):
 
 FLEXIBLE = ("crank_ivp", "flexible_pendulum", "flexible_slider_crank", "spin_up_beam")
 MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
+#: all elements of the others are in smaller models: those of four_bar in chain, those of seven_body in slider_crank
+COMPARED = [m for m in MODELS if m.stem not in ("four_bar", "seven_body")]
 
 
 def test_the_comparison_sees_a_wrong_matrix():

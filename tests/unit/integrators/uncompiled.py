@@ -7,6 +7,7 @@ with the Jacobian of the residual by differences.
 
 import json
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +54,7 @@ def runs():
     found = {}
     for scene, stop in ((crank, 0.0405), (mbdsl.parse(EXPRESSIVE), 0.0305)):
         for method in methods():
-            r = mbdsl.simulate(scene, method=method, step=1e-3, stop=stop, interval=0.0017)
+            r = mbdsl.simulate(scene, method=method, step=2e-3, stop=stop, interval=0.0017)
             found[f"{scene.name} {method}"] = [x.tolist() for x in (r.t, r.q, r.v, r.lam)]
     return found
 
@@ -61,17 +62,24 @@ def runs():
 #: steps of models that are too fast for 1 ms
 STEPS = {"crank_ivp": 1e-5}
 #: differences cannot resolve friction that reverses within 0.1 mm/s; Jacobians of long models are slow here
+COMPARED = [m for m in MODELS if m.stem not in ("four_bar", "seven_body")]  # their elements are in smaller models
 PARAMETERS = {"stick_slip_belt": {"v_s": 50.0}, "flexible_pendulum": {"elements": 3}, "chain": {"N": 4}}
+
+
+@cache
+def prepared(path):
+    """Scene, system and consistent initial state of a model, the same for all methods; they are only read."""
+    scene = mbdsl.load(path, PARAMETERS.get(path.stem, {}))
+    mechanism = graph.build(scene)
+    system = build(scene, mechanism)
+    return scene, system, initial_state(system, mechanism, 0.0)
 
 
 class Step:
     """One method on one model at a state off the motion, with all data that its residual reads."""
 
     def __init__(self, path, name, h, at_rest):
-        scene = mbdsl.load(path, PARAMETERS.get(path.stem, {}))
-        mechanism = graph.build(scene)
-        system = build(scene, mechanism)
-        start = initial_state(system, mechanism, 0.0)
+        scene, system, start = prepared(path)
         self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
         self.run.use_solver(linear_solve.DENSE)  # a solver that finds any pivot
         self.run.begin(start.q, start.v, start.a, start.lam)
@@ -179,11 +187,14 @@ if __name__ == "__main__":
     assert not code_cache.enabled()
     split_correction.EARLY = split_correction.LATE = 0.0  # no term is left to the next iteration on purpose
     found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
-    for path in MODELS:
+    for path in COMPARED:
         for name in NAMES:
             key = f"{path.stem} {name}"
             h = STEPS.get(path.stem, 1e-3)
-            found["contraction"][key] = [contraction(path, name, k * h) for k in (4, 1)]
+            # the longer step shows terms of order h, which exact matrices do not neglect
+            steps = (h,) if modules()[name].METHOD.index == 3 else (4 * h, h)
+            found["contraction"][key] = [contraction(path, name, x) for x in steps]
             if not any(c.kind.springs for c in mbdsl.load(path).components.values() if isinstance(c.kind, ForceKind)):
-                found["at rest"][key] = [contraction(path, name, k * h, at_rest=True) for k in (4, 1)]
+                steps = (4 * h, h) if name == "hht-add" else (h,)  # it neglects a term of order h^2
+                found["at rest"][key] = [contraction(path, name, x, at_rest=True) for x in steps]
     json.dump(found, sys.stdout)
