@@ -88,6 +88,9 @@ class Flat(Native):
 
         self._pack, self._call = lambda *words: iter(words), call
 
+    def prepared(self, *arguments) -> Callable[[float], int]:
+        return lambda first: self(first, *arguments[1:])
+
     @cached_property
     def plain(self) -> int:
         return _address("from_numba", from_numba, self)
