@@ -207,7 +207,8 @@ class _Ladder:
         before = self.trials[-1]
         n, scale = min(len(before.t), len(last.t)), self.motion.system.tables.scale
         speed = error_norm.fastest(scale, last.v, self.span)
-        found = error_norm.differences(scale, speed, before.q[:n] - last.q[:n], before.v[:n] - last.v[:n])
+        dq = self.motion.system.difference(before.q[:n], last.q[:n])
+        found = error_norm.differences(scale, speed, dq, before.v[:n] - last.v[:n])
         beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, self._observed(last)

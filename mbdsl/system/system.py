@@ -172,15 +172,15 @@ class System:
             found = found + change
         if len(self.tables.rotations):
             own = self.tables.rotations[:, :1] + np.arange(3)
-            found[own] = rotation_arrays.turned(q[own], sum(change[own] for change in changes))
+            found[..., own] = rotation_arrays.turned(q[..., own], sum(change[..., own] for change in changes))
         return found
 
     def difference(self, q: Array, q0: Array) -> Array:
-        """The displacements (n,) from q0 to q (n,): ``moved(q0, difference(q, q0))`` is q."""
+        """The displacements from q0 to q, (n,) or (N, n): ``moved(q0, difference(q, q0))`` is q."""
         found = q - q0
         if len(self.tables.rotations):
             own = self.tables.rotations[:, :1] + np.arange(3)
-            found[own] = rotation_arrays.turned(-q0[own], q[own])
+            found[..., own] = rotation_arrays.turned(-q0[..., own], q[..., own])
         return found
 
     def _in_body_axes(self, A):
