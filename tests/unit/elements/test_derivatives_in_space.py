@@ -31,7 +31,8 @@ PAIRS = [m.KIND for m in modules(True).values() if isinstance(m.KIND, PairKind)]
 
 def component(name, kind, values, **ports):
     declared = find(kind, True)
-    return Component(name, declared, {p.name: p.default for p in declared.parameters} | values, ports)
+    values = {p.name: p.default for p in declared.parameters} | values
+    return Component(name, declared, values, ports, tuple(declared.formulas))
 
 
 def law(frames, rng):
