@@ -170,8 +170,8 @@ def call(op: str, *args: Expr | float) -> Expr:
     """Apply ``op`` (a key of ``OPERATIONS``), evaluating it now if all arguments are constants."""
     nodes = tuple(expr(a) for a in args)
     if op == "angle":
-        y, x, *rate = nodes
-        return call("atan2", y, x) if is_const(y) and is_const(x) else Expr("angle", (y, x), rate[0] if rate else const(0.0))
+        y, x, rate = nodes if len(nodes) > 2 else (*nodes, const(0.0))
+        return call("atan2", y, x) if is_const(y) and is_const(x) else Expr("angle", (y, x), rate)
     if all(is_const(a) for a in nodes):
         try:
             return const(OPERATIONS[op](*(a.value for a in nodes)))

@@ -172,7 +172,8 @@ class System:
             found = found + change
         if len(self.tables.rotations):
             own = self.tables.rotations[:, :1] + np.arange(3)
-            found[..., own] = rotation_arrays.turned(q[..., own], sum(change[..., own] for change in changes))
+            rotation = np.sum([change[..., own] for change in changes], axis=0)
+            found[..., own] = rotation_arrays.turned(q[..., own], rotation)
         return found
 
     def difference(self, q: Array, q0: Array) -> Array:

@@ -483,9 +483,7 @@ def test_studies_from_a_shell(say, tmp_path, monkeypatch):
     assert code == 2 and "convergence-q.svg`: Is a directory" in err
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
     code, out, err = say(*argv, "--quiet")
-    assert (
-        code == 0 and out == "" and "'.[plot]'" in err and Path("slider_crank-convergence/convergence.html").exists()
-    )
+    assert code == 0 and out == "" and "'.[plot]'" in err and Path("slider_crank-convergence/convergence.html").exists()
     code, out, err = say(*argv, "--pictures", "png")
     assert code == 2 and out == "" and "'.[plot]'" in err
 
