@@ -39,10 +39,12 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"there is no command `{word}`", hint=did_you_mean(word, commands(), "commands"))
     if word in TOPICS:
         print(TOPICS[word]())
-    elif word in kinds():
+    elif word in kinds() or word in kinds(spatial=True):
         from mbdsl.cli._kind_text import kind_text
 
-        print(kind_text(kinds()[word]))
+        if word not in kinds():
+            print("of models in space, `spatial model Name ... end Name;`\n")
+        print(kind_text({**kinds(spatial=True), **kinds()}[word]))
     else:
         known = [*commands(), *TOPICS, *kinds()]
         listed = f"topics: {', '.join(TOPICS)}; `mbdsl help` lists the commands, `mbdsl help kinds` the kinds"

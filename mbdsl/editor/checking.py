@@ -96,7 +96,8 @@ def _without(text: str, file: str, span: Span) -> str | None:
     elsewhere = (o for o in names.occurrences if not start <= o.start < end)
     if {o.symbol for o in declared} & {o.symbol for o in elsewhere}:
         return None
-    if not declared and re.match(r"(connect|extends|import|model|partial|end|for|if|else|elseif)\b", text[start:end]):
+    others = r"(connect|extends|import|model|spatial|partial|end|for|if|else|elseif)\b"
+    if not declared and re.match(others, text[start:end]):
         return None
     return text[:start] + re.sub(r"[^\n]", " ", text[start:end]) + text[end:] if end else None
 

@@ -66,7 +66,7 @@ def complete(unit: Unit, offset: int) -> tuple[int, list[Item]]:
 def _items(at: Context, known: Mapping[str, Entity], unit: Unit, model: s.Model | None) -> Iterator[Item]:
     expected = at.expected
     if expected == c.TOP:
-        yield from _keywords(("model", "partial", "import"))
+        yield from _keywords(("model", "spatial", "partial", "import"))
     elif expected == c.STATEMENT:
         yield from _statement(at, known, unit)
     elif expected == c.TYPE:

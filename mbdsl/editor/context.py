@@ -126,12 +126,12 @@ def _in_statement(tokens: list[Piece], at: Context) -> Context:
         return _in_brackets(tokens, brackets, at)
     words = [t.text for t in tokens]
     if not at.model:
-        return found(TOP) if words == ["partial"] else found(NOTHING)
+        return found(TOP) if words in (["spatial"], ["partial"], ["spatial", "partial"]) else found(NOTHING)
     if first.text == "end":
         return found(END) if len(tokens) == 1 else found(NOTHING)
     if first.text == "extends":
         return found(BASE) if len(tokens) == 1 else found(NOTHING)
-    if first.text in ("import", "model", "partial"):
+    if first.text in ("import", "model", "spatial", "partial"):
         return found(NOTHING)
     if all(word in _PREFIXES for word in words):
         return found(TYPE)

@@ -100,7 +100,8 @@ def of_setting(name: str) -> str:
 
 def of_word(word: str) -> str:
     """A keyword, kind, type, function or constant; "" for other words."""
-    kind = kinds().get(foreign_names.kind(word))
+    name = foreign_names.kind(word)
+    kind = kinds().get(name) or kinds(spatial=True).get(name)
     if kind is not None:
         return of_kind(kind)
     if word in KEYWORD_DOCS:
@@ -189,6 +190,6 @@ def of_own(found: OfKind, values: Mapping[str, str]) -> str:
 
 def of_model(model: s.Model, file: str) -> str:
     """A model."""
-    partial = "partial " if model.partial else ""
+    partial = ("spatial " if model.spatial else "") + ("partial " if model.partial else "")
     doc = f"\n\n{model.doc}" if model.doc else ""
     return f"```mbd\n{partial}model {model.name}\n```{doc}\n\n{file}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mbdsl.elements import kinds
+from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind, JointKind, Kind
 from mbdsl.errors import MbdslError
 from mbdsl.lang import foreign_names
@@ -89,7 +89,7 @@ def entity(d: s.Declaration, owner: s.Model, unit: Unit) -> Entity:
         return Entity(SUB_MODEL, d, owner, unit, model=found)
     if found in (VALUE, FRAME, TABLE):
         return Entity(found, d, owner, unit)
-    return Entity(COMPONENT, d, owner, unit, kind=kinds()[found])
+    return Entity(COMPONENT, d, owner, unit, kind=find(found, owner.spatial) or find(found, not owner.spatial))
 
 
 def members(model: s.Model, unit: Unit, below: tuple[s.Model, ...] = ()) -> dict[str, Entity]:

@@ -84,7 +84,7 @@ def of_occurrence(occurrence: Occurrence, values: Mapping[str, str]) -> str:
     if symbol.form == e.COORDINATE:
         return descriptions.of_coordinate(symbol.name)
     if symbol.form == e.OF_KIND:
-        return descriptions.of_member(kinds()[symbol.owner], symbol.name)
+        return descriptions.of_member({**kinds(spatial=True), **kinds()}[symbol.owner], symbol.name)
     if symbol.form == e.SETTING:
         return descriptions.of_setting(symbol.name)
     if symbol.form == e.LOOP_VARIABLE:

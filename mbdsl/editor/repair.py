@@ -25,10 +25,10 @@ ATTEMPTS = 20  #: errors of one text
 WORK = 200_000  #: characters that are parsed for one text with errors, so that the answer does not take long
 
 _BEGINNINGS = frozenset(
-    "model partial extends import parameter constant input inner outer connector public protected initial equation "
-    "connect guess fixed".split()
+    "model spatial partial extends import parameter constant input inner outer connector public protected initial "
+    "equation connect guess fixed".split()
 )
-_WHOLE = re.compile(r"(model|partial|import)\b")
+_WHOLE = re.compile(r"(model|spatial|partial|import)\b")
 _BLOCKS = frozenset(("for", "if", "elseif", "else"))
 
 
@@ -140,7 +140,8 @@ def statements(text: str) -> Iterator[Statement]:
                 begin, brackets = -1, []
         if begin < 0:
             begin, first = token.start, token.text
-            name_at = k + 1 + (first == "partial")
+            name_at = k + 1 + (first in ("spatial", "partial"))
+            name_at += first == "spatial" and _next(tokens, k) == "partial"
         if token.kind == lexer.OPERATOR:
             if token.text in "([{":
                 brackets.append(token.text)
@@ -150,7 +151,7 @@ def statements(text: str) -> Iterator[Statement]:
         header = token.kind == lexer.KEYWORD and not brackets
         ends = ends or (header and token.text in ("equation", "public", "protected"))
         ends = ends or (header and token.text in ("loop", "then", "else") and first in _BLOCKS)
-        if first in ("model", "partial") and k >= name_at:
+        if first in ("model", "spatial", "partial") and k >= name_at:
             ends = not (k + 1 < len(tokens) and tokens[k + 1].kind == lexer.STRING) or token.kind == lexer.STRING
         if ends:
             yield Statement(begin, token.end, True)
@@ -158,6 +159,11 @@ def statements(text: str) -> Iterator[Statement]:
         previous = token
     if begin >= 0 and previous is not None:
         yield Statement(begin, previous.end, False)
+
+
+def _next(tokens: list[lexer.Piece], k: int) -> str:
+    """The text of the token after token k; "" at the end."""
+    return tokens[k + 1].text if k + 1 < len(tokens) else ""
 
 
 def _begins(text: str, tokens: list[lexer.Piece], k: int, in_brackets: bool) -> bool:

@@ -20,7 +20,7 @@ from mbdsl.lang import units
 from mbdsl.lang.foreign_characters import BLANKS
 from mbdsl.lang.lexer import NUMBER
 
-_DECLARING = ("parameter", "constant", "input", "final", "each", "inner", "outer", "connector", "partial")
+_DECLARING = ("parameter", "constant", "input", "final", "each", "inner", "outer", "connector", "partial", "spatial")
 _DECLARING += ("public", "protected", "guess", "fixed")
 _LOGICAL = ("and", "or", "not")
 

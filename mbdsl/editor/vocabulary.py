@@ -15,6 +15,7 @@ from mbdsl.lang.quantities import TYPES
 #: keyword -> description; `true` and `false` are among the constants
 KEYWORD_DOCS: Mapping[str, str] = {
     "model": "Begins a model: `model Name ... end Name;`",
+    "spatial": "A model in space: `spatial model Name ... end Name;`",
     "partial": "A partial model can be extended, but not used as it is.",
     "end": "Ends a model, loop or `if`; as an index, the last element: `x[end]`",
     "extends": "Includes the content of another model: `extends Base(L = 2 m);`",
@@ -103,10 +104,10 @@ CONSTANT_DOCS: Mapping[str, str] = {
 @cache
 def words() -> dict[str, tuple[str, ...]]:
     """Class -> its words: "keyword", "kind", "type", "function" and "constant"; a word is in one class."""
-    named_kinds = {*kinds(), *foreign_names.KINDS}
+    named_kinds = {*kinds(), *kinds(spatial=True), *foreign_names.KINDS}
     constants = {name for name in CONSTANTS if "." not in name} | {"time", "true", "false"}
     classes = {
-        "keyword": {*KEYWORDS, "guess", "fixed"} - constants,
+        "keyword": {*KEYWORDS, "guess", "fixed", "spatial"} - constants,
         "kind": named_kinds,
         "type": {*VALUE_TYPES[1:], *FRAME_TYPES, "Table", *TYPES} - named_kinds,
         "function": {*FUNCTIONS, "der", "assert"},

@@ -1,4 +1,4 @@
-"""The reference of all kinds as Markdown, generated from their declarations; part of docs/language.md.
+"""The reference of all kinds as Markdown, generated from their declarations: part of docs/language.md, docs/space.md.
 
 ``python -m mbdsl.lang.kind_reference docs/language.md`` writes it into the page, between its two markers.
 """
@@ -11,17 +11,23 @@ from pathlib import Path
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
 
-BEGIN = "<!-- kinds: made by `python -m mbdsl.lang.kind_reference docs/language.md` -->"
+#: the pages of models in the plane and in space
+PAGES = {False: "language.md", True: "space.md"}
 END = "<!-- end of kinds -->"
 _TITLES = (("Bodies", BodyKind), ("Joints and drivers", JointKind), ("Forces", ForceKind))
 
 
-def reference() -> str:
-    """Tables of parameters and signals of every kind, by family."""
-    parts = [BEGIN]
+def begin(spatial: bool) -> str:
+    """The first marker of a page."""
+    return f"<!-- kinds: made by `python -m mbdsl.lang.kind_reference docs/{PAGES[spatial]}` -->"
+
+
+def reference(spatial: bool = False) -> str:
+    """Tables of parameters and signals of every kind, by family; of models in the plane or in space."""
+    parts = [begin(spatial)]
     for title, family in _TITLES:
         parts.append(f"### {title}")
-        parts += [of_kind(kind) for kind in kinds().values() if isinstance(kind, family)]
+        parts += [of_kind(kind) for kind in kinds(spatial).values() if isinstance(kind, family)]
     return "\n\n".join([*parts, END]) + "\n"
 
 
@@ -83,9 +89,10 @@ def notes(kind: Kind, p: Parameter) -> str:
 
 def insert(page: str) -> str:
     """The text of a page with the reference between its markers."""
-    before, _, rest = page.partition(BEGIN)
+    spatial = begin(True) in page
+    before, _, rest = page.partition(begin(spatial))
     _, _, after = rest.partition(END + "\n")
-    return before + reference() + after
+    return before + reference(spatial) + after
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ TOKEN = re.compile(
     r"|(?P<operator>==|<>|<=|>=|[-+*/^(){}\[\];,.:=<>])"
 )
 _BLANK = re.compile(f"[{BLANKS}]*")
-_MODEL = re.compile(r"\s+(?:partial\s+)?model\b")
+MODEL_FOLLOWS = re.compile(r"\s+(?:partial\s+)?model\b")
 _NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
 _PAIRS = {")": "(", "]": "[", "}": "{"}
 
@@ -80,7 +80,7 @@ def tokenize(source: Source) -> list[Token]:
                 # `guess` and `fixed` are keywords of the initial section only if another name follows.
                 following = text[end : _BLANK.match(text, end).end() + 1].strip()  # type: ignore[union-attr]
                 soft = word in ("guess", "fixed") and (following.isalpha() or following == "_")
-                soft = soft or (word == "spatial" and _MODEL.match(text, end) is not None)
+                soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)
                 tokens.append(Token(word.upper() if soft else "NAME", word, at, end))
         elif group == "number":
             unit = units.scan(text, _BLANK.match(text, end).end())  # type: ignore[union-attr]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from mbdsl.lang import units
 from mbdsl.lang.foreign_characters import BLANKS
-from mbdsl.lang.lexer import KEYWORDS, TOKEN
+from mbdsl.lang.lexer import KEYWORDS, MODEL_FOLLOWS, TOKEN
 
 COMMENT, STRING, NUMBER, UNIT, KEYWORD, NAME, OPERATOR, WRONG = (
     *("comment", "string", "number", "unit"),
@@ -67,6 +67,7 @@ def pieces(text: str) -> Iterator[Piece]:
         takes_unit = group == "number"
         if group == "name":
             soft = word in ("guess", "fixed") and _SOFT.match(text, end) is not None
+            soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)
             yield Piece(KEYWORD if word in KEYWORDS or soft else NAME, word, at, end)
         elif group == "operator":
             yield Piece(OPERATOR, word, at, end)

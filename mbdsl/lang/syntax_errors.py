@@ -118,7 +118,7 @@ def _special(
     kind, text = token.type, token.text
     if not any(t.type == "MODEL" for t in before) and kind in ("NAME", "PARAMETER", "CONSTANT", "EQUATION", "CONNECT"):
         if len(before) == 0 or before[-1].type == "SEMICOLON":
-            close = difflib.get_close_matches(text.lower(), ["model", "import", "partial"], 1, 0.7)
+            close = difflib.get_close_matches(text.lower(), ["model", "import", "partial", "spatial"], 1, 0.7)
             hint = f"did you mean `{close[0]}`?" if close and close[0] != text else None
             return f"found {show(token)}, but a file consists of `model Name ... end Name;`", hint
     if (kind == "IMPORT" and following.type == "NAME") or (previous is not None and previous.type == "IMPORT"):

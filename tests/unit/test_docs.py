@@ -34,7 +34,7 @@ def snippets():
 
 @pytest.mark.parametrize("text", list(snippets()))
 def test_snippet(text):
-    whole = re.search(r"^\s*(partial\s+)?model\s", text, re.MULTILINE)
+    whole = re.search(r"^\s*(spatial\s+)?(partial\s+)?model\s", text, re.MULTILINE)
     scene = parse_text(text if whole else f"{BEFORE}\n{text}\nend Snippet;")
     assert scene.components
 
@@ -50,8 +50,9 @@ def test_there_are_snippets():
 
 
 def test_reference_of_kinds_is_up_to_date():
-    """Run ``python -m mbdsl.lang.kind_reference docs/language.md``."""
+    """Run ``python -m mbdsl.lang.kind_reference docs/language.md``, and with docs/space.md."""
     assert reference() in (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
+    assert reference(True) in (ROOT / "docs" / "space.md").read_text(encoding="utf-8")
 
 
 def test_table_of_methods_is_up_to_date():
