@@ -2,9 +2,9 @@
 
 A step ends shortly before a switch (:mod:`mbdsl.integrators.loop.switch_location`), or at a known time. The motion over
 the remaining time s to the switch has constant acceleration: q + s v + s^2/2 a, v + s a. The steps of methods of order
-above 5 are so long that this would limit their accuracy; with the acceleration b at s/2, their motion is
-q + s v + s^2/6 (a + 2 b), v + s b, with an error of O(s^3). A projection in the metric of M removes the constraint
-error. Behind the switch, a and lam are computed anew; q and v are continuous.
+above 5 are so long that this would limit their accuracy; their acceleration changes linearly, from a to that at s/2,
+and the time to the switch is that of this motion, whose v has an error of O(s^3). A projection in the metric of M
+removes the constraint error. Behind the switch, a and lam are computed anew; q and v are continuous.
 
 If forces drive the motion back from both sides of a switch, as sign(v) does at rest, events follow one another without
 progress of time. No step has a solution there, however short, and the run stops with the message ``SLIDING``.
@@ -12,7 +12,7 @@ progress of time. No step has a solution there, however short, and the run stops
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import dropwhile
 from typing import NamedTuple
 
@@ -31,6 +31,7 @@ from mbdsl.system.switches import Switch, combined
 
 Array = NDArray[np.float64]
 States = NDArray[np.int64]
+Way = Callable[[float], tuple[Array, Array]]  #: time from the end of a step -> q, v
 
 #: largest remaining time to a switch, relative to the last step
 LEFT = 1e-3
@@ -157,11 +158,17 @@ class Events:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
                 most = 4 * least if at_once else LEFT * reals[loop_state.LAST_H]
-                found = self._distance(t, q, v, a, lam, old, most)
+                way = self._way(q, v, a)
+                found = self._distance(t, way, lam, old, most)
                 if found is None:
                     return self._progress(t, old) if at_once else loop_state.RUNNING, None
+                if found > 0.0 and declared(run.method).order > PRECISE:
+                    way = self._refined(t, q, v, a, found)
+                    found = self._distance(t, way, lam, old, most) or found
                 s = found
-            t, q, v = self._over(s, t, q, v, a)
+            else:
+                way = self._way(q, v, a)
+            t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
         except InitialisationError:
@@ -173,14 +180,17 @@ class Events:
         longest = min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t)
         return self._progress(t, new), Restart(t, q, v, a, lam, longest)
 
-    def _over(self, s: float, t: float, q: Array, v: Array, a: Array) -> tuple[float, Array, Array]:
-        """t, q and v after the remaining time s to a switch."""
+    def _way(self, q: Array, v: Array, a: Array, c: Array | float = 0.0) -> Way:
+        """q and v after the time s, with the accelerations a + 2 c s."""
         if declared(self.run.method).order <= PRECISE:
-            return t + s, self.system.moved(q, s * (v + s / 2 * a)), v + s * a
-        x = s / 2
-        middle = self.system.moved(q, x * (v + x / 2 * a))
-        b, _ = accelerations(self.system, t + x, middle, v + x * a, self.run.left_out)
-        return t + s, self.system.moved(q, s * (v + s / 6 * (a + 2 * b))), v + s * b
+            return lambda s: (self.system.moved(q, s * (v + s / 2 * a)), v + s * a)
+        return lambda s: (self.system.moved(q, s * (v + s / 2 * a + s * s / 3 * c)), v + s * a + s * s * c)
+
+    def _refined(self, t: float, q: Array, v: Array, a: Array, s: float) -> Way:
+        """The same over the time s to a switch, with the change of the accelerations up to the middle of it."""
+        middle = self._way(q, v, a)(s / 2)
+        b, _ = accelerations(self.system, t + s / 2, *middle, self.run.left_out)
+        return self._way(q, v, a, (b - a) / s)
 
     def no_accelerations(self, t: float, q: Array, v: Array) -> int:
         """The status of a run that stops at a state without accelerations."""
@@ -200,14 +210,13 @@ class Events:
         states = np.array([system.switches(t, *end, lam) for end in ((q, v), *ends)])
         return _changed(system, states.min(axis=0), states.max(axis=0))
 
-    def _distance(self, t: float, q: Array, v: Array, a: Array, lam: Array, old: States, most: float) -> float | None:
+    def _distance(self, t: float, way: Way, lam: Array, old: States, most: float) -> float | None:
         """The time from t until just behind the next change of a switch; None if it is longer than ``most``."""
         if combined(old) != self.run.integers[loop_state.SIGNATURE]:
             return 0.0  # the last Newton correction of the step has changed a switch
 
         def same(s: float) -> bool:
-            there = self.system.moved(q, s * (v + s / 2 * a))
-            return bool((self.system.switches(t + s, there, v + s * a, lam) == old).all())
+            return bool((self.system.switches(t + s, *way(s), lam) == old).all())
 
         if same(most):
             return None

@@ -192,8 +192,8 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     mass = Vt @ MV
     largest = np.abs(mass).max(axis=(1, 2), initial=0.0)[:, None, None]
     mass += MASSLESS * np.where(largest > 0.0, largest, 1.0) * np.eye(mass.shape[1])
-    least, most = (x := np.linalg.eigvalsh(mass))[:, 0], x[:, -1]
-    if (most > MOST_CONDITION * least).any():
+    own = np.linalg.eigvalsh(mass)  # without columns where drivers prescribe all velocities
+    if (own[:, -1:] > MOST_CONDITION * own[:, :1]).any():
         return None
     G, V1t, VtD = Vt @ MB, np.swapaxes(V1, 1, 2), Vt @ D
     y = np.concatenate([Zt @ B, Zt @ V], axis=2)
