@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
+from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
@@ -149,7 +150,7 @@ class Motion:
         integration = _run(system, method, plan, options)
         lap("compile")
         members = members_of(self.reduction, system)
-        flexible = [c for c in system.scene.bodies() if c.deforms]
+        flexible = [c for c in system.scene.bodies() if c.deforms and len(c.coordinates) > len(RATE)]
         static = [c.name for c in flexible if c.values["shape"] == "static"]
         relax = None
         if flexible:

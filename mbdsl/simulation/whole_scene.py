@@ -78,7 +78,7 @@ class WholeScene:
             k = owner.get(reduction.scene.frames[frame].body)
             d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
             source: slice | list[Expr]
-            if k is not None and (body.deforms or system.scene.spatial):  # these are not reduced
+            if k is not None and (count > len(RATE) or system.scene.spatial):  # these are not reduced
                 own = self._parts[k].tables.coordinates[body.name]
                 source = slice(own, own + count)
             else:

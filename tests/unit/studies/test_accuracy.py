@@ -457,7 +457,7 @@ def test_recommend_from_a_shell(say):
     assert code == 0 and out.startswith("SliderCrank: an error of 0.0001 in positions and velocities, scaled\n")
     assert "cheapest here:  mbdsl simulate" in out and "--stop 0.1" in out
     code, _, err = say(*argv, "--error", "1s", "--signal", "B.s")
-    assert code == 2 and err.startswith("error: the error asked for: `1s` has the wrong unit")
+    assert code == 2 and err.splitlines()[-1].startswith("error: the error asked for: `1s` has the wrong unit")
     code, _, err = say(*argv, "--error", "-1")
     assert code == 2 and err.startswith("error: the error asked for = -1 leaves no room")
 
