@@ -163,6 +163,18 @@ def test_turns_of_a_copy_and_of_a_part():
         np.testing.assert_array_equal(part[signal], t[signal][10:])
 
 
+def test_uncertain_turns_are_reported():
+    """A spring that turns a wheel back and forth by 12 turns in pi s: an output each second does not show the turns."""
+    spring = "RotationalSpringDamper s(ground, wheel.c, k = 4 N.m/rad, n = {1, 2, -1});"
+    text = WHEEL.replace("initial equation", f"{spring} initial equation").replace("30 deg", "40 rad")
+    model = mbdsl.parse(text.replace("24*pi*(1 rad/s)", "0"))
+    t = mbdsl.simulate(model, step=1e-3, interval=1.0, stop=5.0)
+    assert [w for w in t.stats["warnings"] if "pin.phi may be wrong by whole turns after t = 0 s" in w]
+    t = mbdsl.simulate(model, step=1e-3, interval=0.05, stop=5.0)
+    assert not t.stats["warnings"]
+    np.testing.assert_allclose(t["pin.phi"], 40.0 * np.cos(2.0 * t.t), rtol=0, atol=1e-3)
+
+
 def test_driver_of_a_ball_joint():
     """The angle of a driven body whose axes tilt has the prescribed rate, and the driver's power is the energy's rate.
 
