@@ -98,6 +98,8 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
                     doubts.angle(base.scope.namespace.assembly.warn, picked, modifier.value, f"`phi` of `{name}`")
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
+    if not any(given["n"]):
+        raise ModelError(f"`n` of `{name}` is zero, expected the direction of an axis", span_of(at))
     axes = about(given["n"], given["phi"])
     return frame_at(name, body, composed(pose, (*given["r"], *axes)), span_of(at))
 

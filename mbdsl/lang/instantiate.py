@@ -19,7 +19,7 @@ from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Namespace,
 from mbdsl.lang.evaluate import evaluate, loop, place
 from mbdsl.lang.flat_component import Part, Template
 from mbdsl.lang.flat_model import Assembly, Positional
-from mbdsl.lang.frame_declarations import alias, fixed_frame
+from mbdsl.lang.frame_declarations import SPATIAL_FRAME, alias, fixed_frame
 from mbdsl.lang.inheritance import Content, Member, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
@@ -378,10 +378,11 @@ class Instance:
             return node
         if len(arguments) > 1:
             raise ModelError("a Frame is fixed to one body or frame", span_of(arguments[1].e.at))
+        known = tuple(SPATIAL_FRAME) if self.assembly.spatial else ("r", "phi")
         for key, modifier in modifiers.items():
-            if key not in ("r", "phi"):
+            if key not in known:
                 raise ModelError(
-                    f"a Frame has no `{key}`", span_of(modifier.at), did_you_mean(key, ("r", "phi"), "a Frame has")
+                    f"a Frame has no `{key}`", span_of(modifier.at), did_you_mean(key, known, "a Frame has")
                 )
             refuse_inner(modifier, f"`{key}` of Frame `{name}`", f"write `{key} = ...`")
         make = lambda: fixed_frame(name, arguments[0], modifiers, contexts, d.at)  # noqa: E731

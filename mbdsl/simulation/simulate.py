@@ -28,6 +28,7 @@ from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import Found, calibrated
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.simulation.uncertain_turns import uncertain_turns
 from mbdsl.storage.compilation_notice import announce_compilation
 
 if TYPE_CHECKING:
@@ -226,6 +227,7 @@ def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, st
     check_bending(trajectory)
     check_lines_of_centres(trajectory)
     trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
+    trajectory.stats["warnings"] += uncertain_turns(trajectory)
     if motion.plan.tol is None and status == loop_state.DONE:
         motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
 

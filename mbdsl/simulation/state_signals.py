@@ -204,6 +204,9 @@ class StateSignals:
     @cached_property
     def _numbers(self) -> dict[int, Array]:
         """Inputs and reference angles (N,) that the equations depend on, by their index in the table F."""
+        if self._whole is not None:
+            whole, rows = self._whole
+            return {at: x[rows] for at, x in whole._numbers.items()}
         tables = self.system.tables
         found = {tables.inputs[name]: value for name, value in self.inputs.items() if name in tables.inputs}
         for node, places in tables.angles.items():

@@ -90,7 +90,9 @@ class Stream:
         plan, tables = motion.plan, motion.system.tables
         columns = width(motion.system.scene)
         short = not plan.every and (plan.count <= MOST_COMPARED or plan.count * columns <= LEAST)
-        if short or backend(plan.method) is not None or any(body.counter >= 0 for body in tables.models.values()):
+        # angles that count turns depend on all earlier rows
+        turns = motion.system.scene.spatial or any(body.counter >= 0 for body in tables.models.values())
+        if short or backend(plan.method) is not None or turns:
             motion.plan = in_memory(plan, motion.system.scene)
             return
         self._block = max(FEWEST, min(BLOCK, NUMBERS // max(1, columns)))

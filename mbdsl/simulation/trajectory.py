@@ -112,7 +112,7 @@ class Trajectory(StateSignals):
             return self._signal(key)
         if isinstance(key, slice):
             kept = time_slices.rows(self.t, key)
-            whole = (self, kept) if self.turns else None
+            whole = (self, kept) if self.turns or self.scene.spatial else None
             return self._with({**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole})
         if isinstance(key, (list, tuple)) and all(isinstance(name, str) for name in key):
             return self._selected(key)

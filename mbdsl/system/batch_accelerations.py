@@ -92,9 +92,12 @@ def sampled(
     """a (N, n) and lam (N, m + p) at states (N,), (N, n), (N, n), and a mask (N,) of the states that have them.
 
     ``numbers`` are values (N,) by their offset in the tables. None if there are few states, or if they have to be
-    evaluated one by one: large models, friction in joints, frames that move as a function of time.
+    evaluated one by one: large models, friction in joints, frames that move as a function of time, bodies in space,
+    whose matrices are in other axes than their forces.
     """
     if len(t) < MANY or system.of_multipliers or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
+        return None
+    if len(system.tables.rotations):
         return None
     w = system.workspace()
     clock = Clock(w.layout, system.m, system.p)

@@ -74,7 +74,7 @@ class System:
         turns = {name: body.turn for name, body in self.tables.models.items() if body.turn}
         there = [*self.tables.inputs.values(), *(b.counter for b in self.tables.models.values() if b.counter >= 0)]
         numbers = {} if self._work is None else {at: float(self._work.numbers[at]) for at in there}
-        return _rebuilt, (self.scene, self._built, turns, numbers)
+        return _rebuilt, (self.scene, self._built, turns, numbers, self.tables.first_angles)
 
     def __repr__(self) -> str:
         return f"<System of {self.scene.name}: n = {self.n}, m = {self.m}, p = {self.p}>"
@@ -553,10 +553,16 @@ def build(
 
 
 def _rebuilt(
-    scene: Scene, built: tuple[bool, float | None], turns: Mapping[str, float], numbers: Mapping[int, float]
+    scene: Scene,
+    built: tuple[bool, float | None],
+    turns: Mapping[str, float],
+    numbers: Mapping[int, float],
+    angles: Mapping[Expr, float],
 ) -> System:
     """A pickled System."""
     system = build(scene, None, *built)
+    for node, angle in angles.items():
+        system.set_first_angle(node, angle)
     for name, angle in turns.items():
         system.set_turn(name, angle)
     for at, value in numbers.items():

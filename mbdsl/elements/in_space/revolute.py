@@ -5,7 +5,7 @@ g = r_b - r_a,   x_a . z_b,   y_a . z_b       with z along n                    
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, point
-from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, reactions, total
+from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, gradient_of_angle, reactions, total
 from mbdsl.elements.kind import JointKind, Parameter, Signal
 
 X_A, Y_A, Z_A = (axis("frame_a", i) for i in "xyz")
@@ -15,6 +15,9 @@ SIGNALS = (
     Signal("phi", "rad", f"angle({dot(Y_A, X_B)}, {dot(X_A, X_B)}, w)", "angle of frame_b about the axis of frame_a"),
     Signal("w", "rad/s", dot(W, Z_A), "its rate"),
 )
+#: the same where the axes n of both frames may differ: the gradient of the angle is not n then
+GRADIENT = gradient_of_angle()
+SIGNALS_OF_ANGLE = (SIGNALS[0], Signal("w", "rad/s", dot(W, GRADIENT), "its rate"))
 
 KIND = JointKind(
     "Revolute",

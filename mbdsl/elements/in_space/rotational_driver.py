@@ -8,14 +8,15 @@ from mbdsl.elements import rotational_driver
 from mbdsl.elements.in_space import revolute
 from mbdsl.elements.in_space.coordinates import angle, angle_hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.vectors import both, reactions, total
+from mbdsl.elements.in_space.vectors import both, direction, reactions, total
 
 KIND = in_space(
     rotational_driver.KIND,
     parameters=(*rotational_driver.KIND.parameters, revolute.AXIS),
-    signals=revolute.SIGNALS,
-    reactions=reactions(None, total(("-lam[1]", revolute.Z_A))),
+    signals=revolute.SIGNALS_OF_ANGLE,
+    reactions=reactions(None, total(("-lam[1]", revolute.GRADIENT))),
     table=lambda v: (0.0, 0.0),
+    check=direction,
     axes=both("z"),
     counts_turns=True,
 )

@@ -8,13 +8,14 @@ from mbdsl.elements import rotational_spring_damper
 from mbdsl.elements.in_space import revolute
 from mbdsl.elements.in_space.coordinates import angle, angle_hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.vectors import both
+from mbdsl.elements.in_space.vectors import both, direction
 
 KIND = in_space(
     rotational_spring_damper.KIND,
     parameters=(*rotational_spring_damper.KIND.parameters, revolute.AXIS),
-    signals=(*revolute.SIGNALS, rotational_spring_damper.KIND.signals[-1]),
+    signals=(*revolute.SIGNALS_OF_ANGLE, rotational_spring_damper.KIND.signals[-1]),
     table=lambda v: (0.0, 0.0),
+    check=lambda v: rotational_spring_damper.KIND.check(v) or direction(v),
     axes=both("z"),
     counts_turns=True,
 )

@@ -8,13 +8,14 @@ from mbdsl.elements import torque
 from mbdsl.elements.in_space import revolute
 from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, Z, add_cross
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.vectors import both
+from mbdsl.elements.in_space.vectors import both, direction
 
 KIND = in_space(
     torque.KIND,
     doc="A torque on frame_b about the axis n of frame_a, and its reaction on frame_a.",
     parameters=(*torque.KIND.parameters, revolute.AXIS),
-    signals=revolute.SIGNALS,
+    signals=revolute.SIGNALS_OF_ANGLE,
+    check=direction,
     axes=both("z"),
 )
 

@@ -8,13 +8,14 @@ from mbdsl.elements import translational_driver
 from mbdsl.elements.in_space import prismatic
 from mbdsl.elements.in_space.coordinates import X, dot2, dot2_hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.vectors import reactions, total, turned_to
+from mbdsl.elements.in_space.vectors import direction, reactions, total, turned_to
 
 KIND = in_space(
     translational_driver.KIND,
     parameters=(*translational_driver.KIND.parameters, prismatic.AXIS),
     signals=prismatic.SIGNALS,
     reactions=reactions(total(("-lam[1]", prismatic.X_A)), None),
+    check=direction,
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
 )
 

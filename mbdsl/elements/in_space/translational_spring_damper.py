@@ -8,12 +8,13 @@ from mbdsl.elements import translational_spring_damper
 from mbdsl.elements.in_space import prismatic
 from mbdsl.elements.in_space.coordinates import X, dot2, dot2_hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.vectors import turned_to
+from mbdsl.elements.in_space.vectors import direction, turned_to
 
 KIND = in_space(
     translational_spring_damper.KIND,
     parameters=(*translational_spring_damper.KIND.parameters, prismatic.AXIS),
     signals=(*prismatic.SIGNALS, translational_spring_damper.KIND.signals[-1]),
+    check=lambda v: translational_spring_damper.KIND.check(v) or direction(v),
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
 )
 

@@ -39,7 +39,7 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 def total(*terms: tuple[str, Vector]) -> Vector:
     """The sum of factors times vectors."""
-    return tuple(" + ".join(f"{factor}*{a[i]}" for factor, a in terms) for i in range(3))  # type: ignore[return-value]
+    return tuple("(" + " + ".join(f"{factor}*{a[i]}" for factor, a in terms) + ")" for i in range(3))  # type: ignore[return-value]
 
 
 #: from frame_a to frame_b
@@ -74,6 +74,15 @@ def turned_to(default: str, n: Sequence[float]) -> tuple[float, ...]:
         along = (0.0, 0.0, 1.0) if default == "x" else (1.0, 0.0, 0.0)
         size = 1.0
     return about(tuple(a / size for a in along), angle) if angle else UNTURNED
+
+
+def gradient_of_angle() -> Vector:
+    """The direction m for which the angle of x_b about z_a has the rate m . W: z_a if x_b is normal to z_a."""
+    x, y, z = (axis("frame_a", i) for i in "xyz")
+    b = axis("frame_b", "x")
+    along, across = dot(z, b), (dot(x, b), dot(y, b))
+    size = f"({across[0]}*{across[0]} + {across[1]}*{across[1]})"
+    return total(("1", z), (f"(-{along}*{across[0]}/{size})", x), (f"(-{along}*{across[1]}/{size})", y))
 
 
 def about(n: Sequence[float], phi: float) -> tuple[float, ...]:
