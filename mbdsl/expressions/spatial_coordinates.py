@@ -24,7 +24,8 @@ NAMES = tuple(UNITS)
 def named(frame: str, key: str) -> Expr:
     """A coordinate of a frame by its name in models."""
     if key == "phi":
-        return call("angle", coordinate(frame, "xy"), coordinate(frame, "xx"), coordinate(frame, "wz"))
+        x, y, z, wx, wy, wz = (coordinate(frame, name) for name in ("xx", "xy", "xz", "wx", "wy", "wz"))
+        return call("angle", y, x, wz - z * call("ratio", wx * x + wy * y, x * x + y * y))
     return coordinate(frame, "wz" if key == "w" else key)
 
 

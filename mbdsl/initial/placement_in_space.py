@@ -55,7 +55,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
                 angle = (values[3] - around) if forward else (around - values[3])
                 angle -= _turn_of(scene.frames[b]) - _turn_of(scene.frames[a])
             turn = around + (angle if forward else -angle) if values[3] is None else values[3]
-            relative = (0.0, 0.0, along, *about(Z, angle))
+            relative = (along, 0.0, 0.0, *about(Z, angle))
             other, own = (a, b) if forward else (b, a)
             to_centre = inverse(body_pose(body, scene.frames[own]))
             pose = composed(composed(frame_pose(other), relative if forward else inverse(relative)), to_centre)

@@ -243,3 +243,24 @@ def test_parts_that_serve_the_plane_only_say_so(arguments, what, capsys):
     assert main([*arguments, str(SPACE / "heavy_top.mbd")]) != 0
     text = " ".join(capsys.readouterr().err.split())
     assert what in text and "not available for models in space" in text
+
+
+def test_angle_of_a_tilted_body():
+    """A hinge about a skew axis n: the angle of the body's x axis about z, from Rodrigues' formula, with its turns."""
+    text = """spatial model Skew
+      Ground ground(g = 0);
+      Body wheel(m = 1 kg, I = {1, 1, 1} kg.m2);
+      Revolute pin(ground, wheel.c, n = {1, 1, 1.7});
+    initial equation
+      pin.phi = 0;
+      pin.w = 24 rad/s;
+    annotation(experiment(StopTime = 3 s));
+    end Skew;"""
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.01)
+    n = np.array([1.0, 1.0, 1.7]) / np.linalg.norm([1.0, 1.0, 1.7])
+    turn = 24 * t.t
+    x = np.cos(turn)[:, None] * [1, 0, 0] + np.sin(turn)[:, None] * np.cross(n, [1, 0, 0])
+    x += (1 - np.cos(turn))[:, None] * n * n[0]
+    np.testing.assert_allclose(t["wheel.phi"], np.unwrap(np.arctan2(x[:, 1], x[:, 0])), atol=1e-8)
+    often = mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.02)
+    assert often["wheel.phi"][-1] == pytest.approx(t["wheel.phi"][-1], abs=1e-8)
