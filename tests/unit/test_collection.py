@@ -14,9 +14,13 @@ class Node:
 
 @pytest.fixture
 def enabled():
-    was = gc.isenabled()
+    """An enabled collector without frozen objects; the test session freezes its own (conftest.py)."""
+    was, frozen = gc.isenabled(), gc.get_freeze_count()
     gc.enable()
+    gc.unfreeze()
     yield
+    if frozen:
+        gc.freeze()
     (gc.enable if was else gc.disable)()
 
 
