@@ -67,7 +67,7 @@ MATRICES = (
     ("chain", 512, "chain, 512 links"),
     ("chain", 4096, "chain, 4,096 links"),
 )
-BUDGET, PATIENCE = 40.0, 4.0  #: seconds of our runs of a model, and of one run of Exudyn
+BUDGET, PATIENCE = 200.0, 4.0  #: seconds of our runs of a model, and of one run of Exudyn
 CONSTRAINED = ("slider_crank", "double_pendulum", "seven_body", "four_bar")
 
 
