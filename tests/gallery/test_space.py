@@ -67,7 +67,7 @@ def test_model_has_a_title_and_a_source(name):
     assert text.startswith("// ") and max(map(len, text.splitlines())) <= 132
 
 
-# -- free and forced motions --------------------------------------------------------------------------------------------
+# -- free and forced motions ------------------------------------------------------------------------------
 
 
 def test_gyroscope(run):
@@ -107,7 +107,7 @@ def test_dzhanibekov(run):
     # it flips every half of a period, while its moment of momentum stays
     for k in range(4):
         assert found.v[20 * k, 4] == pytest.approx(10.0 * (-1) ** k, rel=1e-3)
-        assert found[f"nut.head.y"][20 * k] == pytest.approx(0.04 * (-1) ** k, rel=1e-2)
+        assert found["nut.head.y"][20 * k] == pytest.approx(0.04 * (-1) ** k, rel=1e-2)
     inertia = 1e-5 * np.array([high, middle, low])
     momentum = attitude(found, "nut").apply(inertia * found.v[:, 3:])
     assert np.abs(momentum - momentum[0]).max() < 1e-6 * np.abs(momentum[0]).max()
@@ -214,7 +214,7 @@ def test_windmill(run):
     assert found["plunger.z"] == pytest.approx(plunger(crank(found["wind_shaft.phi"])[0])[0], abs=CLOSED)
 
 
-# -- driven mechanisms --------------------------------------------------------------------------------------------------
+# -- driven mechanisms ------------------------------------------------------------------------------------
 
 
 def test_cardan_shaft(run):
