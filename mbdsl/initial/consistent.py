@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from mbdsl.collection import uncollected
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
@@ -192,8 +193,8 @@ def _positions(
             r_c = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
             soft_value, soft_q, _v = _stack(system, soft, t, q, at_rest)
             r_s = _misses(soft_value, soft)
-            J, r_c = _without_units(shape.reduce(y, _stacked(system.Phi_q(t, q), d_q)), r_c, scale)
-            S, r_s = _without_units(shape.reduce(y, soft_q), r_s, scale)
+            J, r_c = without_units(shape.reduce(y, _stacked(system.Phi_q(t, q), d_q)), r_c, scale)
+            S, r_s = without_units(shape.reduce(y, soft_q), r_s, scale)
             violation = np.abs(r_c).max(initial=0.0)
             if y is guess and max(violation, np.abs(r_s).max(initial=0.0)) <= tolerance:
                 return y  # assembled at the initial guess: no solution is nearer
@@ -216,13 +217,6 @@ def _positions(
         if violation <= 1e3 * tolerance:
             return y
     raise _inconsistent(system, t, shape.expand(best), fixed, velocity=None)
-
-
-def _without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
-    """Rows over scaled coordinates, each divided by its largest entry, and their residuals."""
-    J = scaled(J, np.ones(J.shape[0]), 1.0 / scale)
-    size = row_size(J)
-    return scaled(J, 1.0 / size, np.ones(len(scale))), r / size
 
 
 def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Array) -> Array:
@@ -320,8 +314,8 @@ def _velocities(
         if not r_c.any() and not r_s.any():
             return v  # at rest, as intended
         J = _stacked(system.velocity_jacobian(t, q, v), d_v)
-        J, r_c = _without_units(shape.reduce(y, J, q), r_c, scale)
-        S, r_s = _without_units(shape.reduce(y, soft_v, q), r_s, scale)
+        J, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
+        S, r_s = without_units(shape.reduce(y, soft_v, q), r_s, scale)
         if k == 0:
             asked = np.abs(r_c).max(initial=0.0)
         value, d_v = metric.velocities_at(t, q, v)
@@ -334,7 +328,7 @@ def _velocities(
     value, _q, d_v = _stack(system, fixed, t, q, v)
     r_c = np.concatenate([_velocity_residual(system, t, q, v), value - np.array([x.value for x in fixed])])
     J = _stacked(system.velocity_jacobian(t, q, v), d_v)
-    _, r_c = _without_units(shape.reduce(y, J, q), r_c, scale)
+    _, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
     if np.abs(r_c).max(initial=0.0) > 1e-9 * max(asked, np.abs(w).max(initial=0.0)):
         raise _inconsistent(system, t, q, fixed, velocity=v)
     return v
@@ -350,7 +344,7 @@ def determined(system: System, t: float, q: Array) -> bool:
     J = system.Phi_q(t, q)
     if J.shape[0] != J.shape[1]:
         return False
-    J, _ = _without_units(J, np.zeros(system.m), system.tables.scale)
+    J, _ = without_units(J, np.zeros(system.m), system.tables.scale)
     if isinstance(J, np.ndarray):
         sizes = np.linalg.svd(J, compute_uv=False)
     else:
@@ -362,48 +356,6 @@ def determined(system: System, t: float, q: Array) -> bool:
         except RuntimeError:  # exactly singular
             return False
     return bool(sizes.min() > 1e-9 * sizes.max())
-
-
-def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
-    """Rows of [Phi_q; Gam_v] that depend on previous ones here and in a nearby pose, for systems of moderate size.
-
-    Rows that depend on others only in this (singular) pose are kept.
-    """
-    scale = system.tables.scale
-
-    def rows(J: Array) -> Array:
-        return _without_units(J, np.zeros(len(J)), scale)[0]
-
-    J = system.velocity_jacobian(t, q, v)
-    if not isinstance(J, np.ndarray) or not len(J) or not _dependent(rows(J)):
-        return ()
-    if not system.m:
-        return _dependent(rows(J))
-    J = rows(system.Phi_q(t, q))
-    null = np.linalg.svd(J, full_matrices=True)[2][np.linalg.matrix_rank(J, tol=1e-9) :]
-    direction = null.T @ np.random.default_rng(1).normal(size=len(null))
-    size = np.abs(direction).max(initial=0.0)
-    near = system.moved(q, (1e-2 / size if size else 0.0) * direction / scale)
-    for _ in range(20):
-        J, r = _without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
-        near = near - least_squares(J, r, 1e-9) / scale
-    if np.abs(_without_units(system.Phi_q(t, near), system.Phi(t, near), scale)[1]).max() > 1e-10:
-        return ()  # no nearby pose: the result is unknown
-    return _dependent(rows(system.velocity_jacobian(t, near, v)))
-
-
-def _dependent(J: Array) -> tuple[int, ...]:
-    """Rows of J that are combinations of rows before them (Gram-Schmidt)."""
-    dependent, basis = [], np.zeros((0, J.shape[1]))
-    for i, row in enumerate(J):
-        rest = row - basis.T @ (basis @ row)
-        rest -= basis.T @ (basis @ rest)  # two passes suffice
-        size = np.linalg.norm(rest)
-        if size > 1e-9 * np.linalg.norm(row):
-            basis = np.vstack([basis, rest / size])
-        else:
-            dependent.append(i)
-    return tuple(dependent)
 
 
 def _with_units(violation: float, kind, velocity: Array | None) -> str:
@@ -422,7 +374,7 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
     value, d_q, d_v = _stack(system, fixed, t, q, v)
     residual = np.concatenate([residual, value - np.array([x.value for x in fixed])])
     J = _stacked(system.Phi_q(t, q), d_q) if velocity is None else _stacked(system.velocity_jacobian(t, q, v), d_v)
-    alike = np.abs(_without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
+    alike = np.abs(without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
     wrong: list[tuple[float, str, Span | None]] = []
     ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]  # type: ignore[attr-defined]
     if velocity is not None:
