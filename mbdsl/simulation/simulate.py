@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mbdsl.errors import Interrupted
-from mbdsl.initial.redundancy import repeated
+from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
@@ -169,6 +169,9 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
         first = part.initial
         for line in repeated(part.system, first.t, first.q, first.v, first.redundant):
             announce(f"  {line}")
+        if part.system.scene.spatial:
+            for line in not_unique(part.system, first.t, first.q, first.redundant):
+                announce(f"  {line}, and have the least norm in results")
 
 
 def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = (), stream=None) -> int:
@@ -263,6 +266,8 @@ def _collect(
         "seconds": seconds,
         "redundant": motion.redundant,
     }
+    if system.scene.spatial:
+        stats["not unique"] = motion.not_unique
     for array in (t, q, v, lam):
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
