@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from mbdsl.collection import uncollected
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial import gaps
 from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.placement import place
@@ -27,7 +28,7 @@ from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
-from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
+from mbdsl.numerics.saddle_point import dense, least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
@@ -212,8 +213,11 @@ def _positions(
                 break
             turn = np.abs(step[angles]).max(initial=0.0)
             y = shape.moved(y, step * min(1.0, LONGEST / max(turn, 1e-300)))
-            if violation <= tolerance and np.abs(step * scale).max(initial=0.0) <= 10.0 * tolerance:
-                return y
+            if np.abs(step * scale).max(initial=0.0) <= 10.0 * tolerance:
+                if violation <= tolerance:
+                    return y
+                if k >= 80 and violation > 1e3 * tolerance:
+                    break  # the constraints contradict each other: this is the nearest compromise
         if violation <= 1e3 * tolerance:
             return y
     raise _inconsistent(system, t, shape.expand(best), fixed, velocity=None)
@@ -358,6 +362,20 @@ def determined(system: System, t: float, q: Array) -> bool:
     return bool(sizes.min() > 1e-9 * sizes.max())
 
 
+def _opened(system: System, t: float, q: Array, fixed: list[InitialValue], kind: str, name: str, own: slice) -> str:
+    """How far a joint in space is open."""
+
+    def residual(q: Array) -> tuple[Array, Array]:
+        value, d_q, _v = _stack(system, fixed, t, q, np.zeros(system.n))
+        r = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
+        J, r = without_units(_stacked(system.Phi_q(t, q), d_q), r, system.tables.scale)
+        return r, dense(J)
+
+    if (found := gaps.gap(system, t, q, own, residual)) is not None:
+        return f"{kind} {name} is open by {gaps.text(*found)} if all others are closed"
+    return f"{kind} {name} is violated by {gaps.text(*gaps.parts(system, t, q, own))}"
+
+
 def _with_units(violation: float, kind, velocity: Array | None) -> str:
     """A violation with the units of the constraints of a joint, which follow from those of its reactions."""
     found = [unit for unit, names in (("m", {"fx", "fy"}), ("rad", {"tau"})) if names & set(kind.reaction)]
@@ -376,6 +394,7 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
     J = _stacked(system.Phi_q(t, q), d_q) if velocity is None else _stacked(system.velocity_jacobian(t, q, v), d_v)
     alike = np.abs(without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
     wrong: list[tuple[float, str, Span | None]] = []
+    where: dict[str, tuple[str, str, slice]] = {}
     ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]  # type: ignore[attr-defined]
     if velocity is not None:
         for name, row in system.tables.velocity_rows.items():
@@ -385,11 +404,16 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
         kind, most = component.kind, np.abs(residual[part]).max()
         text = f"{kind.name} {name} is violated by {_with_units(most, kind, velocity)}"
         wrong.append((float(alike[part].max()), text, component.span))
+        where[text] = kind.name, name, part
     for item, x, size in zip(fixed, value, alike[len(alike) - len(fixed) :], strict=True):
         text = f"{item.name} = {item.unit.text(item.value)} is fixed, but comes out as {item.unit.text(x)}"
         wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
     wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # relative: the largest misfit may be tiny
+    if system.scene.spatial and velocity is None:
+        wrong = [
+            (w, _opened(system, t, q, fixed, *where[text]) if text in where else text, at) for w, text, at in wrong
+        ]
     return InitialisationError(
         f"no consistent initial {level} found at time {t:g}",
         span=wrong[0][2] if wrong else None,

@@ -16,8 +16,8 @@ from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 
-ZERO = 1e-9  #: singular values and remainders of rows of length one that count as zero
-CLOSED = 1e-10  #: misfit of the constraints in a pose, in the mechanism's size, up to which they hold
+ZERO = 1e-7  #: singular values and remainders of rows of length one that count as zero: poses hold to 1e-9
+CLOSED = 1e-9  #: misfit of the constraints in a pose, in the mechanism's size, up to which they hold
 DISPLACED = 1e-2  #: displacement of the poses near the assembled one, in the mechanism's size and in radians
 #: a row joins the independent ones if this part of it is new; the next bounds are for rows that no other replaces
 NEW = (1e-2, 1e-5, ZERO)

@@ -45,7 +45,7 @@ def _directions(system: System, t: float, q: Array) -> tuple[Array, Array]:
     """Left singular vectors of the rows (as columns), largest first, and the weights of their multipliers: the size of
     the mechanism for forces, 1 for torques."""
     J = dense(system.velocity_jacobian(t, q, np.zeros(system.n)))
-    of_force = (J[:, system.tables.scale != 1.0] != 0.0).any(axis=1)
+    of_force = (J[:, system.tables.lengths] != 0.0).any(axis=1)
     weight = np.where(of_force, system.tables.size, 1.0)
     return np.linalg.svd(J / system.tables.scale / weight[:, None])[0], weight
 

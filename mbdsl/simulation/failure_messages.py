@@ -49,7 +49,7 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
         first = part.initial
         J = dense(system.velocity_jacobian(first.t, first.q, first.v))[rows]
         # lengths relative to the mechanism's size; angles, whose rows only depend on rotations, in radians
-        size = np.where((J[:, system.tables.scale != 1.0] != 0.0).any(axis=1), system.tables.size, 1.0)
+        size = np.where((J[:, system.tables.lengths] != 0.0).any(axis=1), system.tables.size, 1.0)
         found = np.array(violation) / (size if system.scene.spatial else system.tables.size)
         bad = np.flatnonzero(found.max(axis=1) > 1e-6)
         if len(bad):

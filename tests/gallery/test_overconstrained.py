@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.cli import main
 from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.mechanism import graph
@@ -173,3 +174,15 @@ def test_hinges_of_a_door_share_the_load():
             expected = {"fx": pull * along, "fy": pull * across, "fz": weight / 2, "tx": u * across, "ty": -u * along}
             for key, value in expected.items():
                 np.testing.assert_allclose(t[f"{j}.{key}"], value, rtol=0, atol=1e-6 * weight)
+
+
+@pytest.mark.parametrize(
+    ("frame", "gap"),
+    [("r = {L, 0, 0.02*L}", "0.02 m"), ("r = {L, 0, 0}, n = {0, 1, 0}, phi = 2 deg", "2 deg")],
+)
+def test_loops_that_do_not_close_name_the_gap(frame, gap, tmp_path, capsys):
+    """A four-bar whose last hinge is beside the plane, or tilted: open by just that if the other hinges are closed."""
+    path = tmp_path / "m.mbd"
+    path.write_text(model(LOOPS["four-bar"][1].replace("r = {L, 0, 0}", frame)), encoding="utf-8")
+    assert main(["simulate", str(path), "--stop", "0.1"]) == 3
+    assert f"Revolute D is open by {gap} if all others are closed" in capsys.readouterr().err
