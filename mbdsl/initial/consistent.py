@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -23,6 +24,7 @@ from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial import gaps
 from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.mass_check import singular_mass
+from mbdsl.initial.mirrored_poses import mirrored, unmirrored
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
@@ -62,6 +64,7 @@ class InitialState:
     lam: Array
     moved: tuple[Moved, ...] = ()
     redundant: tuple[int, ...] = ()  #: constraint rows that depend on others in all poses
+    mirrored: tuple[str, ...] = ()  #: joints in space whose axes have opposite senses
 
 
 @uncollected
@@ -95,7 +98,15 @@ def initial_state(
         if (singular := singular_mass(system, t, q, v)) is not None:
             raise singular from problem
         raise
-    return InitialState(t, q, v, a, lam, _moved(system, t, q, v), redundant)
+    turned = tuple(mirrored(system, t, q)) if system.scene.spatial else ()
+    return InitialState(t, q, v, a, lam, _moved(system, t, q, v), redundant, turned)
+
+
+def _from_pose(
+    system: System, t: float, q: Array, positions: list[InitialValue], metric: Metric, until: float
+) -> Array:
+    """The pose assembled from q."""
+    return _positions(system, t, AsIs(system, q), positions, metric, until)
 
 
 def _moved(system: System, t: float, q: Array, v: Array) -> tuple[Moved, ...]:
@@ -131,6 +142,10 @@ def _assembled(
         try:
             y = _positions(system, t, shape, positions, metric, until)
             q = shape.expand(y)
+            if system.scene.spatial:
+                again = partial(_from_pose, system, t, positions=positions, metric=metric, until=until)
+                y = unmirrored(system, t, y, again)
+                q = shape.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
             return q, _velocities(system, t, q, y, shape, velocities, metric)
@@ -220,6 +235,8 @@ def _positions(
                     break  # the constraints contradict each other: this is the nearest compromise
         if violation <= 1e3 * tolerance:
             return y
+    if best_violation <= tolerance:
+        return best  # the guesses do not converge to a compromise, but the constraints hold
     raise _inconsistent(system, t, shape.expand(best), fixed, velocity=None)
 
 

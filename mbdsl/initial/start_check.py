@@ -13,6 +13,7 @@ from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.mass_check import singular_mass
+from mbdsl.initial.mirrored_poses import MIRRORED
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.initial.start_conditions import check_loose
 from mbdsl.initial.weights import members_of
@@ -74,6 +75,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
         if (problem := singular_mass(system, t, state.q, state.v, state.lam)) is not None:
             raise problem
         moved += state.moved
+        lines += [MIRRORED.format(name) for name in state.mirrored]
         names = system.constraint_names()
         redundant += [names[k] for k in state.redundant]
         lines += [f"  {line}" for line in repeated(system, t, state.q, state.v, state.redundant)]

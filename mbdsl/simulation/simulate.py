@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mbdsl.errors import Interrupted
+from mbdsl.initial.mirrored_poses import MIRRORED
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state
 from mbdsl.lang.model_argument import as_scene, blame_model
@@ -111,6 +112,7 @@ def simulated(
     if announce is not None:
         _announce_redundant(motion, announce)
     loose = misfits(motion)
+    loose += [MIRRORED.format(name) for p in motion.parts for name in p.initial.mirrored]
     keeper = None
     if checkpoint is not None:
         asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}

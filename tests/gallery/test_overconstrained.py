@@ -16,6 +16,7 @@ from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.mechanism import graph
 from mbdsl.system import build
+from mbdsl.system.signals import values
 
 SPACE = Path(__file__).parents[2] / "models" / "space"
 
@@ -186,3 +187,42 @@ def test_loops_that_do_not_close_name_the_gap(frame, gap, tmp_path, capsys):
     path.write_text(model(LOOPS["four-bar"][1].replace("r = {L, 0, 0}", frame)), encoding="utf-8")
     assert main(["simulate", str(path), "--stop", "0.1"]) == 3
     assert f"Revolute D is open by {gap} if all others are closed" in capsys.readouterr().err
+
+
+HELD = """spatial model Held
+  Ground ground;
+  Frame tilted(ground, n = {1, 0, 0}, phi = 170 deg);
+  Body body(m = 1 kg, I = {1, 1, 1} kg.m2);
+  JOINTS
+end Held;"""
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [
+        "Spherical ball(ground, body.c); Planar J(tilted, body.c);",
+        "PointOnPlane plane(ground, body.c); Prismatic J(tilted, body.c);",
+        "PointOnPlane plane(ground, body.c); Cylindrical J(tilted, body.c, n = {0, 0, 1});",
+    ],
+)
+def test_mirrored_poses_are_left(joints):
+    """The assembly starts 170 degrees beside the pose, and 10 degrees beside the mirrored one."""
+    system, state = assembled(HELD.replace("JOINTS", joints))
+    assert not state.mirrored
+    rest = np.zeros((1, system.n))
+    found = [
+        values(system, [system.scene.signal(f"body.c.z{i}")], np.zeros(1), state.q[None], rest)[0][0] for i in "xyz"
+    ]
+    turn = math.radians(170)
+    assert found == pytest.approx([0.0, -math.sin(turn), math.cos(turn)], abs=1e-12)
+
+
+def test_mirrored_poses_that_cannot_be_left_are_reported():
+    """The last hinge of a four-bar is upside down: its line is right, its sense is not."""
+    parts = LOOPS["four-bar"][1].replace(
+        "Revolute D(d, r3.a)", "Frame e(r3, r = {-0.4*L, 0, 0}, n = {1, 0, 0}, phi = pi); Revolute D(d, e)"
+    )
+    _, state = assembled(
+        model(parts.replace("Revolute C(r2.b, r3.b); ", "").replace("initial", "Revolute C(r2.b, r3.b); initial"))
+    )
+    assert len(state.mirrored) == 1
