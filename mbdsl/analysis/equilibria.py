@@ -25,7 +25,8 @@ from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
-from mbdsl.initial.consistent import initial_position, redundant_rows
+from mbdsl.initial.consistent import initial_position
+from mbdsl.initial.dependent_rows import redundant_rows
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph

@@ -210,6 +210,9 @@ class JointKind(PairKind):
     #: ``driver`` is among them drives this coordinate of every joint between the same frames
     angle: tuple[str, ...] = ()
     along: tuple[str, ...] = ()
+    #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
+    #: constraints hold as well because axes have opposite senses
+    aligned: str = ""
     #: (values, distance of the frame origins at the start) -> why they do not fit together, or None; the kind
     #: constrains angles about a line of centres, which does not exist at zero distance
     misfit: Callable[[Mapping, float], str | None] | None = None

@@ -186,7 +186,14 @@ def explain(
 def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> Receipt:
     scene, system = motion.system.scene, motion.system
     sizes = {key: (getattr(system, key), motion.sizes[key]) for key in ("n", "m", "p")}
-    entries = [_bodies(motion), _joints(motion), _nonholonomic(motion), *_drivers(motion), _gravity(scene)]
+    entries = [
+        _bodies(motion),
+        _joints(motion),
+        *_redundant(motion),
+        _nonholonomic(motion),
+        *_drivers(motion),
+        _gravity(scene),
+    ]
     entries += [*_forces(motion), _laws(motion), _velocity_dependent(scene), _friction(motion)]
     entries += [_of_multipliers(motion), _inputs(scene), *_flexibility(motion)]
     used = tuple(dict.fromkeys(p.method for p in motion.parts))
@@ -240,6 +247,18 @@ def _joints(motion: Motion) -> Entry:
     joints = [c for c in _solved(motion) if isinstance(c.kind, JointKind) and c.kind.rows]
     unknowns = sum(p.system.m for p in motion.parts)
     return _entry("joints", joints, "no constraint is left", unknowns=unknowns, kernels=_kernels(motion, "joints"))
+
+
+def _redundant(motion: Motion) -> list[Entry]:
+    """The constraints of an over-constrained mechanism in space that are left out, and the true mobility."""
+    names, system = motion.redundant, motion.system
+    if not names or not system.scene.spatial:
+        return []
+    joint = system.scene.components[names[0].rpartition(".")[0]]
+    mobility = system.n - system.m - system.p + len(names)
+    shared = list(dict.fromkeys(name.rpartition(".")[0] for name in motion.not_unique))
+    why = f"{few(names, 4)} left out; true mobility {mobility}; reactions of {few(shared, 6)} are not unique"
+    return [Entry("redundant rows", True, why, joint.span)]
 
 
 def _nonholonomic(motion: Motion) -> Entry:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -20,13 +21,16 @@ from numpy.typing import NDArray
 from mbdsl.collection import uncollected
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial import gaps
+from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.mass_check import singular_mass
+from mbdsl.initial.mirrored_poses import mirrored, unmirrored
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
-from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
+from mbdsl.numerics.saddle_point import dense, least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
@@ -60,6 +64,7 @@ class InitialState:
     lam: Array
     moved: tuple[Moved, ...] = ()
     redundant: tuple[int, ...] = ()  #: constraint rows that depend on others in all poses
+    mirrored: tuple[str, ...] = ()  #: joints in space whose axes have opposite senses
 
 
 @uncollected
@@ -93,7 +98,15 @@ def initial_state(
         if (singular := singular_mass(system, t, q, v)) is not None:
             raise singular from problem
         raise
-    return InitialState(t, q, v, a, lam, _moved(system, t, q, v), redundant)
+    turned = tuple(mirrored(system, t, q)) if system.scene.spatial else ()
+    return InitialState(t, q, v, a, lam, _moved(system, t, q, v), redundant, turned)
+
+
+def _from_pose(
+    system: System, t: float, q: Array, positions: list[InitialValue], metric: Metric, until: float
+) -> Array:
+    """The pose assembled from q."""
+    return _positions(system, t, AsIs(system, q), positions, metric, until)
 
 
 def _moved(system: System, t: float, q: Array, v: Array) -> tuple[Moved, ...]:
@@ -129,6 +142,10 @@ def _assembled(
         try:
             y = _positions(system, t, shape, positions, metric, until)
             q = shape.expand(y)
+            if system.scene.spatial:
+                again = partial(_from_pose, system, t, positions=positions, metric=metric, until=until)
+                y = unmirrored(system, t, y, again)
+                q = shape.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
             return q, _velocities(system, t, q, y, shape, velocities, metric)
@@ -192,8 +209,8 @@ def _positions(
             r_c = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
             soft_value, soft_q, _v = _stack(system, soft, t, q, at_rest)
             r_s = _misses(soft_value, soft)
-            J, r_c = _without_units(shape.reduce(y, _stacked(system.Phi_q(t, q), d_q)), r_c, scale)
-            S, r_s = _without_units(shape.reduce(y, soft_q), r_s, scale)
+            J, r_c = without_units(shape.reduce(y, _stacked(system.Phi_q(t, q), d_q)), r_c, scale)
+            S, r_s = without_units(shape.reduce(y, soft_q), r_s, scale)
             violation = np.abs(r_c).max(initial=0.0)
             if y is guess and max(violation, np.abs(r_s).max(initial=0.0)) <= tolerance:
                 return y  # assembled at the initial guess: no solution is nearer
@@ -211,18 +228,16 @@ def _positions(
                 break
             turn = np.abs(step[angles]).max(initial=0.0)
             y = shape.moved(y, step * min(1.0, LONGEST / max(turn, 1e-300)))
-            if violation <= tolerance and np.abs(step * scale).max(initial=0.0) <= 10.0 * tolerance:
-                return y
+            if np.abs(step * scale).max(initial=0.0) <= 10.0 * tolerance:
+                if violation <= tolerance:
+                    return y
+                if k >= 80 and violation > 1e3 * tolerance:
+                    break  # the constraints contradict each other: this is the nearest compromise
         if violation <= 1e3 * tolerance:
             return y
+    if best_violation <= tolerance:
+        return best  # the guesses do not converge to a compromise, but the constraints hold
     raise _inconsistent(system, t, shape.expand(best), fixed, velocity=None)
-
-
-def _without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
-    """Rows over scaled coordinates, each divided by its largest entry, and their residuals."""
-    J = scaled(J, np.ones(J.shape[0]), 1.0 / scale)
-    size = row_size(J)
-    return scaled(J, 1.0 / size, np.ones(len(scale))), r / size
 
 
 def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Array) -> Array:
@@ -327,8 +342,8 @@ def _velocities(
                 f"the constraints are not finite numbers in the initial pose{': ' * bool(names)}{', '.join(names)}",
                 hint="give initial values that lead to another pose; a rolling disc, for example, must not lie flat",
             )
-        J, r_c = _without_units(shape.reduce(y, J, q), r_c, scale)
-        S, r_s = _without_units(shape.reduce(y, soft_v, q), r_s, scale)
+        J, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
+        S, r_s = without_units(shape.reduce(y, soft_v, q), r_s, scale)
         if k == 0:
             asked = np.abs(r_c).max(initial=0.0)
         value, d_v = metric.velocities_at(t, q, v)
@@ -341,7 +356,7 @@ def _velocities(
     value, _q, d_v = _stack(system, fixed, t, q, v)
     r_c = np.concatenate([_velocity_residual(system, t, q, v), value - np.array([x.value for x in fixed])])
     J = _stacked(system.velocity_jacobian(t, q, v), d_v)
-    _, r_c = _without_units(shape.reduce(y, J, q), r_c, scale)
+    _, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
     if np.abs(r_c).max(initial=0.0) > 1e-9 * max(asked, np.abs(w).max(initial=0.0)):
         raise _inconsistent(system, t, q, fixed, velocity=v)
     return v
@@ -357,7 +372,7 @@ def determined(system: System, t: float, q: Array) -> bool:
     J = system.Phi_q(t, q)
     if J.shape[0] != J.shape[1]:
         return False
-    J, _ = _without_units(J, np.zeros(system.m), system.tables.scale)
+    J, _ = without_units(J, np.zeros(system.m), system.tables.scale)
     if isinstance(J, np.ndarray):
         sizes = np.linalg.svd(J, compute_uv=False)
     else:
@@ -371,46 +386,18 @@ def determined(system: System, t: float, q: Array) -> bool:
     return bool(sizes.min() > 1e-9 * sizes.max())
 
 
-def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
-    """Rows of [Phi_q; Gam_v] that depend on previous ones here and in a nearby pose, for systems of moderate size.
+def _opened(system: System, t: float, q: Array, fixed: list[InitialValue], kind: str, name: str, own: slice) -> str:
+    """How far a joint in space is open."""
 
-    Rows that depend on others only in this (singular) pose are kept.
-    """
-    scale = system.tables.scale
+    def residual(q: Array) -> tuple[Array, Array]:
+        value, d_q, _v = _stack(system, fixed, t, q, np.zeros(system.n))
+        r = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
+        J, r = without_units(_stacked(system.Phi_q(t, q), d_q), r, system.tables.scale)
+        return r, dense(J)
 
-    def rows(J: Array) -> Array:
-        return _without_units(J, np.zeros(len(J)), scale)[0]
-
-    J = system.velocity_jacobian(t, q, v)
-    if not isinstance(J, np.ndarray) or not len(J) or not _dependent(rows(J)):
-        return ()
-    if not system.m:
-        return _dependent(rows(J))
-    J = rows(system.Phi_q(t, q))
-    null = np.linalg.svd(J, full_matrices=True)[2][np.linalg.matrix_rank(J, tol=1e-9) :]
-    direction = null.T @ np.random.default_rng(1).normal(size=len(null))
-    size = np.abs(direction).max(initial=0.0)
-    near = system.moved(q, (1e-2 / size if size else 0.0) * direction / scale)
-    for _ in range(20):
-        J, r = _without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
-        near = near - least_squares(J, r, 1e-9) / scale
-    if np.abs(_without_units(system.Phi_q(t, near), system.Phi(t, near), scale)[1]).max() > 1e-10:
-        return ()  # no nearby pose: the result is unknown
-    return _dependent(rows(system.velocity_jacobian(t, near, v)))
-
-
-def _dependent(J: Array) -> tuple[int, ...]:
-    """Rows of J that are combinations of rows before them (Gram-Schmidt)."""
-    dependent, basis = [], np.zeros((0, J.shape[1]))
-    for i, row in enumerate(J):
-        rest = row - basis.T @ (basis @ row)
-        rest -= basis.T @ (basis @ rest)  # two passes suffice
-        size = np.linalg.norm(rest)
-        if size > 1e-9 * np.linalg.norm(row):
-            basis = np.vstack([basis, rest / size])
-        else:
-            dependent.append(i)
-    return tuple(dependent)
+    if (found := gaps.gap(system, t, q, own, residual)) is not None:
+        return f"{kind} {name} is open by {gaps.text(*found)} if all others are closed"
+    return f"{kind} {name} is violated by {gaps.text(*gaps.parts(system, t, q, own))}"
 
 
 def _with_units(violation: float, kind, velocity: Array | None) -> str:
@@ -429,8 +416,9 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
     value, d_q, d_v = _stack(system, fixed, t, q, v)
     residual = np.concatenate([residual, value - np.array([x.value for x in fixed])])
     J = _stacked(system.Phi_q(t, q), d_q) if velocity is None else _stacked(system.velocity_jacobian(t, q, v), d_v)
-    alike = np.abs(_without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
+    alike = np.abs(without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
     wrong: list[tuple[float, str, Span | None]] = []
+    where: dict[str, tuple[str, str, slice]] = {}
     ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]  # type: ignore[attr-defined]
     if velocity is not None:
         for name, row in system.tables.velocity_rows.items():
@@ -440,11 +428,16 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
         kind, most = component.kind, np.abs(residual[part]).max()
         text = f"{kind.name} {name} is violated by {_with_units(most, kind, velocity)}"
         wrong.append((float(alike[part].max()), text, component.span))
+        where[text] = kind.name, name, part
     for item, x, size in zip(fixed, value, alike[len(alike) - len(fixed) :], strict=True):
         text = f"{item.name} = {item.unit.text(item.value)} is fixed, but comes out as {item.unit.text(x)}"
         wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
     wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # relative: the largest misfit may be tiny
+    if system.scene.spatial and velocity is None:
+        wrong = [
+            (w, _opened(system, t, q, fixed, *where[text]) if text in where else text, at) for w, text, at in wrong
+        ]
     return InitialisationError(
         f"no consistent initial {level} found at time {t:g}",
         span=wrong[0][2] if wrong else None,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.initial.shared_loads import undetermined
 from mbdsl.messages import few
 from mbdsl.system.system import System
 
@@ -49,6 +50,18 @@ def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[i
         misfit = f"; its misfit is {off:.2g}" if off > FITS * system.tables.size else ""
         lines.append(f"{_where(system, joint)} follows from {names}{misfit}")
     return lines
+
+
+def not_unique(system: System, t: float, q: Array, redundant: Sequence[int]) -> list[str]:
+    """A line that names the reactions that the equations of motion do not determine; [] if all are determined."""
+    found: dict[str, list[str]] = {}
+    for name in undetermined(system, t, q, tuple(redundant)):
+        joint, _, key = name.rpartition(".")
+        found.setdefault(joint, []).append(key)
+    if not found:
+        return []
+    texts = [f"{name} ({', '.join(keys)})" for name, keys in found.items()]
+    return [f"reactions that are not unique: {few(texts, 12)}"]
 
 
 def _where(system: System, joint: str) -> str:

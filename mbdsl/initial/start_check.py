@@ -13,7 +13,8 @@ from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.mass_check import singular_mass
-from mbdsl.initial.redundancy import repeated
+from mbdsl.initial.mirrored_poses import MIRRORED
+from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.initial.start_conditions import check_loose
 from mbdsl.initial.weights import members_of
 from mbdsl.mechanism.extreme_numbers import blame_extremes
@@ -74,12 +75,24 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
         if (problem := singular_mass(system, t, state.q, state.v, state.lam)) is not None:
             raise problem
         moved += state.moved
+        lines += [MIRRORED.format(name) for name in state.mirrored]
         names = system.constraint_names()
         redundant += [names[k] for k in state.redundant]
         lines += [f"  {line}" for line in repeated(system, t, state.q, state.v, state.redundant)]
+        if scene.spatial:
+            lines += [f"  {line}" for line in not_unique(system, t, state.q, state.redundant)]
     if redundant:
         lines.insert(0, f"redundant: {', '.join(redundant)} follows from the other constraints")
+        if scene.spatial:
+            lines.insert(0, _mobility(whole, len(redundant)))
     return [f"assembled at t = {t:g} s{_guesses(moved)}", *lines]
+
+
+def _mobility(whole: System, redundant: int) -> str:
+    """The mobility that counts independent rows only."""
+    rows = whole.m + whole.p - redundant
+    sides = f"{count(whole.n, 'coordinate')} - {count(rows, 'independent constraint row')}"
+    return f"true mobility {whole.n - rows} = {sides}"
 
 
 def _states(reduction: Reduction, whole: System, t: float) -> Iterator[tuple[System, InitialState]]:

@@ -423,6 +423,12 @@ class Scene:
         """
         return self._moved(self._formulas(c).signal(key)) if key in c.signals else None
 
+    def alignment(self, c: Component) -> Expr | None:
+        """What is positive if a joint in space is assembled with its axes in the same sense; None of other kinds."""
+        if not getattr(c.kind, "aligned", ""):
+            return None
+        return self._moved(self._formulas(c).aligned())
+
     def signal(self, name: str) -> Expr:
         """A signal by its full name.
 

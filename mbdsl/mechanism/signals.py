@@ -74,6 +74,11 @@ class Formulas:
         """The potential energy of a kind that has a formula for it."""
         return formulas.evaluate(self.kind.energy, self)
 
+    def aligned(self) -> Expr:
+        """The joint's ``aligned``, of a kind that has it."""
+        assert isinstance(self.kind, JointKind)
+        return formulas.evaluate(self.kind.aligned, self)
+
     def law(self, name: str) -> Expr | None:
         """The law given for the parameter ``name``; None if none is given, or if this is not a law parameter."""
         given = self.given(name) if name in self.kind.law_parameters else None

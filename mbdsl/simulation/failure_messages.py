@@ -23,6 +23,7 @@ from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
+from mbdsl.numerics.saddle_point import dense
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
@@ -45,8 +46,12 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
             continue
         for t, q, v in zip(trajectory.t, every_q, every_v, strict=True):
             violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])[rows]))
-        found = np.array(violation)
-        bad = np.flatnonzero(found.max(axis=1) > 1e-6 * system.tables.size)
+        first = part.initial
+        J = dense(system.velocity_jacobian(first.t, first.q, first.v))[rows]
+        # lengths relative to the mechanism's size; angles, whose rows only depend on rotations, in radians
+        size = np.where((J[:, system.tables.lengths] != 0.0).any(axis=1), system.tables.size, 1.0)
+        found = np.array(violation) / (size if system.scene.spatial else system.tables.size)
+        bad = np.flatnonzero(found.max(axis=1) > 1e-6)
         if len(bad):
             name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
             trajectory.stats["status"] = "failed"

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
+from mbdsl.initial.shared_loads import undetermined
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
@@ -212,6 +213,12 @@ class Motion:
     def redundant(self) -> list[str]:
         """Names of the redundant constraints that are left out."""
         return [name for p in self.parts for name in p.redundant]
+
+    @property
+    def not_unique(self) -> list[str]:
+        """Names of the reactions that the equations of motion do not determine, as "pin.fz"."""
+        firsts = [(p.system, p.initial) for p in self.parts]
+        return [name for system, first in firsts for name in undetermined(system, first.t, first.q, first.redundant)]
 
     @property
     def moved(self) -> tuple[Moved, ...]:

@@ -16,6 +16,7 @@ from mbdsl.bodies.contract import POSITIONS, VELOCITIES
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.array_operations import table_value
 from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, substitute, walk
+from mbdsl.initial.shared_loads import shares
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Scene
@@ -156,7 +157,7 @@ class PresentSignals:
         return plan.start + _buffer("i0", loop_state.STEP) * plan.h
 
     def _multiplier(self, key: tuple[str, int]) -> Expr:
-        if self._motion.own_reactions:
+        if self._motion.own_reactions and not shares(self._motion.system, self._motion.left_out):
             for k, p in enumerate(self._motion.parts):
                 if p.method != KINEMATIC and key in p.system.tables.multipliers:
                     return _buffer(f"l{k}", p.system.tables.multipliers[key])

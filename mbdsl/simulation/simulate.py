@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mbdsl.errors import Interrupted
-from mbdsl.initial.redundancy import repeated
+from mbdsl.initial.mirrored_poses import MIRRORED
+from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
@@ -111,6 +112,7 @@ def simulated(
     if announce is not None:
         _announce_redundant(motion, announce)
     loose = misfits(motion)
+    loose += [MIRRORED.format(name) for p in motion.parts for name in p.initial.mirrored]
     keeper = None
     if checkpoint is not None:
         asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}
@@ -169,6 +171,9 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
         first = part.initial
         for line in repeated(part.system, first.t, first.q, first.v, first.redundant):
             announce(f"  {line}")
+        if part.system.scene.spatial:
+            for line in not_unique(part.system, first.t, first.q, first.redundant):
+                announce(f"  {line}, and have the least norm in results")
 
 
 def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = (), stream=None) -> int:
@@ -263,6 +268,8 @@ def _collect(
         "seconds": seconds,
         "redundant": motion.redundant,
     }
+    if system.scene.spatial:
+        stats["not unique"] = motion.not_unique
     for array in (t, q, v, lam):
         array.flags.writeable = False
     own = lam if motion.own_reactions else None

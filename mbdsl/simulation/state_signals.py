@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import leaves
+from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
@@ -230,16 +231,21 @@ class StateSignals:
 
         The constraint force is -Phi_q^T lam - Gam_v^T nu, where lam and nu are the first m and the last p columns.
         Multipliers that the method does not compute (those of welds), or computes at a lower order than q and v, are
-        found from the equations of motion at (t, q, v) on first access.
+        found from the equations of motion at (t, q, v) on first access. In space, over-constrained mechanisms have
+        those of least norm: :mod:`mbdsl.initial.shared_loads`.
         """
-        if self._lam is None:
-            return self._motion[1]
-        missing = np.isnan(self._lam).all(axis=0)
-        return np.where(missing, self._motion[1], self._lam) if missing.any() else self._lam
+        found = self._lam
+        if found is None:
+            found = self._motion[1]
+        elif (missing := np.isnan(found).all(axis=0)).any():
+            found = np.where(missing, self._motion[1], found)
+        if shared_loads.shares(self.system, self.left_out):
+            return shared_loads.least(self.system, self.t, self.q, found, self.left_out)
+        return found
 
     def _multipliers(self, needed: list) -> Array | None:
         """``lam``, or the method's own multipliers if these contain all that are ``needed``; None if none is needed."""
-        if not needed or self._lam is None or not len(self.t):
+        if not needed or self._lam is None or not len(self.t) or shared_loads.shares(self.system, self.left_out):
             return self.lam if needed else None
         own = self._lam[0, [self.system.tables.multipliers[key] - self.system.n for key in needed]]
         return self.lam if np.isnan(own).any() else self._lam

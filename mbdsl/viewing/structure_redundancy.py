@@ -23,7 +23,8 @@ def redundancy(graph: MechanismGraph, announce: Callable[[str], None] | None) ->
     import numpy as np
 
     from mbdsl.compilation import code_cache
-    from mbdsl.initial.consistent import initial_position, redundant_rows
+    from mbdsl.initial.consistent import initial_position
+    from mbdsl.initial.dependent_rows import redundant_rows
     from mbdsl.initial.redundancy import repeated
     from mbdsl.storage import cache_folder
     from mbdsl.system import build

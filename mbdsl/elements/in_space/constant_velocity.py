@@ -7,7 +7,7 @@ from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, X, Y, dot1_hessian, point
 from mbdsl.elements.in_space.revolute import X_A, X_B, Y_A
-from mbdsl.elements.in_space.vectors import axis, both, cross, direction, reactions, total
+from mbdsl.elements.in_space.vectors import axis, both, cross, direction, dot, reactions, total
 from mbdsl.elements.kind import JointKind, Parameter
 
 Y_B = axis("frame_b", "y")
@@ -22,6 +22,7 @@ KIND = JointKind(
     ),
     check=direction,
     axes=both("z"),
+    aligned=f"({dot(X_A, X_B)} + {dot(Y_A, Y_B)})",
     spatial=True,
 )
 

@@ -5,7 +5,7 @@ g = r_b - r_a,   x_a . y_b,   x_a . z_b,   y_a . z_b                            
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, point
-from mbdsl.elements.in_space.prismatic import X_A, Y_A, Y_B, Z_B
+from mbdsl.elements.in_space.prismatic import SAME_ATTITUDE, X_A, Y_A, Y_B, Z_B
 from mbdsl.elements.in_space.vectors import about, cross, reactions, total
 from mbdsl.elements.kind import JointKind, Parameter
 
@@ -19,6 +19,7 @@ KIND = JointKind(
         total(("lam[4]", cross(X_A, Y_B)), ("lam[5]", cross(X_A, Z_B)), ("lam[6]", cross(Y_A, Z_B))),
     ),
     axes=lambda v: {"frame_b": about((0.0, 0.0, 1.0), -v["phi0"])} if v["phi0"] else {},
+    aligned=SAME_ATTITUDE,
     spatial=True,
 )
 

@@ -7,7 +7,7 @@ from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space import point_on_plane, revolute
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
 from mbdsl.elements.in_space.revolute import X_A, Y_A, Z_A, Z_B
-from mbdsl.elements.in_space.vectors import both, cross, direction, reactions, total
+from mbdsl.elements.in_space.vectors import both, cross, direction, dot, reactions, total
 from mbdsl.elements.kind import JointKind
 
 KIND = JointKind(
@@ -20,6 +20,7 @@ KIND = JointKind(
     check=direction,
     axes=both("z"),
     angle=("phi",),
+    aligned=dot(Z_A, Z_B),
     spatial=True,
 )
 

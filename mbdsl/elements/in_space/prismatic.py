@@ -15,6 +15,8 @@ SIGNALS = (
     Signal("s", "m", dot(X_A, D), "position of frame_b along the axis"),
     Signal("v", "m/s", "der(s)", "its rate"),
 )
+#: the trace of the rotation from frame_a to frame_b: 3, or -1 after half a turn about one of the axes
+SAME_ATTITUDE = f"({dot(X_A, axis('frame_b', 'x'))} + {dot(Y_A, Y_B)} + {dot(Z_A, Z_B)})"
 
 
 def axes(v):
@@ -41,6 +43,7 @@ KIND = JointKind(
     check=direction,
     axes=axes,
     along=("s",),
+    aligned=SAME_ATTITUDE,
     spatial=True,
 )
 

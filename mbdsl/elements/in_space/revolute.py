@@ -31,6 +31,7 @@ KIND = JointKind(
     check=direction,
     axes=both("z"),
     angle=("phi",),
+    aligned=dot(Z_A, Z_B),
     spatial=True,
 )
 

@@ -1,0 +1,118 @@
+"""Constraint rows that depend on others in all poses: the rank at the assembled pose and at poses near it.
+
+A row that is redundant in every pose is a combination of others, as of a planar loop whose hinges hold its bodies in
+their plane as well. In a singular pose more rows are dependent, but only there. Poses near the assembled one, displaced
+along the mobility, tell the two apart: they are found by Gauss-Newton steps of the assembled pose's rank, in which the
+smaller singular values do not count. Rows and coordinates are without units and of the mechanism's size.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.numerics.saddle_point import Matrix, dense, least_squares, row_size, scaled
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+ZERO = 1e-7  #: singular values and remainders of rows of length one that count as zero: poses hold to 1e-9
+CLOSED = 1e-9  #: misfit of the constraints in a pose, in the mechanism's size, up to which they hold
+DISPLACED = 1e-2  #: displacement of the poses near the assembled one, in the mechanism's size and in radians
+#: a row joins the independent ones if this part of it is new; the next bounds are for rows that no other replaces
+NEW = (1e-2, 1e-5, ZERO)
+#: most rows of sparse systems in space that are analysed; 1500 rows take a second
+MOST_ROWS = 1500
+
+
+def without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
+    """Rows over scaled coordinates, each divided by its largest entry, and their residuals."""
+    J = scaled(J, np.ones(J.shape[0]), 1.0 / scale)
+    size = row_size(J)
+    return scaled(J, 1.0 / size, np.ones(len(scale))), r / size
+
+
+def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
+    """Rows of [Phi_q; Gam_v] that depend on others here and in nearby poses, for systems of moderate size.
+
+    Rows that depend on others only in this (singular) pose are kept.
+    """
+    scale = system.tables.scale
+
+    def rows(J: Matrix) -> Array:
+        return dense(without_units(J, np.zeros(J.shape[0]), scale)[0])
+
+    J = system.velocity_jacobian(t, q, v)
+    if not isinstance(J, np.ndarray) and not _worth_it(system, J):
+        return ()
+    if not J.shape[0] or not dependent(rows(J)):
+        return ()
+    if not system.m:
+        return dependent(rows(J))
+    near = pose_nearby(system, t, q)
+    if near is None:
+        return ()  # no nearby pose: the result is unknown
+    return dependent(rows(system.velocity_jacobian(t, near, v)))
+
+
+def _worth_it(system: System, J: Matrix) -> bool:
+    """Whether rows of a large system are analysed: in space, where every planar loop has redundant ones."""
+    return system.scene.spatial and J.shape[0] <= MOST_ROWS
+
+
+def rank(J: Array) -> int:
+    """The rank of rows without units."""
+    sizes = np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
+    return int((sizes > ZERO * sizes.max(initial=0.0)).sum())
+
+
+def pose_nearby(system: System, t: float, q: Array) -> Array | None:
+    """A pose (n,) in which the constraints hold, displaced from ``q`` along the mobility; None if none was found."""
+    scale = system.tables.scale
+    J = dense(without_units(system.Phi_q(t, q), np.zeros(system.m), scale)[0])
+    here = rank(J)
+    null = np.linalg.svd(J, full_matrices=True)[2][here:]
+    direction = null.T @ np.random.default_rng(1).normal(size=len(null))
+    size = np.abs(direction).max(initial=0.0)
+    displaced = system.moved(q, (DISPLACED / size if size else 0.0) * direction / scale)
+    most = min(J.shape)
+    # of a singular pose the rank nearby is larger; the steps of that rank find a pose, others do not
+    for kept in dict.fromkeys([*range(here, min(here + 3, most)), most]):
+        near = displaced
+        for _ in range(20):
+            found, r = without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
+            near = system.moved(near, -_step(dense(found), r, kept) / scale)
+        r = without_units(system.Phi_q(t, near), system.Phi(t, near), scale)[1]
+        if np.abs(r).max() <= CLOSED:
+            return near
+    return None
+
+
+def _step(J: Array, r: Array, kept: int) -> Array:
+    """The smallest solution of J d = r in the directions of the ``kept`` largest singular values."""
+    if kept == min(J.shape):
+        return least_squares(J, r, ZERO)
+    U, sizes, Vt = np.linalg.svd(J, full_matrices=False)
+    return Vt[:kept].T @ (U[:, :kept].T @ r / sizes[:kept])
+
+
+def dependent(J: Array) -> tuple[int, ...]:
+    """Rows of J that are combinations of the others, of which the first are kept (Gram-Schmidt).
+
+    Rows that are nearly combinations of rows before them wait until the others had their turn, so that the rows kept
+    are well conditioned, and rounding does not decide between rows.
+    """
+    waiting, basis = list(range(len(J))), np.zeros((0, J.shape[1]))
+    for new in NEW:
+        later = []
+        for i in waiting:
+            row = J[i]
+            rest = row - basis.T @ (basis @ row)
+            rest -= basis.T @ (basis @ rest)  # two passes suffice
+            size = np.linalg.norm(rest)
+            if size > new * np.linalg.norm(row):
+                basis = np.vstack([basis, rest / size])
+            else:
+                later.append(i)
+        waiting = later
+    return tuple(waiting)
