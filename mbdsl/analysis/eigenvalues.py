@@ -29,7 +29,7 @@ class Projected(NamedTuple):
 
 def projected(system: System, M: Array, D: Array, K: Array, U: Array, J: Array, basis: Still | Moving) -> Projected:
     """The linearised equations in the coordinates of a basis, without reactions."""
-    Z, Z1, Z2, T, T1, S, S1 = (getattr(basis, name) for name in ("Z", "Z1", "Z2", "T", "T1", "S", "S1"))
+    Z, Z1, W, W1, T, T1, S, S1 = (getattr(basis, name) for name in ("Z", "Z1", "W", "W1", "T", "T1", "S", "S1"))
     L = Z @ T
     if not np.array_equal(U, J.T):  # forces that depend on multipliers do not act in the directions of the constraints
         U = (U / system.tables.scale[:, None]).T
@@ -40,10 +40,10 @@ def projected(system: System, M: Array, D: Array, K: Array, U: Array, J: Array, 
             )
     if not T.shape[1]:
         return Projected(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, T.shape[0])), L)
-    DZ = 2.0 * M @ Z1 + D @ Z
+    DZ = M @ (Z1 + W) + D @ Z
     Mr = L.T @ M @ Z @ T
     Dr = L.T @ (M @ Z @ (T1 + S @ T) + DZ @ T)
-    Kr = L.T @ (M @ Z @ (S1 + S @ S) + DZ @ S + M @ Z2 + D @ Z1 + K @ Z)
+    Kr = L.T @ (M @ Z @ (S1 + S @ S) + DZ @ S + M @ W1 + D @ W + K @ Z)
     # entries that are only the rounding residue of terms that cancel along the motion are set to zero
     size = 1e-9 * basis.rate * largest(np.abs(L).T @ np.abs(M) @ np.abs(Z))
     Dr = np.where(np.abs(Dr) > size, Dr, 0.0)

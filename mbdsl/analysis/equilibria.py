@@ -30,7 +30,6 @@ from mbdsl.initial.dependent_rows import redundant_rows
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
-from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
@@ -166,6 +165,10 @@ class Equilibrium:
         """Names of the position signals of all bodies, and of both ends of flexible bodies."""
         names = []
         for c in self.scene.bodies():
+            if self.scene.spatial:
+                turns = len(c.kind.coordinates) > 3
+                names += [f"{c.name}.{key}" for key in ("x", "y", "z", *(("p0", "p1", "p2", "p3") if turns else ()))]
+                continue
             names += [f"{c.name}.{key}" for key in c.kind.coordinates]
             if len(c.coordinates) > len(c.kind.coordinates):
                 names += [f"{c.name}.{end}.{key}" for end in "ab" for key in c.kind.coordinates]
@@ -236,7 +239,6 @@ def prepare(
 ) -> tuple[System, mechanism_graph.MechanismGraph]:
     """The System of a model as written, with its code loaded or compiled, and its graph."""
     scene = as_scene(model, parameters, without)
-    planar_only(scene, "equilibria, eigenmodes and linearisations")
     mechanism = mechanism_graph.build(scene)
     system = build(scene, mechanism)
     # code that a simulation has compiled is used if it is in the cache

@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from mbdsl.bodies.contract import POSITIONS
-from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr, coordinate, diff, input_signal, leaves
+from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.system import System
+from mbdsl.system.in_space import layout_of
 from mbdsl.system.signals import gradients, values
 from mbdsl.system.structure import Block, law_expressions
 
@@ -101,7 +102,19 @@ def _add_laws(system: System, block: Block, c, table: Array, inputs: Sequence[st
     t, q, v, lam = state
     sign = c.kind.sign if isinstance(c.kind, ForceKind) else -1.0
     ports = [c.ports[port] for port in c.kind.ports]
-    poses = [coordinate(name, key) for name in ports for key in POSITIONS]
-    motion = dense(gradients(system, poses, t, q, v)[1])
+    motion = np.vstack([_motion(system, name, t, q, v) for name in ports])
     slopes = signal_derivatives(system, laws, inputs, t, q, v, lam).u
-    found += sign * (table[:, : buffer_layout.PAIR_POSE] @ motion).T @ slopes
+    found += sign * (table[:, : layout_of(system.scene.spatial).PAIR_POSE] @ motion).T @ slopes
+
+
+def _motion(system: System, name: str, t: float, q: Array, v: Array) -> Array:
+    """Virtual motion of a frame by dq: (3, n) in the plane, displacement and rotation in world axes (6, n) in space."""
+    if not system.scene.spatial:
+        return dense(gradients(system, [coordinate(name, key) for key in POSITIONS], t, q, v)[1])
+    found = np.zeros((6, system.n))
+    found[:3] = dense(gradients(system, [coordinate(name, key) for key in "xyz"], t, q, v)[1])
+    body = system.scene.frames[name].body
+    first = system.tables.coordinates.get(body, 0) + 3
+    if body in system.tables.coordinates and first in system.tables.rotations[:, 0]:
+        found[3:, first : first + 3] = rotation_arrays.matrices(q[None, first : first + 3])[0]
+    return found

@@ -262,14 +262,14 @@ class _Equations:
         found = projected(system, M, D, K, U, J, basis)
         self._solve(basis, found, found.L.T @ forces)
         r, i = basis.Z.shape[1], forces.shape[1]
-        T, S, Z, Z1, Z2 = basis.T, basis.S, basis.Z, basis.Z1, basis.Z2
+        T, S, Z, Z1, W, W1 = basis.T, basis.S, basis.Z, basis.Z1, basis.W, basis.W1
         y = np.hstack([np.eye(r), np.zeros((r, T.shape[1]))])
         rate = np.hstack([S, T])
         rate2 = _Rows(rate @ self.A, rate @ self.B)
         rate2 = _Rows(rate2.x + np.hstack([basis.S1, basis.T1]), rate2.u)
         none = np.zeros((n, i))
-        self.dq, self.dv = _Rows(Z @ y, none), _Rows(Z @ rate + Z1 @ y, none)
-        self.da = _Rows(Z @ rate2.x + 2.0 * Z1 @ rate + Z2 @ y, Z @ rate2.u)
+        self.dq, self.dv = _Rows(Z @ y, none), _Rows(Z @ rate + W @ y, none)
+        self.da = _Rows(Z @ rate2.x + (Z1 + W) @ rate + W1 @ y, Z @ rate2.u)
         left = M @ self.da.x + D @ self.dv.x + K @ self.dq.x
         kept = np.delete(np.arange(U.shape[1]), point.left_out)
         self.dlam = _Rows(np.zeros((U.shape[1], len(self.A))), np.zeros((U.shape[1], i)))

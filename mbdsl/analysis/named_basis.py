@@ -11,13 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbdsl.analysis.tangent_bases import LEAST, Moving
+from mbdsl.analysis.tangent_bases import LEAST, Moving, named_coordinates
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size
 from mbdsl.system import System
 from mbdsl.system.signals import gradients
+
+_RATES = {**RATE, "z": "vz"}
 
 
 class Quantity(NamedTuple):
@@ -75,7 +77,7 @@ class Named(Moving):
         chosen = range(len(rates)) if self.H is None else [int(np.argmax(row)) for row in self.H]
         self.speeds = [rates[k] for k in chosen]
         f, g = factors, factors[list(chosen)]
-        self.Z, self.Z1, self.Z2 = self.Z / f, self.Z1 / f, self.Z2 / f
+        self.Z, self.Z1, self.Z2, self.W, self.W1 = (X / f for X in (self.Z, self.Z1, self.Z2, self.W, self.W1))
         self.T, self.T1 = f[:, None] * self.T / g, f[:, None] * self.T1 / g
         self.S, self.S1 = f[:, None] * self.S / f, f[:, None] * self.S1 / f
 
@@ -98,17 +100,25 @@ class Named(Moving):
         names, found = SignalNames(scene), dict[Expr, Quantity]()
         for c in scene.components.values():
             if isinstance(c.kind, JointKind):
-                for key, expression in scene.signals_of(c).items():
+                signals = scene.signals_of(c)
+                for key, expression in signals.items():
                     name = f"{c.name}.{key}"
                     found.setdefault(expression, Quantity(name, names.unit(name)))
+                    if expression.op == "angle" and key == "phi" and "w" in signals:  # in space: equal by constraints
+                        found.setdefault(der(expression), Quantity(f"{c.name}.w", names.unit(f"{c.name}.w")))
         for body in scene.bodies():
-            for key in (*body.kind.coordinates, *(RATE[key] for key in body.kind.coordinates)):
+            own = named_coordinates(body)
+            for key in (*own, *(_RATES[key] for key in own)):
                 name = f"{body.name}.{key}"
                 found.setdefault(coordinate(f"{body.name}.c", key), Quantity(name, names.unit(name)))
         return found
 
     def _beams(self) -> list[tuple[Quantity, float]]:
-        """Rows of :meth:`_of_beams`, and the SI value of a unit of each."""
+        """Rows of :meth:`_of_beams`, or in space of :meth:`_of_rotations`, and the SI value of a unit of each."""
+        if self.system.scene.spatial:
+            first = {d + 3: name for name, d in self.system.tables.coordinates.items()}
+            spun = [first[int(d)] for d in self.system.tables.rotations[:, 0]]
+            return [(Quantity(f"{name}.c:r{i}", "rad"), 1.0) for name in spun for i in "xyz"]
         elastic, pose = [], []
         for name in self.bends:
             body, d = self.system.tables.models[name], self.system.tables.coordinates[name]
@@ -141,6 +151,7 @@ class AtRest(Named):
         self.T1, self.S1 = np.zeros_like(self.T), np.zeros_like(self.S)
         if a.any():
             self.Z2 = self._second(t, q, a)
+        self.W, self.W1 = self.Z1, self.Z2
         self._name()
 
     @staticmethod

@@ -17,6 +17,7 @@ from mbdsl.numerics.saddle_point import Array
 from mbdsl.simulation.simulate import simulate
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -112,5 +113,8 @@ def find(
     t, q, v = float(run.t[-1]), run.q[-1], run.v[-1]
     for body, angle in run.turns.items():
         system.set_turn(body, float(angle[-1]))
+    for node in system.tables.angles:
+        (angle,) = values(run.system, [node], run.t, run.q, run.v)
+        system.set_first_angle(node, float(angle[-1]))
     a, lam = accelerations(system, t, q, v, run.left_out)
     return OperatingPoint(system, name, t, q, v, a, lam, tuple(run.left_out), [])

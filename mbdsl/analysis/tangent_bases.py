@@ -14,6 +14,8 @@ from mbdsl.bodies.contract import POSITIONS, Pose
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr, coordinate, is_velocity_level, leaves
+from mbdsl.mechanism.scene import Component
+from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size, scaled
 from mbdsl.system import System
 from mbdsl.system.signals import gradients
@@ -24,9 +26,26 @@ CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 LEAST = 1e-3  #: sine of the angle below which a row does not separate directions
 
 
+def named_coordinates(body: Component) -> tuple[str, ...]:
+    """The coordinates of a body that are signals: in space without rotations."""
+    return tuple(key for key in body.kind.coordinates if key not in ("rx", "ry", "rz"))
+
+
 def of_positions(expression: Expr) -> bool:
     found = leaves(expression)
     return all(x.op in ("coordinate", "time") for x in found) and not is_velocity_level(expression)
+
+
+def spins(system: System, v: Array) -> Array:
+    """X (n, n) of dv = (dq)' + X dq: zero in the plane.
+
+    In space dq contains rotations in body axes; the variation of the angular velocity W is their rate plus W x dq.
+    """
+    X = np.zeros((system.n, system.n))
+    for d in system.tables.rotations[:, 0] if len(system.tables.rotations) else ():
+        x, y, z = v[d : d + 3]
+        X[d : d + 3, d : d + 3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+    return X
 
 
 class Still:
@@ -37,14 +56,17 @@ class Still:
         J = scaled(J, np.ones(len(J)), 1.0 / scale)
         self.Z = null_space(J / row_size(J)[:, None]) / scale[:, None]
         r = self.Z.shape[1]
-        self.Z1 = self.Z2 = np.zeros_like(self.Z)
+        self.Z1 = self.Z2 = self.W = self.W1 = np.zeros_like(self.Z)
         self.T, self.S = np.eye(r), np.zeros((r, r))
         self.T1, self.S1 = np.zeros((r, r)), np.zeros((r, r))
         self.rate = 0.0
 
 
 class Moving:
-    """Bases along the motion q(t + s) = q + s v + s^2 a/2, with their derivatives."""
+    """Bases along the motion q(t + s) = q + s v + s^2 a/2, with their derivatives.
+
+    dv = Z y' + W y and dv' = Z y'' + (Z' + W) y' + W' y. In the plane, W is Z'.
+    """
 
     #: weights of differences at s = -3e ... 3e of first and second derivatives, both to order e^6
     FIRST = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
@@ -52,7 +74,10 @@ class Moving:
 
     def __init__(self, system: System, t: float, q: Array, v: Array, a: Array) -> None:
         self.system, self.scale = system, system.tables.scale
-        self.path = lambda s: (t + s, q + s * v + s * s / 2.0 * a, v + s * a)
+        if system.scene.spatial:
+            self.path = lambda s: (t + s, system.moved(q, s * v + s * s / 2.0 * a), v + s * a)
+        else:
+            self.path = lambda s: (t + s, q + s * v + s * s / 2.0 * a, v + s * a)
         self.bends = [name for name, body in system.tables.models.items() if body.deforms]
         self.targets, self.turned = self._coordinates(t, q, v)
         speed = float(np.abs(v * self.scale).max(initial=0.0))
@@ -69,6 +94,10 @@ class Moving:
         self.Z, self.T, self.S = Z[0], T[0], S[0]
         self.Z1, self.Z2 = derivative(Z, self.FIRST, 1), derivative(Z, self.SECOND, 2)
         self.T1, self.S1 = derivative(T, self.FIRST, 1), derivative(S, self.FIRST, 1)
+        self.W, self.W1 = self.Z1, self.Z2
+        if system.scene.spatial:
+            X, X1 = spins(system, v), spins(system, a)
+            self.W, self.W1 = self.Z1 + X @ self.Z, self.Z2 + X1 @ self.Z + X @ self.Z1
 
     def _coordinates(self, t: float, q: Array, v: Array) -> tuple[list[Expr], list[int]]:
         """Targets whose variations are independent and determine all others: signals, and rows of :meth:`_of_beams`.
@@ -87,7 +116,7 @@ class Moving:
             if of_positions(e)
             if not (c.kind.name == "FreeMotion" and key in ("x", "y") and self._of_a_beam(e))
         ]
-        bodies = [coordinate(f"{b.name}.c", key) for b in scene.bodies() for key in b.kind.coordinates]
+        bodies = [coordinate(f"{b.name}.c", key) for b in scene.bodies() for key in named_coordinates(b)]
         bodies = [e for e in bodies if not self._of_a_beam(e)]
         chosen: list[Expr] = []
         turned: list[int] = []
@@ -96,6 +125,8 @@ class Moving:
                 rows = dense(gradients(system, candidates, t, q, v)[1]) / self.scale
                 which, free = self._independent(rows / row_size(rows)[:, None], free)
                 chosen += [candidates[k] for k in which]
+            if candidates is bodies and scene.spatial and free.shape[1]:
+                turned, free = self._independent(self._of_rotations(q), free)
             if candidates is own and self.bends and free.shape[1]:
                 elastic, pose = self._of_beams(q, v)
                 for rows, first in ((elastic, 0), (pose, len(elastic))):
@@ -153,9 +184,24 @@ class Moving:
                 found.append(whole / scale)
         return np.vstack(elastic), np.vstack(pose)
 
+    def _of_rotations(self, q: Array) -> Array:
+        """Rotations of bodies in space about the axes of the world, by scaled coordinates (k, n).
+
+        A symmetric top has constant equations in these, however fast it spins.
+        """
+        d = self.system.tables.rotations[:, 0] if len(self.system.tables.rotations) else np.zeros(0, int)
+        rows = np.zeros((3 * len(d), self.system.n))
+        for k, first in enumerate(d):
+            rows[3 * k : 3 * k + 3, first : first + 3] = rotation_arrays.matrices(q[None, first : first + 3])[0]
+        return rows / self.scale
+
     def _gradient(self, t: float, q: Array, v: Array) -> Array:
         """The targets' gradient (r, n), by scaled coordinates."""
-        G = dense(gradients(self.system, self.targets, t, q, v)[1]) / self.scale
+        G = np.zeros((0, self.system.n))
+        if self.targets or not self.system.scene.spatial:
+            G = dense(gradients(self.system, self.targets, t, q, v)[1]) / self.scale
+        if self.system.scene.spatial:
+            return np.vstack([G, self._of_rotations(q)[self.turned]]) if self.turned else G
         return np.vstack([G, np.vstack(self._of_beams(q, v))[self.turned]]) if self.turned else G
 
     def _at(self, s: float) -> tuple[Array, Array, Array]:
@@ -174,6 +220,8 @@ class Moving:
         solved = np.linalg.lstsq(np.vstack([J / size[:, None], G]), -rate @ (Z * self.scale[:, None]), rcond=RANK)[0]
         Z1 = solved / self.scale[:, None]
         B, C = dense(system.Gam_v(t, q, v)), dense(system.Gam_q(t, q, v))
+        if system.scene.spatial:
+            Z1 = Z1 + spins(system, v) @ Z
         C = B @ Z1 + C @ Z
         B = B @ Z
         size = row_size(B)

@@ -184,9 +184,15 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
 
 
 def _positions(
-    system: System, t: float, shape: Shape, given: list[InitialValue], metric: Metric, until: float = np.inf
+    system: System,
+    t: float,
+    shape: Shape,
+    given: list[InitialValue],
+    metric: Metric,
+    until: float = np.inf,
+    nearest: bool = True,
 ) -> Array:
-    """The y of ``shape`` for the pose."""
+    """The y of ``shape`` for the pose, the ``nearest`` to the guess or one that is found by the smallest steps."""
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
     guess, scale, angles, at_rest = shape.start, shape.scale, shape.angles, np.zeros(system.n)
@@ -223,7 +229,8 @@ def _positions(
             value, d_q = metric.positions_at(t, q)
             d_y = scaled(shape.reduce(y, d_q), np.ones(len(value)), 1.0 / scale)
             S, r_s = _stacked(S, d_y), np.concatenate([r_s, value - members])
-            step = solve(weight, weight * shape.difference(y, guess) * scale, S, r_s, J, r_c) / scale
+            away = weight * shape.difference(y, guess) * scale if nearest else np.zeros(len(y))
+            step = solve(weight, away, S, r_s, J, r_c) / scale
             if not np.isfinite(step).all():
                 break
             turn = np.abs(step[angles]).max(initial=0.0)
@@ -235,8 +242,10 @@ def _positions(
                     break  # the constraints contradict each other: this is the nearest compromise
         if violation <= 1e3 * tolerance:
             return y
-    if best_violation <= tolerance:
-        return best  # the guesses do not converge to a compromise, but the constraints hold
+    if nearest and system.scene.spatial:
+        # The rotation from the guess is not linear: Gauss-Newton steps may not converge if the guess is far from all
+        # poses. Steps that only close the joints end at a pose that is near, but not the nearest.
+        return _positions(system, t, shape, fixed, metric, until, nearest=False)
     raise _inconsistent(system, t, shape.expand(best), fixed, velocity=None)
 
 

@@ -69,6 +69,7 @@ class Search:
         self.system.count_turns(point.q, start=True)
         self.q, self.lam, self.g = point.q, point.lam, point.g
         self.K = self.system.tangent(self.t, self.q, self.still, self.lam, cK=1.0)[:n, :n]
+        self.system.count_angles()
         self.kappa = largest(self._scaled(self.K))
         inner = point.J.T @ point.lam
         forces = np.abs(np.concatenate([point.Q, inner])) / np.tile(self.scale, 2)
@@ -90,12 +91,13 @@ class Search:
     def descend(self) -> None:
         """Follow the overdamped motion to an equilibrium."""
         while self.point.left > NEAR * self.size:
-            if self.iterations >= MOST or np.abs((self.q - self.start) * self.scale).max() > FARTHEST:
+            far = np.abs(self.system.difference(self.q, self.start) * self.scale).max()
+            if self.iterations >= MOST or far > FARTHEST:
                 raise self._endless()
             self.iterations += 1
             for _ in range(30):
                 step = self._step()
-                there = self._restored(self.q + step, float(np.abs(step * self.scale).max()))
+                there = self._restored(self.system.moved(self.q, step), float(np.abs(step * self.scale).max()))
                 ratio = self._agreement(step, there) if there is not None else 0.0
                 if ratio > 0.1:
                     break
@@ -137,24 +139,30 @@ class Search:
             J = system.tangent(t, q, self.still, cP=1.0, cV=1.0)[n:, :n]
             c = system.Phi(t, q)
             if system.p:  # constraints at velocity level only: the change of positions satisfies them at its midpoint
-                J_half = system.tangent(t, (q + self.q) / 2, self.still, cV=1.0)[n + system.m :, :n]
-                c = np.concatenate([c, J_half @ (q - self.q)])
+                J_half = system.tangent(t, self._middle(q), self.still, cV=1.0)[n + system.m :, :n]
+                c = np.concatenate([c, J_half @ system.difference(q, self.q)])
             open_ = float(np.abs(c / row_size(scaled(J, np.ones(len(c)), 1.0 / self.scale))).max(initial=0.0))
             if not np.isfinite(open_) or open_ <= tolerance or (open_ >= before and open_ <= 1e3 * tolerance):
                 break
             before = open_
-            q = q + Saddle(self._metric(), J.T, J, self.scale).solve(np.zeros(n), -c)[0]
-            if not np.abs((q - first) * self.scale).max() <= length:
+            q = system.moved(q, Saddle(self._metric(), J.T, J, self.scale).solve(np.zeros(n), -c)[0])
+            if not np.abs(system.difference(q, first) * self.scale).max() <= length:
                 return None
         else:
             if system.m + system.p and not open_ <= 1e3 * tolerance:
                 return None
         return self._at(q, self.lam)
 
+    def _middle(self, q: Array) -> Array:
+        """The position between that of the search and q."""
+        if self.system.scene.spatial:
+            return self.system.moved(self.q, 0.5 * self.system.difference(q, self.q))
+        return (q + self.q) / 2
+
     def _agreement(self, step: Array, there: _Point) -> float:
         """The ratio of the work of applied forces to its prediction by the tangent; 1 if rounding dominates both."""
         promised = self.g @ (step * self.scale) - 0.5 * step @ (self.K @ step)
-        change = there.q - self.q
+        change = self.system.difference(there.q, self.q)
         work = 0.5 * (self.point.Q + there.Q) @ change
         if promised <= 1e-11 * float(np.abs(self.point.Q * change).sum()) or there.left <= 0.1 * self.point.left:
             return 1.0 if there.left <= 2.0 * self.point.left else 0.0
@@ -167,7 +175,7 @@ class Search:
                 return
             step = self._step(newton=True)
             length = float(np.abs(step * self.scale).max(initial=0.0))
-            there = self._restored(self.q + step, 1e-3) if length < 1e-2 else None
+            there = self._restored(self.system.moved(self.q, step), 1e-3) if length < 1e-2 else None
             if there is None or there.left >= self.point.left:
                 return
             enough = there.left > 0.5 * self.point.left
@@ -180,8 +188,8 @@ class Search:
         direction = direction / direction[np.abs(direction).argmax()]
         self.longest, self.shift = 0.3, 2.0 * abs(stiffness)
         for size in 0.05 * 0.3 ** np.arange(12):
-            there = self._restored(self.q + size * direction / self.scale, size)
-            if there is not None and (self.point.Q + there.Q) @ (there.q - self.q) > 0.0:
+            there = self._restored(self.system.moved(self.q, size * direction / self.scale), size)
+            if there is not None and (self.point.Q + there.Q) @ self.system.difference(there.q, self.q) > 0.0:
                 self._go(there)
                 return
         raise self._stuck()

@@ -283,6 +283,12 @@ class System:
                 else:
                     self.set_number(body.counter, angle)
 
+    def count_angles(self) -> None:
+        """Count the turns of angles between frames in space up to the last evaluated state, which becomes the start."""
+        for node, places in self.tables.angles.items():
+            assert self._work is not None
+            self.set_first_angle(node, float(self._work.numbers[places[0] + 1]))
+
     def Phi(self, t: float, q) -> Array:
         """Position-level constraints (m,)."""
         return self.evaluate(t, q)[1]

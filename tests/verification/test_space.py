@@ -231,8 +231,6 @@ def test_free_bodies_are_named_a_kind_that_exists_in_space():
 @pytest.mark.parametrize(
     ("arguments", "what"),
     [
-        (("static",), "equilibria"),
-        (("eigen",), "eigenmodes"),
         (("simulate", "--method", "radau5"), "runs with radau5"),
         (("simulate", "--accuracy", "1e-4"), "runs with an accuracy"),
         (("study", "drift"), "studies"),
