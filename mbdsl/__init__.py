@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder as Builder
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse
+    from mbdsl.lang.spatial_builder import SpatialBuilder as SpatialBuilder
     from mbdsl.mechanism.scene import Scene as Scene
     from mbdsl.simulation.checkpoint import Checkpoint as Checkpoint
     from mbdsl.simulation.interactive import Simulation as Simulation
@@ -39,6 +40,7 @@ _PUBLIC = {
     "load": ("mbdsl.lang.load", "load"),
     "parse": ("mbdsl.lang.load", "parse_text"),
     "Builder": ("mbdsl.lang.builder", "Builder"),
+    "SpatialBuilder": ("mbdsl.lang.spatial_builder", "SpatialBuilder"),
     "Scene": ("mbdsl.mechanism.scene", "Scene"),
     "static": ("mbdsl.analysis.equilibria", "static"),
     "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),
@@ -75,6 +77,7 @@ __all__ = [
     "ModelError",
     "Scene",
     "Simulation",
+    "SpatialBuilder",
     "SyntaxProblem",
     "Trajectory",
     "UsageError",

@@ -102,9 +102,11 @@ class Builder(Declarations):
         ModelError
             If there is no such kind, the name is in use, or a frame or value is invalid.
         """
-        of = known().get(python_values.text(kind, "kind"))
+        of = known(self.spatial).get(python_values.text(kind, "kind"))
         if of is None:
-            raise ModelError(f"there is no kind of component called `{kind}`", hint=did_you_mean(kind, kinds()))
+            where = " in space" if self.spatial else ""
+            hint = did_you_mean(kind, kinds(self.spatial))
+            raise ModelError(f"there is no kind of component called `{kind}`{where}", hint=hint)
         return self._declare(name, kind, of, doc, frames, values, replace)
 
     def parameter(self, name: str, value: Any, doc: str = "", type: str = "", *, replace: bool = False) -> Handle:
@@ -258,7 +260,9 @@ class Builder(Declarations):
         """
         name = self._name(body, "shape.body").replace(" ", "")
         entries = self._draft.content.entries
-        bodies = [key for key, e in entries.items() if isinstance(known().get(e.declaration.type), BodyKind)]
+        bodies = [
+            key for key, e in entries.items() if isinstance(known(self.spatial).get(e.declaration.type), BodyKind)
+        ]
         if name not in bodies:
             raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
         with deep():

@@ -7,6 +7,7 @@ from typing import Any
 
 from mbdsl.elements.kind import Kind
 from mbdsl.errors import UsageError
+from mbdsl.expressions.spatial_coordinates import NAMES
 from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
@@ -21,9 +22,10 @@ class Declarations(KindMethods):
     """The declarations of a Builder, and its handles."""
 
     name: str
+    spatial = False  #: whether it makes models in space
 
     def __init__(self) -> None:
-        self._draft = Draft()
+        self._draft = Draft(self.spatial)
 
     def _declare(
         self,
@@ -57,7 +59,7 @@ class Declarations(KindMethods):
     ) -> Handle:
         what = type_name or "parameter"
         plain, numbers = python_values.split_name(name, what)
-        value = not (type_name in ("Frame", "Table") or type_name in known())
+        value = not (type_name in ("Frame", "Table") or type_name in known(self.spatial))
         if numbers and value:
             hint = "an array of parameters is given as a sequence of values"
             raise UsageError(f"{name!r}: only components, frames and tables have indices", hint=hint)
@@ -69,7 +71,7 @@ class Declarations(KindMethods):
         return Handle(self, name.replace(" ", ""), serial)
 
     def _is_component(self, name: str) -> bool:
-        return self._draft.content.entries[name].declaration.type in known()
+        return self._draft.content.entries[name].declaration.type in known(self.spatial)
 
     def names_of(self, handle: Handle) -> Sequence[str]:
         """Names of the frames, ports and signals of a component, or of the signals of a frame.
@@ -86,7 +88,8 @@ class Declarations(KindMethods):
         name = self._name(handle, "handle")
         if self._is_component(name):
             return self._draft.trial.part(name).known_names()
-        return COORDINATES if self._draft.content.entries[name].declaration.type == "Frame" else ()
+        keys = NAMES if self.spatial else COORDINATES
+        return keys if self._draft.content.entries[name].declaration.type == "Frame" else ()
 
     def _handle_name(self, given: object) -> str | None:
         """The name of a handle. Handles of another Builder and of removed components are refused."""

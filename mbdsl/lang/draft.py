@@ -38,8 +38,8 @@ class ModelOrigin:
 class Draft:
     """A model under construction. Every change is checked first; one that is refused leaves it as it was."""
 
-    def __init__(self) -> None:
-        self.content = Content()
+    def __init__(self, spatial: bool = False) -> None:
+        self.content = Content(spatial=spatial)
         self._serial = 0
         self._trial: Trial | None = None
 

@@ -30,6 +30,7 @@ class Content:
     connections: list[s.Connect] = field(default_factory=list)
     initial: list[s.Initial] = field(default_factory=list)
     settings: dict[str, s.Argument] = field(default_factory=dict)  #: of the experiment
+    spatial: bool = False  #: whether it is a model in space
 
     def model(self, name: str, doc: str) -> s.Model:
         """The content as the syntax tree of a model."""
@@ -37,7 +38,8 @@ class Content:
         items: list[s.Item] = [
             s.If(((None, (d,)),)) if is_element(d) else d for d in (e.declaration for e in self.entries.values())
         ]
-        return s.Model(name, doc, (*items, experiment(self.settings)), tuple(self.connections), tuple(self.initial))
+        items.append(experiment(self.settings))
+        return s.Model(name, doc, tuple(items), tuple(self.connections), tuple(self.initial), spatial=self.spatial)
 
 
 def is_element(d: s.Declaration) -> bool:

@@ -21,6 +21,7 @@ from mbdsl.messages import did_you_mean
 
 _WIDTH = 72  #: with the indents of `help`, 80 columns
 _FRAMES = 'Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference point.'
+_FRAMES_IN_SPACE = 'Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.'
 
 
 class KindMethods:
@@ -31,9 +32,10 @@ class KindMethods:
         raise AttributeError(f"Builder has no `{name}`" + (f"; {hint}" if hint else ""))
 
 
-def known() -> dict[str, Kind]:
+def known(spatial: bool = False) -> dict[str, Kind]:
     """Name of a method -> its kind."""
-    return dict(sorted({**kinds(), **{name: kinds()[kind] for name, kind in ALIASES.items()}}.items()))
+    found = kinds(spatial)
+    return dict(sorted({**found, **{name: found[kind] for name, kind in ALIASES.items() if kind in found}}.items()))
 
 
 def signature(kind: Kind) -> inspect.Signature:
@@ -83,7 +85,7 @@ def documentation(name: str, kind: Kind) -> str:
         entries.append((f"{', '.join(kind.ports)} : Handle or str, optional", "The same frames by name."))
     for p in kind.parameters:
         optional = "" if p.default is REQUIRED else ", optional"
-        meaning = _sentence(notes(kind, p)) if p.name != "frames" else _FRAMES
+        meaning = _sentence(notes(kind, p)) if p.name != "frames" else _FRAMES_IN_SPACE if kind.spatial else _FRAMES
         entries.append((f"{p.name} : {_words(p)}{optional}{_unit(p.unit)}", meaning))
     starts = [x.name for x in kind.signals if kind.parameter(x.name) is None]
     if starts:
@@ -140,5 +142,10 @@ def _method(name: str, kind: Kind) -> Callable[..., Handle]:
     return method
 
 
-for _name, _kind in known().items():
-    setattr(KindMethods, _name, _method(_name, _kind))
+def add_methods(to: type, spatial: bool = False) -> None:
+    """Add the methods of all kinds, of the plane or of space, to a class."""
+    for name, kind in known(spatial).items():
+        setattr(to, name, _method(name, kind))
+
+
+add_methods(KindMethods)

@@ -1,6 +1,6 @@
-"""The stub ``kind_methods.pyi``: the methods of the Builder for editors and type checkers.
+"""The stubs ``kind_methods.pyi`` and ``spatial_builder.pyi``: methods of the Builders, for editors and type checkers.
 
-``python -m mbdsl.lang.kind_stub`` writes it, after a change of a kind.
+``python -m mbdsl.lang.kind_stub`` writes them, after a change of a kind.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from mbdsl.lang.kind_methods import documentation, known, signature
 from mbdsl.storage.output_files import write_text
 
 PATH = Path(__file__).with_name("kind_methods.pyi")
+PATH_IN_SPACE = Path(__file__).with_name("spatial_builder.pyi")
 _HEAD = '''"""One method of the Builder for each kind of component: made by ``python -m mbdsl.lang.kind_stub``."""
 
 from inspect import Signature
@@ -22,7 +23,8 @@ from typing import Literal
 from mbdsl.elements.kind import Kind
 from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
 
-def known() -> dict[str, Kind]: ...
+def known(spatial: bool = False) -> dict[str, Kind]: ...
+def add_methods(to: type, spatial: bool = False) -> None: ...
 def signature(kind: Kind) -> Signature: ...
 def documentation(name: str, kind: Kind) -> str: ...
 
@@ -30,14 +32,39 @@ class KindMethods:
     """The methods of a Builder that add components."""
 '''
 
+_HEAD_IN_SPACE = '''"""The Builder of models in space: made by ``python -m mbdsl.lang.kind_stub``."""
+
+from mbdsl.lang.builder import Builder
+from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
+
+class SpatialBuilder(Builder):
+    """Collects the components of a model in space and makes a ``Scene`` of them."""
+
+    def frame(  # type: ignore[override]
+        self,
+        name: str,
+        base: Place,
+        r: Vector = (0.0, 0.0, 0.0),
+        n: Vector | None = None,
+        phi: Number = 0.0,
+        *,
+        replace: bool = False,
+    ) -> Handle: ...
+'''
+
 
 def stub() -> str:
-    """The text of the stub."""
+    """The text of the stub of the methods in the plane."""
     return "\n".join([_HEAD, *(_method(name, kind) for name, kind in known().items())])
 
 
+def stub_in_space() -> str:
+    """The text of the stub of the methods in space."""
+    return "\n".join([_HEAD_IN_SPACE, *(_method(name, kind) for name, kind in known(spatial=True).items())])
+
+
 def _method(name: str, kind: Kind) -> str:
-    lines, named = [f"    def {name}("], False
+    lines, named = [f"    def {name}({'  # type: ignore[override]' if kind.spatial else ''}"], False
     for p in signature(kind).parameters.values():
         if p.kind is inspect.Parameter.VAR_POSITIONAL:
             lines.append(f"        *{p.name}: {p.annotation},")
@@ -55,3 +82,4 @@ def _method(name: str, kind: Kind) -> str:
 
 if __name__ == "__main__":
     write_text(PATH, stub())
+    write_text(PATH_IN_SPACE, stub_in_space())

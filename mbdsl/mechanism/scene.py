@@ -424,7 +424,18 @@ class Scene:
         return self._moved(self._formulas(c).signal(key)) if key in c.signals else None
 
     def alignment(self, c: Component) -> Expr | None:
-        """What is positive if a joint in space is assembled with its axes in the same sense; None of other kinds."""
+        """What is positive if a joint in space is assembled with its axes in the same sense.
+
+        Parameters
+        ----------
+        c : Component
+            A joint.
+
+        Returns
+        -------
+        Expr or None
+            None of kinds whose axes have no sense.
+        """
         if not getattr(c.kind, "aligned", ""):
             return None
         return self._moved(self._formulas(c).aligned())

@@ -264,9 +264,7 @@ def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, floa
 
         return enclose(terms, leaf)
 
-    return Functions(
-        jet, lambda k, a, b: jet(k, a, b, False), over, lambda k, s: _values(terms, ways, inputs, k, s)
-    )
+    return Functions(jet, lambda k, a, b: jet(k, a, b, False), over, lambda k, s: _values(terms, ways, inputs, k, s))
 
 
 def _values(

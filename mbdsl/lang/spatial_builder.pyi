@@ -1,0 +1,1684 @@
+"""The Builder of models in space: made by ``python -m mbdsl.lang.kind_stub``."""
+
+from mbdsl.lang.builder import Builder
+from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
+
+class SpatialBuilder(Builder):
+    """Collects the components of a model in space and makes a ``Scene`` of them."""
+
+    def frame(  # type: ignore[override]
+        self,
+        name: str,
+        base: Place,
+        r: Vector = (0.0, 0.0, 0.0),
+        n: Vector | None = None,
+        phi: Number = 0.0,
+        *,
+        replace: bool = False,
+    ) -> Handle: ...
+
+    def Body(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        m: Number,
+        I: Vector | None = None,
+        length: Number | None = None,
+        com: Vector = (0.0, 0.0, 0.0),
+        frames: Frames = {},
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        phi: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        wx: Start | None = None,
+        wy: Start | None = None,
+        wz: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Body: a rigid body in space.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        m : number or str [kg]
+            Mass; at least 0.
+        I : (3,) numbers or str, optional [kg.m2]
+            Moments of inertia {Ixx, Iyy, Izz} about the centre of mass, or the
+            matrix of inertia.
+        length : number or str, optional [m]
+            Distance of the frames a and b, reference point halfway; positive.
+        com : (3,) numbers or str, optional [m]
+            Centre of mass, from the reference point.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
+            mass), ``phi`` [rad] (angle of the x axis about the z axis of the
+            world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
+            (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
+            world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
+            [rad/s] (angular velocity about the z axis of the world).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Box(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        m: Number | None = None,
+        rho: Number | None = None,
+        length: Number,
+        width: Number,
+        height: Number,
+        frames: Frames = {},
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        phi: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        wx: Start | None = None,
+        wy: Start | None = None,
+        wz: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Box: a uniform cuboid; frames a and b are in the middle of its
+        ends, at -length/2 and length/2 on its x axis.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        m : number or str, optional [kg]
+            Mass; or give the density; at least 0.
+        rho : number or str, optional [kg/m3]
+            Density, in place of the mass; positive.
+        length : number or str [m]
+            Edge along x; positive.
+        width : number or str [m]
+            Edge along y; positive.
+        height : number or str [m]
+            Edge along z; positive.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
+            mass), ``phi`` [rad] (angle of the x axis about the z axis of the
+            world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
+            (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
+            world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
+            [rad/s] (angular velocity about the z axis of the world).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def ConstantVelocity(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (0.0, 0.0, 1.0),
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a ConstantVelocity: a homokinetic joint: shafts along n at any bend,
+        with the same rotation about them.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Direction of the shafts, in both frames.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
+            frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
+            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Cylinder(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        m: Number | None = None,
+        rho: Number | None = None,
+        length: Number,
+        radius: Number,
+        bore: Number = 0.0,
+        n: Vector = (1.0, 0.0, 0.0),
+        frames: Frames = {},
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        phi: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        wx: Start | None = None,
+        wy: Start | None = None,
+        wz: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Cylinder: a uniform circular cylinder or tube; frames a and b are
+        in the middle of its ends, b in the direction n.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        m : number or str, optional [kg]
+            Mass; or give the density; at least 0.
+        rho : number or str, optional [kg/m3]
+            Density, in place of the mass; positive.
+        length : number or str [m]
+            Length along the axis; positive.
+        radius : number or str [m]
+            Radius; positive.
+        bore : number or str, optional [m]
+            Radius of the bore, of a tube; at least 0.
+        n : (3,) numbers or str, optional
+            Direction of the axis.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
+            mass), ``phi`` [rad] (angle of the x axis about the z axis of the
+            world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
+            (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
+            world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
+            [rad/s] (angular velocity about the z axis of the world).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Cylindrical(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (1.0, 0.0, 0.0),
+        s: Start | None = None,
+        v: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Cylindrical: frame_b slides along the axis n of frame_a and turns
+        about it.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        s, v, phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``phi``
+            [rad] (angle of frame_b about the axis), ``w`` [rad/s] (its rate),
+            ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
+            frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
+            about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
+            frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Distance(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        length: Number,
+        s: Start | None = None,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Distance: a massless rigid link: the distance of the two frame
+        origins stays constant.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        length : number or str [m]
+            The constant distance; positive.
+        s, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
+            (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def DistanceDriver(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        s: Law | Start,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a DistanceDriver: a linear actuator whose length is a given function
+        of time.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        s : number, str or Expr [m]
+            The distance, an expression in time; stays above zero; without signals
+            and inputs.
+        v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
+            (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Fixed(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        phi0: Number = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Fixed: a weld: frame_b keeps position and attitude relative to
+        frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        phi0 : number or str, optional [rad]
+            The constant angle of frame_b about the z axis of frame_a.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
+            frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
+            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Force(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        fx: Law = 0.0,
+        fy: Law = 0.0,
+        fz: Law = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Force: a force on the origin of frame_b, with components in the
+        axes of frame_a, or of the world without frame_a. No reaction acts on
+        frame_a. With frame_a = frame_b it is a follower force.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint
+            stands for its two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        fx : number, str or Expr, optional [N]
+            Component along x, a number or an expression; may be an expression in
+            time and signals.
+        fy : number, str or Expr, optional [N]
+            Component along y, a number or an expression; may be an expression in
+            time and signals.
+        fz : number, str or Expr, optional [N]
+            Component along z, a number or an expression; may be an expression in
+            time and signals.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Ground(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        g: Number = 9.81,
+        n: Vector = (0.0, -1.0, 0.0),
+        frames: Frames = {},
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Ground: the inertial world. Its name stands for the frame at the
+        origin; gravity acts on every body.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        g : number or str, optional [m/s2]
+            Gravitational acceleration; at least 0.
+        n : (3,) numbers or str, optional
+            Direction of gravity, of length 1.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def KnifeEdge(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (0.0, 0.0, 1.0),
+        v: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a KnifeEdge: a blade at the origin of frame_b: it moves along its x
+        axis and turns, but does not slip sideways on a plane.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint
+            stands for its two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Normal of the plane, in frame_a.
+        v, phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``v`` [m/s]
+            (velocity along the blade), ``phi`` [rad] (angle of frame_b about the
+            axis of frame_a), ``w`` [rad/s] (its rate), ``fx`` [N] (force along x on
+            frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N] (force along
+            z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Planar(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (0.0, 0.0, 1.0),
+        s_x: Start | None = None,
+        s_y: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Planar: frame_b moves in the plane with the normal n through the
+        origin of frame_a, and turns about n.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Normal of the plane, in frame_a.
+        s_x, s_y, phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s_x`` [m]
+            (position of frame_b along the x axis of the plane), ``s_y`` [m]
+            (position of frame_b along the y axis of the plane), ``phi`` [rad]
+            (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its rate),
+            ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
+            frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
+            about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
+            frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PlanarWorld(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        g: Number = 9.81,
+        n: Vector = (0.0, -1.0, 0.0),
+        frames: Frames = {},
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PlanarWorld: the inertial world. Its name stands for the frame at
+        the origin; gravity acts on every body.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        g : number or str, optional [m/s2]
+            Gravitational acceleration; at least 0.
+        n : (3,) numbers or str, optional
+            Direction of gravity, of length 1.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PointMass(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        m: Number,
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PointMass: a mass at a point. Its name stands for its only frame,
+        which does not rotate.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        m : number or str [kg]
+            Mass; positive.
+        x, y, z, vx, vy, vz : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
+            mass), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s].
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PointOnLine(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (1.0, 0.0, 0.0),
+        s: Start | None = None,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PointOnLine: a pin in a slot: the origin of frame_b stays on the
+        line along n through the origin of frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        s, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PointOnPlane(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (0.0, 0.0, 1.0),
+        s_x: Start | None = None,
+        s_y: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PointOnPlane: the origin of frame_b stays on the plane with the
+        normal n through the origin of frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Normal of the plane, in frame_a.
+        s_x, s_y : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s_x`` [m]
+            (position of frame_b along the x axis of the plane), ``s_y`` [m]
+            (position of frame_b along the y axis of the plane), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
+            (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Prismatic(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (1.0, 0.0, 0.0),
+        phi0: Number = 0.0,
+        s: Start | None = None,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Prismatic: a sliding joint: frame_b moves along the axis n of
+        frame_a and does not turn.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        phi0 : number or str, optional [rad]
+            The constant angle of frame_b about the z axis of frame_a.
+        s, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
+            frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
+            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Revolute(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n: Vector = (0.0, 0.0, 1.0),
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Revolute: a hinge: the origins of frame_a and frame_b coincide,
+        and so does the axis n in both.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
+            on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
+            about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
+            frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Rod(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        m: Number,
+        length: Number,
+        frames: Frames = {},
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        phi: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        wx: Start | None = None,
+        wy: Start | None = None,
+        wz: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Rod: a thin uniform bar: I = m length^2/12 about y and z, 0 about
+        its axis x, frames a and b at its ends.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        m : number or str [kg]
+            Mass; at least 0.
+        length : number or str [m]
+            Distance of the frames a and b; positive.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
+            mass), ``phi`` [rad] (angle of the x axis about the z axis of the
+            world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
+            (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
+            world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
+            [rad/s] (angular velocity about the z axis of the world).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def RollingDisc(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        radius: Number,
+        n: Vector = (0.0, 0.0, 1.0),
+        normal: Vector = (0.0, 1.0, 0.0),
+        s: Start | None = None,
+        v: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a RollingDisc: a thin disc with its centre at the origin of frame_b
+        rolls without slip on a plane through that of frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        radius : number or str [m]
+            Radius of the disc; positive.
+        n : (3,) numbers or str, optional
+            Axis of the disc, in frame_b.
+        normal : (3,) numbers or str, optional
+            Normal of the plane, in frame_a, towards the disc.
+        s, v, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of the centre along the x axis of the plane), ``v`` [m/s] (its
+            rate), ``w`` [rad/s] (angular velocity about the disc's axis), ``fx``
+            [N] (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
+            frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
+            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def RotationalDriver(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        phi: Law | Start,
+        n: Vector = (0.0, 0.0, 1.0),
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a RotationalDriver: a drive that turns a joint as a given function
+        of time.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        phi : number, str or Expr [rad]
+            The angle, an expression in time; without signals and inputs.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
+            about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
+            [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def RotationalSpringDamper(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        k: Number = 0.0,
+        c: Number = 0.0,
+        phi0: Number = 0.0,
+        torque: Law | Start | None = None,
+        n: Vector = (0.0, 0.0, 1.0),
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a RotationalSpringDamper: a torsional spring and damper between two
+        frames; positive torque resists a growing angle.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        k : number or str, optional [N.m/rad]
+            Stiffness.
+        c : number or str, optional [N.m.s/rad]
+            Damping.
+        phi0 : number or str, optional [rad]
+            Angle without torque.
+        torque : number, str or Expr, optional [N.m]
+            Torque as an expression, e.g. of phi and w; instead of k and c; may be
+            an expression in time and signals.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate), ``torque`` [N.m] (resisting torque).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def RotationalVelocityDriver(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        w: Law | Start,
+        n: Vector = (0.0, 0.0, 1.0),
+        phi: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a RotationalVelocityDriver: a drive that turns a joint with a given
+        angular velocity.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        w : number, str or Expr [rad/s]
+            The angular velocity; may be an expression in time and signals.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        phi : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
+            about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
+            [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Sphere(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        m: Number | None = None,
+        rho: Number | None = None,
+        radius: Number,
+        bore: Number = 0.0,
+        frames: Frames = {},
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        phi: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        wx: Start | None = None,
+        wy: Start | None = None,
+        wz: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Sphere: a uniform ball or spherical shell.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        m : number or str, optional [kg]
+            Mass; or give the density; at least 0.
+        rho : number or str, optional [kg/m3]
+            Density, in place of the mass; positive.
+        radius : number or str [m]
+            Radius; positive.
+        bore : number or str, optional [m]
+            Inner radius, of a shell; at least 0.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
+            mass), ``phi`` [rad] (angle of the x axis about the z axis of the
+            world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
+            (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
+            world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
+            [rad/s] (angular velocity about the z axis of the world).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Spherical(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Spherical: a ball joint: the origins of frame_a and frame_b
+        coincide.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def SpringDamper(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        k: Number = 0.0,
+        c: Number = 0.0,
+        s0: Number = 0.0,
+        force: Law | Start | None = None,
+        s: Start | None = None,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a SpringDamper: a spring and damper along the line between two
+        points; positive force pulls them together.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        k : number or str, optional [N/m]
+            Stiffness.
+        c : number or str, optional [N.s/m]
+            Damping.
+        s0 : number or str, optional [m]
+            Free length.
+        force : number, str or Expr, optional [N]
+            Tension as an expression, e.g. of s and v; instead of k and c; may be an
+            expression in time and signals.
+        s, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``force`` [N]
+            (tension).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Torque(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        tau: Law,
+        n: Vector = (0.0, 0.0, 1.0),
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Torque: a torque on frame_b about the axis n of frame_a, and its
+        reaction on frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint
+            stands for its two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        tau : number, str or Expr [N.m]
+            The torque, a number or an expression; may be an expression in time and
+            signals.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def TranslationalDriver(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        s: Law | Start,
+        n: Vector = (1.0, 0.0, 0.0),
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a TranslationalDriver: a drive that moves a sliding joint as a given
+        function of time.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        s : number, str or Expr [m]
+            The position, an expression in time; without signals and inputs.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def TranslationalSpringDamper(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        k: Number = 0.0,
+        c: Number = 0.0,
+        s0: Number = 0.0,
+        force: Law | Start | None = None,
+        n: Vector = (1.0, 0.0, 0.0),
+        s: Start | None = None,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a TranslationalSpringDamper: a spring and damper along the x axis of
+        frame_a; positive force resists a growing position s.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        k : number or str, optional [N/m]
+            Stiffness.
+        c : number or str, optional [N.s/m]
+            Damping.
+        s0 : number or str, optional [m]
+            Position without force.
+        force : number, str or Expr, optional [N]
+            Force as an expression, e.g. of s and v; instead of k and c; may be an
+            expression in time and signals.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        s, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``force``
+            [N] (resisting force).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def TranslationalVelocityDriver(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        v: Law | Start,
+        n: Vector = (1.0, 0.0, 0.0),
+        s: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a TranslationalVelocityDriver: a drive that moves a sliding joint
+        with a given velocity.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        v : number, str or Expr [m/s]
+            The velocity; may be an expression in time and signals.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        s : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Universal(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        n_a: Vector = (1.0, 0.0, 0.0),
+        n_b: Vector = (0.0, 1.0, 0.0),
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Universal: a Cardan joint: the origins coincide, and the axis n_a
+        of frame_a stays at right angles to n_b of frame_b.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        n_a : (3,) numbers or str, optional
+            Axis of the cross in frame_a.
+        n_b : (3,) numbers or str, optional
+            Axis of the cross in frame_b.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
+            frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
+            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def VelocityConstraint(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        gamma: Law,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a VelocityConstraint: an expression of velocities that remains zero,
+        such as the ratio of a gear. It has no frames.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        gamma : number, str or Expr
+            An expression of velocities that remains zero, of any unit; may be an
+            expression in time and signals.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def World(  # type: ignore[override]
+        self,
+        name: str,
+        *,
+        g: Number = 9.81,
+        n: Vector = (0.0, -1.0, 0.0),
+        frames: Frames = {},
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a World: the inertial world. Its name stands for the frame at the
+        origin; gravity acts on every body.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        g : number or str, optional [m/s2]
+            Gravitational acceleration; at least 0.
+        n : (3,) numbers or str, optional
+            Direction of gravity, of length 1.
+        frames : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """

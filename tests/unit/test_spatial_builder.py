@@ -1,0 +1,83 @@
+"""Models in space, built from Python: the same Scene, bit for bit, as from text; wrong calls change nothing."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.elements import kinds
+from mbdsl.errors import ModelError
+
+SPACE = Path(__file__).parents[2] / "models" / "space"
+
+
+def top():
+    b = mbdsl.SpatialBuilder("HeavyTop", "A fast symmetric top under gravity, whose point is held by a ball joint")
+    ground = b.Ground("ground", n=(0, 0, -1))
+    body = b.Body("top", m="15 kg", I=(0.234375, 0.46875, 0.234375), frames={"foot": (0, -1, 0)})
+    b.Spherical("ball", ground, body.foot)
+    b.initial(body.y, "1 m")
+    b.initial(body.wy, 150.0)
+    b.initial(body.wz, "-4.61538 rad/s")
+    b.experiment(stop="0.1 s", interval="1 ms")
+    return b
+
+
+def test_the_same_motion_as_from_text():
+    one = mbdsl.simulate(top().scene(), step=1e-3)
+    other = mbdsl.simulate(SPACE / "heavy_top.mbd", step=1e-3)
+    for x in "tqv":
+        assert np.array_equal(getattr(one, x), getattr(other, x))
+
+
+def test_all_kinds_in_space_are_methods():
+    b = mbdsl.SpatialBuilder("M")
+    for name in kinds(spatial=True):
+        assert getattr(b, name).__doc__.startswith("Add a")
+
+
+def test_frames_turned_about_an_axis():
+    b = mbdsl.SpatialBuilder("M")
+    ground = b.Ground("ground")
+    b.frame("f", ground, r=(1, 2, 3), n=(0, 0, 2), phi="90 deg")
+    body = b.Body("body", m=1, I=((1, 0.1, 0), (0.1, 2, 0), (0, 0, 2)))
+    b.Spherical("ball", "f", body.c)
+    found = b.scene().frames["f"]
+    assert found.pose[:3] == (1.0, 2.0, 3.0)
+    assert found.axes == pytest.approx((0, 1, 0, -1, 0, 0, 0, 0, 1), abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda b: b.FlexibleBeam("f", length=1), "there is no kind of component called `FlexibleBeam` in space"),
+        (lambda b: b.Revolute("j", "ground", "top.foot", axis=(0, 0, 1)), "Revolute `j` has no parameter `axis`"),
+        (lambda b: b.Body("k", m=1, I=(1, 1, 1, 1)), "found an array of 4 values, expected an array of 3 values"),
+        (lambda b: b.Revolute("j", "ground", "top.foot", n=(0, 0, 0)), "the axis n is zero"),
+    ],
+)
+def test_wrong_calls_change_nothing(wrong, message):
+    b = top()
+    before = b.scene()
+    with pytest.raises(ModelError) as caught:
+        wrong(b)
+    assert message in str(caught.value)
+    assert b.scene() == before
+
+
+def test_builders_of_the_plane_have_no_kinds_of_space():
+    with pytest.raises(ModelError, match="there is no kind of component called `Spherical`"):
+        mbdsl.Builder("M").add("Spherical", "ball")
+
+
+def test_pickled_and_with_other_parameters():
+    b = mbdsl.SpatialBuilder("Pendulum")
+    length = b.parameter("L", "0.5 m")
+    ground = b.Ground("ground")
+    bob = b.PointMass("bob", m=1)
+    b.Distance("rope", ground, bob, length=length)
+    scene = pickle.loads(pickle.dumps(b)).scene()
+    assert scene.components["rope"].values["length"] == 0.5
+    assert scene.with_parameters(L=0.7).components["rope"].values["length"] == 0.7
