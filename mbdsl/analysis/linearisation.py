@@ -29,6 +29,7 @@ from mbdsl.lang.model_argument import blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import did_you_mean
+from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.system import System
 from mbdsl.system.signals import values
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 
 #: condition number of the mass matrix in the chosen coordinates from which a coordinate counts as massless
 MASSLESS = 1e12
+#: the signals of accelerations in space
+IN_SPACE = ("ax", "ay", "az", "alphax", "alphay", "alphaz")
 
 
 @dataclass(eq=False)
@@ -190,7 +193,7 @@ def linearised(
         )
     chosen = _inputs(system.scene, inputs)
     known = SignalNames(system.scene)
-    wanted = None if outputs is None else _outputs(known, outputs)
+    wanted = None if outputs is None else _outputs(system.scene, known, outputs)
     basis = AtRest(system, t, q, a) if AtRest.suits(system, v, a) else Named(system, t, q, v, a)
     forces = input_forces(system, chosen, t, q, v, lam)
     equations = _Equations(point, basis, forces)
@@ -221,12 +224,12 @@ def _inputs(scene: Scene, names: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _outputs(known: SignalNames, patterns: Sequence[str]) -> list[str]:
+def _outputs(scene: Scene, known: SignalNames, patterns: Sequence[str]) -> list[str]:
     """The signals that patterns select; only those with exact derivatives."""
     found = known.select(patterns)
     for name in found:
         owner, _, key = name.rpartition(".")
-        rigid = key in ACCELERATIONS and owner not in known.flexible
+        rigid = key in (IN_SPACE if scene.spatial else ACCELERATIONS) and owner not in known.flexible
         if name not in known.expressions and not (name in known.computed and rigid):
             hint = did_you_mean(name, known.expressions) or "positions, velocities, forces, reactions, accelerations"
             raise UsageError(f"`{name}` cannot be an output of a linear model", hint=hint)
@@ -292,6 +295,16 @@ class _Equations:
         self.A = np.vstack([np.hstack([basis.S, basis.T]), solved[:, : r + d]])
         self.B = np.vstack([np.zeros((r, forces.shape[1])), solved[:, r + d :]])
 
+    def _acceleration(self, d: int, key: str) -> tuple[Array, Array, float]:
+        """A world acceleration of the body in space with first coordinate ``d``: rows of C and D, and the value."""
+        a, at = self.point.a, IN_SPACE.index(key)
+        if at < 3:
+            return self.da.x[d + at], self.da.u[d + at], float(a[d + at])
+        own = slice(d + 3, d + 6)
+        R = rotation_arrays.matrices(self.point.q[None, own])[0][at - 3]
+        turned = np.cross(self.dq.x[own].T, a[own]).T
+        return R @ (self.da.x[own] + turned), R @ self.da.u[own], float(R @ a[own])
+
     def outputs(self, known: SignalNames, names: Sequence[str], inputs: Sequence[str]) -> tuple[Array, Array, Array]:
         """C (o, r), D (o, i) and values (o,) of signals."""
         point, system = self.point, self.system
@@ -304,6 +317,9 @@ class _Equations:
         y0[plain] = found.value
         for k in set(range(len(names))) - set(plain):
             owner, _, key = names[k].rpartition(".")
+            if system.scene.spatial:
+                C[k], D[k], y0[k] = self._acceleration(system.tables.coordinates[owner], key)
+                continue
             row = system.tables.coordinates[owner] + list(ACCELERATIONS).index(key)
             C[k], D[k], y0[k] = self.da.x[row], self.da.u[row], point.a[row]
         return C, D, y0

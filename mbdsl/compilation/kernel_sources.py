@@ -109,9 +109,11 @@ def _is_read(name: str) -> bool:
 def file_of(name: str) -> Path | None:
     """The file of a module; None for packages of mbdsl, emitted modules, and modules without a file."""
     if name.startswith("mbdsl."):
-        path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
-        if path.exists():
-            return path
+        # variants in space have the source of their counterparts in the plane, whether they are imported or not
+        for module in (name, name.removesuffix("_in_space")):
+            path = Path(__file__).parents[1].joinpath(*module.split(".")[1:]).with_suffix(".py")
+            if path.exists():
+                return path
     file = getattr(sys.modules.get(name), "__file__", None)
     if file is None or name in emitted or (name.startswith("mbdsl.") and Path(file).name == "__init__.py"):
         return None

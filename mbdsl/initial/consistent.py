@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -102,11 +101,14 @@ def initial_state(
     return InitialState(t, q, v, a, lam, _moved(system, t, q, v), redundant, turned)
 
 
-def _from_pose(
-    system: System, t: float, q: Array, positions: list[InitialValue], metric: Metric, until: float
+def _pose(
+    system: System, t: float, shape: Shape, given: list[InitialValue], metric: Metric, until: float = np.inf
 ) -> Array:
-    """The pose assembled from q."""
-    return _positions(system, t, AsIs(system, q), positions, metric, until)
+    """The y of ``shape`` for the pose; in space with the axes of joints in the intended senses, if that is possible."""
+    y = _positions(system, t, shape, given, metric, until)
+    if system.scene.spatial:
+        y = unmirrored(system, t, y, lambda q: _positions(system, t, AsIs(system, q), given, metric, until))
+    return y
 
 
 def _moved(system: System, t: float, q: Array, v: Array) -> tuple[Moved, ...]:
@@ -140,12 +142,8 @@ def _assembled(
     velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
         try:
-            y = _positions(system, t, shape, positions, metric, until)
+            y = _pose(system, t, shape, positions, metric, until)
             q = shape.expand(y)
-            if system.scene.spatial:
-                again = partial(_from_pose, system, t, positions=positions, metric=metric, until=until)
-                y = unmirrored(system, t, y, again)
-                q = shape.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
             return q, _velocities(system, t, q, y, shape, velocities, metric)
@@ -173,7 +171,7 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
         try:
-            return shape.expand(_positions(system, t, shape, positions, metric or Metric(system, {})))
+            return shape.expand(_pose(system, t, shape, positions, metric or Metric(system, {})))
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise

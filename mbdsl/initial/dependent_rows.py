@@ -66,7 +66,28 @@ def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, .
 
 def _worth_it(system: System, J: Matrix) -> bool:
     """Whether rows of a large system are analysed: in space, where every planar loop has redundant ones."""
-    return system.scene.spatial and J.shape[0] <= MOST_ROWS
+    return system.scene.spatial and J.shape[0] <= MOST_ROWS and _has_loops(system)
+
+
+def _has_loops(system: System) -> bool:
+    """Whether joints connect bodies that others connect already; the constraints of a tree are independent."""
+    scene = system.scene
+    group = {"": "", **{name: name for name in system.tables.coordinates}}  # "": the ground
+
+    def root(name: str) -> str:
+        while group[name] != name:
+            group[name] = name = group[group[name]]
+        return name
+
+    for name in system.tables.rows:
+        ends = [scene.frames[frame].body for frame in scene.components[name].ports.values()]
+        roots = {root(body if body in group else "") for body in ends}
+        if len(roots) < len(ends):
+            return True
+        first, *others = roots
+        for other in others:
+            group[other] = first
+    return False
 
 
 def rank(J: Array) -> int:
@@ -161,16 +182,17 @@ def dependent(J: Array) -> tuple[int, ...]:
     Rows that are nearly combinations of rows before them wait until the others had their turn, so that the rows kept
     are well conditioned, and rounding does not decide between rows.
     """
-    waiting, basis = list(range(len(J))), np.zeros((0, J.shape[1]))
+    waiting, found, count = list(range(len(J))), np.zeros((min(J.shape), J.shape[1])), 0
     for new in NEW:
         later = []
         for i in waiting:
-            row = J[i]
+            row, basis = J[i], found[:count]
             rest = row - basis.T @ (basis @ row)
             rest -= basis.T @ (basis @ rest)  # two passes suffice
             size = np.linalg.norm(rest)
-            if size > new * np.linalg.norm(row):
-                basis = np.vstack([basis, rest / size])
+            if count < len(found) and size > new * np.linalg.norm(row):
+                found[count] = rest / size
+                count += 1
             else:
                 later.append(i)
         waiting = later

@@ -54,7 +54,7 @@ def parts(system: System, t: float, q: Array, own: slice) -> tuple[float, float]
     """The violation of the rows ``own`` of positions: a distance [m] and an angle [rad]."""
     r, J = system.Phi(t, q)[own], dense(system.Phi_q(t, q))[own]
     lengths = (J[:, system.tables.lengths] != 0.0).any(axis=1)
-    return float(np.linalg.norm(r[lengths])), float(np.arcsin(min(1.0, np.linalg.norm(r[~lengths]))))
+    return float(np.linalg.norm(r[lengths])), float(np.arcsin(min(1.0, float(np.linalg.norm(r[~lengths])))))
 
 
 def text(far: float, turned: float) -> str:

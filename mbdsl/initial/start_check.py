@@ -82,7 +82,8 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
         if scene.spatial:
             lines += [f"  {line}" for line in not_unique(system, t, state.q, state.redundant)]
     if redundant:
-        lines.insert(0, f"redundant: {', '.join(redundant)} follows from the other constraints")
+        follow = "follows" if len(redundant) == 1 else "follow"
+        lines.insert(0, f"redundant: {', '.join(redundant)} {follow} from the other constraints")
         if scene.spatial:
             lines.insert(0, _mobility(whole, len(redundant)))
     return [f"assembled at t = {t:g} s{_guesses(moved)}", *lines]

@@ -45,12 +45,13 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
         if not rows:
             continue
         for t, q, v in zip(trajectory.t, every_q, every_v, strict=True):
-            violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])[rows]))
+            violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])))
         first = part.initial
-        J = dense(system.velocity_jacobian(first.t, first.q, first.v))[rows]
+        J = dense(system.velocity_jacobian(first.t, first.q, first.v))
         # lengths relative to the mechanism's size; angles, whose rows only depend on rotations, in radians
         size = np.where((J[:, system.tables.lengths] != 0.0).any(axis=1), system.tables.size, 1.0)
-        found = np.array(violation) / (size if system.scene.spatial else system.tables.size)
+        every = np.array(violation) / (size if system.scene.spatial else system.tables.size)
+        found, others = every[:, rows], np.delete(every, rows, axis=1)
         bad = np.flatnonzero(found.max(axis=1) > 1e-6)
         if len(bad):
             name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
@@ -58,11 +59,10 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
             since = trajectory.t[bad[0]]
             trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
             span = system.scene.components[name.rsplit(".", 1)[0]].span
-            error = IntegrationError(
-                trajectory.message,
-                span,
-                hint="the mechanism locks there, or reaches a pose with fewer degrees of freedom",
-            )
+            hint = "the mechanism locks there, or reaches a pose with fewer degrees of freedom"
+            if others[bad[0]].max(initial=0.0) > 1e-3 * found[bad[0]].max():  # what the iteration leaves
+                hint = "the other constraints are not satisfied, either: take a smaller step"
+            error = IntegrationError(trajectory.message, span, hint=hint)
             error.trajectory = trajectory
             raise error
 

@@ -163,8 +163,9 @@ def _stopwatch() -> tuple[dict[str, float], Callable[[str], None]]:
 
 def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None:
     if motion.redundant:
+        follow, be = ("follows", "is") if len(motion.redundant) == 1 else ("follow", "are")
         announce(
-            f"redundant: {', '.join(motion.redundant)} follows from the other constraints and is left out; "
+            f"redundant: {', '.join(motion.redundant)} {follow} from the other constraints and {be} left out; "
             "how the reactions share the load there is not determined"
         )
     for part in motion.parts if motion.redundant else ():

@@ -238,3 +238,13 @@ def test_mirrored_poses_that_cannot_be_left_are_reported():
         model(parts.replace("Revolute C(r2.b, r3.b); ", "").replace("initial", "Revolute C(r2.b, r3.b); initial"))
     )
     assert len(state.mirrored) == 1
+
+
+def test_redundant_rows_are_watched():
+    """Two drivers turn both rockers of a parallelogram alike until 0.05 s, then differently: a driver that was left out
+    is violated by (t - 0.05 s)^2 rad/s2, above 1e-6 rad from 0.051 s on; output each 10 ms."""
+    drivers = """RotationalDriver first(ground, r1.a, phi = 1 rad + 2 rad/s*time);
+        RotationalDriver second(d, r3.a, phi = 1 rad + 2 rad/s*time + 1 rad/s2*max(time - 0.05 s, 0 s)^2); initial"""
+    text = model(LOOPS["parallelogram"][1].replace("initial", drivers).replace("r1.phi = 60 deg; ", ""))
+    with pytest.raises(mbdsl.IntegrationError, match=r"second.Phi\[1\] was redundant .* violated from t = 0.06 s on"):
+        mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.01, stop=0.1)

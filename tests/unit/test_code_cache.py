@@ -561,3 +561,11 @@ print(len(failures), *failures)
 @needs_compiler
 def test_threads_share_a_cold_start(tmp_path):
     assert run(THREADS, tmp_path) == ["0"]
+
+
+def test_sources_of_variants_in_space_are_found_before_their_import(monkeypatch):
+    """Else every process would compile models in space again."""
+    monkeypatch.delitem(sys.modules, "mbdsl.system.loops_in_space", raising=False)
+    assert kernel_sources.file_of("mbdsl.system.loops_in_space").name == "loops.py"
+    assert kernel_sources.file_of("mbdsl.system.frame_block_in_space").name == "frame_block_in_space.py"
+    assert kernel_sources.digest_of(["mbdsl.system.loops_in_space"]) is not None

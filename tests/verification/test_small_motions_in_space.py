@@ -178,6 +178,22 @@ def test_linear_model_of_a_motion(model):
         np.testing.assert_allclose((found[0] - found[1]) / 2e-5, linear.da.x[:, k], rtol=1e-5, atol=1e-4)
 
 
+def test_outputs_of_a_linear_model():
+    """Positions, reactions and accelerations at deviating states: differences of +-1e-5 leave 1e-7 by rounding."""
+    names = ["c.z", "c.vx", "c.wy", "hinge.fx", "pin.tz", "c.ax", "c.az", "b.alphax", "c.alphay"]
+    e, text = 1e-5, SKEW.replace("f*pin.phi/(1 rad)", "f")
+    linear = mbdsl.linearise(mbdsl.parse(text), at="start", outputs=names)
+    for k, start in enumerate(("20 deg", "-10 deg", "2 rad/s", "-3 rad/s")):
+        target = ("pin.phi = ", "hinge.phi = ", "pin.w = ", "hinge.w = ")[k]
+        found = []
+        for sign in (1, -1):
+            x = linear.x0[k] + sign * e
+            run = mbdsl.simulate(mbdsl.parse(text.replace(target + start, f"{target}{float(x)!r}")), stop=0.0)
+            found.append([run[name][0] for name in names])
+        slope = (np.array(found[0]) - np.array(found[1])) / (2 * e)
+        np.testing.assert_allclose(slope, linear.C[:, k], rtol=0, atol=1e-6 * np.abs(linear.C[:, k]).max())
+
+
 def test_equilibrium_of_an_overconstrained_loop():
     """A four-bar in space has the equilibrium and the mode of the planar one."""
     text = """spatial model FourBar
