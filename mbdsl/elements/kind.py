@@ -36,6 +36,7 @@ class Parameter:
     default: object = REQUIRED
     doc: str = ""
     shape: tuple[int, ...] = ()
+    or_shape: tuple[int, ...] | None = None  #: another shape that is accepted
     law: bool = False
     minimum: float | None = None
     positive: bool = False

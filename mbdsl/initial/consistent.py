@@ -342,6 +342,13 @@ def _velocities(
         if not r_c.any() and not r_s.any():
             return v  # at rest, as intended
         J = _stacked(system.velocity_jacobian(t, q, v), d_v)
+        if not (np.isfinite(r_c).all() and np.isfinite(J if isinstance(J, np.ndarray) else J.data).all()):
+            bad = np.flatnonzero(~np.isfinite(_velocity_residual(system, t, q, v)))
+            names = [system.constraint_names()[k] for k in bad[:3]]
+            raise InitialisationError(
+                f"the constraints are not finite numbers in the initial pose{': ' * bool(names)}{', '.join(names)}",
+                hint="give initial values that lead to another pose; a rolling disc, for example, must not lie flat",
+            )
         J, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
         S, r_s = without_units(shape.reduce(y, soft_v, q), r_s, scale)
         if k == 0:

@@ -23,6 +23,11 @@ DISPLACED = 1e-2  #: displacement of the poses near the assembled one, in the me
 NEW = (1e-2, 1e-5, ZERO)
 #: most rows of sparse systems in space that are analysed; 1500 rows take a second
 MOST_ROWS = 1500
+#: poses along the motion in which the rows kept are compared, in each direction, their distance in the mechanism's size
+#: and in radians, and most rows of a mechanism for this
+WALK, STRIDE, MOST_EXCHANGED = 16, 0.4, 40
+#: smallest singular value, of rows of length about one, below which rows are exchanged; most exchanges, least gain
+POOR, EXCHANGES, BETTER = 0.02, 6, 1.2
 
 
 def without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
@@ -52,7 +57,11 @@ def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, .
     near = pose_nearby(system, t, q)
     if near is None:
         return ()  # no nearby pose: the result is unknown
-    return dependent(rows(system.velocity_jacobian(t, near, v)))
+    left_out = dependent(rows(system.velocity_jacobian(t, near, v)))
+    if not left_out or not system.scene.spatial or J.shape[0] > MOST_EXCHANGED or system.p:
+        return left_out
+    found = [rows(system.velocity_jacobian(t, pose, v)) for pose in poses_along(system, t, q)]
+    return exchanged(left_out, np.array(found))
 
 
 def _worth_it(system: System, J: Matrix) -> bool:
@@ -72,6 +81,7 @@ def _has_loops(system: System) -> bool:
 
     for name in system.tables.rows:
         ends = [scene.frames[frame].body for frame in scene.components[name].ports.values()]
+        ends += [""] * (len(ends) < 2)
         roots = {root(body if body in group else "") for body in ends}
         if len(roots) < len(ends):
             return True
@@ -107,6 +117,56 @@ def pose_nearby(system: System, t: float, q: Array) -> Array | None:
         if np.abs(r).max() <= CLOSED:
             return near
     return None
+
+
+def poses_along(system: System, t: float, q: Array) -> list[Array]:
+    """The pose ``q`` and poses along the mobility, forwards and backwards, in which the constraints hold."""
+    scale, found = system.tables.scale, [q]
+    J = dense(without_units(system.Phi_q(t, q), np.zeros(system.m), scale)[0])
+    here = rank(J)
+    null = np.linalg.svd(J, full_matrices=True)[2][here:]
+    start = null.T @ np.random.default_rng(1).normal(size=len(null))
+    for direction in (start, -start) if start.any() else ():
+        pose = q
+        for _ in range(WALK):
+            ahead = system.moved(pose, STRIDE / np.abs(direction).max() * direction / scale)
+            for _ in range(8):
+                J, r = without_units(system.Phi_q(t, ahead), system.Phi(t, ahead), scale)
+                if np.abs(r).max() <= CLOSED:
+                    break
+                ahead = system.moved(ahead, -_step(dense(J), r, here) / scale)
+            else:
+                break
+            null = np.linalg.svd(dense(J), full_matrices=True)[2][here:]
+            pose, direction = ahead, null.T @ (null @ direction)
+            found.append(pose)
+    return found
+
+
+def exchanged(left_out: tuple[int, ...], J: Array) -> tuple[int, ...]:
+    """Rows to leave out so that the others are well conditioned in all poses of J (poses, rows, coordinates).
+
+    Rows that are independent in one pose may depend on each other in another one, where the iteration would fail
+    although the mechanism passes it. Exchanges of one row with another improve a poor choice.
+    """
+
+    regular = np.linalg.svd(J, compute_uv=False)[:, J.shape[1] - len(left_out) - 1] > POOR  # no choice serves others
+    J = J[regular]
+
+    def worst(rows: tuple[int, ...]) -> float:
+        """The smallest singular value of the rows kept, over all poses."""
+        return float(np.linalg.svd(np.delete(J, rows, axis=1), compute_uv=False)[:, -1].min(initial=np.inf))
+
+    best = worst(left_out)
+    for _ in range(EXCHANGES if best < POOR else 0):
+        kept = [k for k in range(J.shape[1]) if k not in left_out]
+        others = [tuple(sorted({*left_out} - {i} | {k})) for i in left_out for k in kept]
+        values = [worst(rows) for rows in others]
+        k = int(np.argmax(np.array(values) > 0.99 * max(values)))  # of equal ones the first
+        if values[k] <= BETTER * best:
+            break
+        best, left_out = values[k], others[k]
+    return left_out
 
 
 def _step(J: Array, r: Array, kept: int) -> Array:

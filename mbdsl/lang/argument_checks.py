@@ -80,7 +80,7 @@ def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | N
     if parameter.shape == (3,) and found == (2,):
         assert isinstance(value, tuple)
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
-    if found != parameter.shape:
+    if found not in (parameter.shape, parameter.or_shape):
         right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None
         hint = f"a vector of the plane is written `{right}`" if right is not None else None
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)

@@ -53,6 +53,8 @@ def _values_are_independent(graph: MechanismGraph) -> bool:
     """Whether every fixed initial value is that of the degree of freedom of a joint of the tree, or of a body that no
     joint holds, and each of them is fixed once."""
     scene, freedoms = graph.scene, dict[Expr | None, tuple[str, str, bool]]()
+    if scene.spatial:  # the freedoms of joints and of bodies in space are not single signals
+        return False
     of_joints: list[tuple[Expr, str, str]] = []
     for body, _, joint in graph.tree():
         own = scene.components[body]

@@ -24,6 +24,8 @@ from mbdsl.simulation.simulate import simulate
 
 POINTS = 100  #: number of output points at which runs are compared, if the steps allow it
 LEVELS = 9  #: number of steps of a ladder, each half of the previous one
+LONGER = (8, 4, 2)  #: factors of the longest step of a ladder, for methods of order above 2
+FEW = 10  #: least number of such steps in a run
 ENDS = 500  #: largest number of ends of steps that are stored of a run
 TOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
@@ -160,6 +162,15 @@ def step_ladder(of: Setting, levels: int = LEVELS) -> list[float]:
     return [of.interval / (coarsest * 2**k) for k in range(levels)]
 
 
+def longer_steps(of: Setting, steps: Sequence[float]) -> list[float]:
+    """The ladder of methods of order above 2: as many steps as ``steps``, of which the first are longer.
+
+    With the shortest steps of a ladder, the errors of these methods are rounding errors.
+    """
+    longer = [factor * steps[0] for factor in LONGER if FEW * factor * steps[0] <= of.span]
+    return [*longer, *steps[: len(steps) - len(longer)]]
+
+
 def count(span: float, step: float) -> int:
     """Number of steps of a run: if ``step`` does not divide the duration, all steps are shortened equally."""
     return max(1, math.ceil(span / step * (1 - 1e-12) - 1e-9))
@@ -195,12 +206,17 @@ def common_points(span: float, steps: Sequence[float], most: int = 2 * POINTS) -
 
 
 def cases(
-    names: Sequence[str], steps: Sequence[float] | None, tols: Sequence[float] | None, both: bool = False
+    names: Sequence[str],
+    steps: Sequence[float] | None,
+    tols: Sequence[float] | None,
+    both: bool = False,
+    high: Sequence[float] | None = None,
 ) -> tuple[list[Case], list[tuple[str, str]]]:
     """Cases of every method at every step or tolerance that it supports, coarse ones first; and methods without a case.
 
     If neither steps nor tols are given, this is called with both ladders and ``both``: a method with fixed steps then
-    has cases with fixed steps only, unless ``both`` is true.
+    has cases with fixed steps only, unless ``both`` is true. ``high`` are the steps of methods of order above 2, if
+    they differ.
     """
     for what, sizes in (("step", steps), ("tolerance", tols)):
         for size in sizes or ():
@@ -210,7 +226,8 @@ def cases(
     refused: list[tuple[str, str]] = []
     for name in names:
         can = available()[name].steps
-        own = [Case(name, step=h) for h in sorted(steps or (), reverse=True) if "fixed" in can]
+        ladder = high if high is not None and available()[name].order > 2 else steps
+        own = [Case(name, step=h) for h in sorted(ladder or (), reverse=True) if "fixed" in can]
         if tols and "controlled" in can and (both or not own):
             own += [Case(name, tol=tol) for tol in sorted(tols, reverse=True)]
         if not own:

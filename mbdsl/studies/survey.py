@@ -23,6 +23,7 @@ from mbdsl.studies.cases import (
     cases,
     chosen,
     common_points,
+    longer_steps,
     own_step,
     reaches,
     setting,
@@ -204,7 +205,7 @@ def begin(
     fixed = [name for name in names if "fixed" in available()[name].steps]
     if fixed:
         steps = steps[: _affordable(runner, fixed, steps)]
-    return runner, *cases(names, steps, TOLS, both)
+    return runner, *cases(names, steps, TOLS, both, longer_steps(of, steps))
 
 
 def _steps(of: Setting, asked: Sequence[float]) -> list[float]:

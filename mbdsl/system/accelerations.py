@@ -111,6 +111,10 @@ def _solve_motion(
 def balance(system: System, M: Array, J) -> Array:
     """Powers of two d (..., n + m) for which d [[M, J^T], [J, 0]] d has entries near one: masses first, then the rows
     of J (..., m, n). M (..., n) is the diagonal."""
+    if len(system.tables.rotations):  # in world axes, an axis without inertia has rounding errors of the others
+        own = system.tables.rotations[:, :1] + np.arange(3)
+        M = M.copy()
+        M[..., own] = M[..., own].max(axis=-1, keepdims=True)
     square = system.tables.scale**2
     largest = (M / square).max(axis=-1, initial=0.0, keepdims=True)  # as moments of inertia
     # massless coordinates are treated like the one with the largest mass

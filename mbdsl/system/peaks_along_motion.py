@@ -4,6 +4,10 @@ Between two states, the coordinates of frames are interpolated by the cubic poly
 at both ends; reactions and time are linear. Along this path a law is a function of one variable, and its peaks are
 found like those of functions of time (:mod:`mbdsl.system.peaks_in_time`): narrow springs, windows of position or speed.
 Only terms that are not polynomials of low degree are searched.
+
+In space, a law depends on joint coordinates, which are products of the components of axes, and angles between them
+(:mod:`mbdsl.expressions.spatial_coordinates`). Each of them is interpolated itself, by the cubic polynomial through
+four points: bounds on the products of nine components would be too wide to be useful.
 """
 
 from __future__ import annotations
@@ -16,8 +20,9 @@ from numpy.typing import NDArray
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
-from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der, evaluate, leaves, walk
-from mbdsl.system.peaks_in_time import Function, Zone, hiding, monotone, zones
+from mbdsl.expressions.spatial_coordinates import AXES
+from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der, evaluate, leaves, rebuild, walk
+from mbdsl.system.peaks_in_time import Function, Zone, degree, hiding, monotone, zones
 from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
@@ -39,6 +44,10 @@ TOGETHER = 64
 #: a smooth peak wider than this part of a step needs no zone, unless it is higher than this part of the largest value
 WIDE, HIGH = 0.4, 0.25
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
+#: operations of joint coordinates in space, their largest degree, and the key of the leaves that stand for them
+PRODUCTS, MOST_FACTORS, JOINT = ("add", "sub", "neg", "mul"), 3, "joint"
+#: coefficients of the cubic polynomial with given values at 0, 1/3, 2/3 and 1
+THROUGH = np.linalg.inv(np.vander(np.arange(4) / 3.0, increasing=True))
 POSITION = {rate: key for key, rate in RATE.items()} | {"vz": "z"}
 
 
@@ -49,7 +58,7 @@ class OnTheWay:
         self._system = system
         roots: dict[Expr, Expr] = {}
         for root, law in system.laws.items():
-            for term in hiding([law]):
+            for term in hiding([_in_joint_coordinates(law) if system.scene.spatial else law]):
                 if any(n.op in ("coordinate", "multiplier") for n in leaves(term)):
                     roots.setdefault(term, root)
         self.terms = list(roots)
@@ -107,15 +116,28 @@ class OnTheWay:
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
         """Coefficients (K, 4) of the polynomials for the leaves, over the completed part of a step (0 to 1)."""
+        joints = {x: x.value[0] for x in self._leaves if x.op == "coordinate" and x.value[1] == JOINT}  # type: ignore[index]
+        inner = leaves(*joints.values())
+        found = self._of_leaves([*(x for x in self._leaves if x not in joints), *inner], t, q, v, lam)
+        if joints:
+            points, k = np.tile(np.arange(4) / 3.0, len(t) - 1), np.repeat(np.arange(len(t) - 1), 4)
+            for x, composite in joints.items():
+                (y,) = _values([composite], found, {}, k, points)
+                if composite.op == "angle":
+                    y = np.unwrap(y)
+                found[x] = y.reshape(-1, 4) @ THROUGH.T
+        return found
+
+    def _of_leaves(self, variables: list[Expr], t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
         wanted: dict[Expr, None] = {}
-        for x in self._leaves:
+        for x in variables:
             if x.op == "coordinate":
                 wanted.update(dict.fromkeys(_position(x) or (x,)))
             elif x.op == "multiplier":
                 wanted[x] = None
         at = dict(zip(wanted, values(self._system, list(wanted), t, q, v, lam), strict=True))
         h, found = np.diff(t), {}
-        for x in self._leaves:
+        for x in variables:
             if x.op == "input":
                 continue
             if x.op != "coordinate" or _position(x) is None:
@@ -154,6 +176,28 @@ class OnTheWay:
             if self._jumps[n] or not wide:
                 return k, found
         return None
+
+
+def _in_joint_coordinates(law: Expr) -> Expr:
+    """``law`` with a leaf in place of every angle between axes, and of every sum of products with their components."""
+    new: dict[Expr, Expr] = {}
+    joint: dict[Expr, bool] = {}
+    order = walk(law)
+    for n in order:
+        joint[n] = n.op == "angle" or (
+            n.op in PRODUCTS
+            and degree(n) <= MOST_FACTORS
+            and all(x.op in (*PRODUCTS, "const", "coordinate") for x in walk(n))
+            and any(x.op == "coordinate" and x.value[1] in AXES for x in leaves(n))  # type: ignore[index]
+        )
+    for n in order:
+        if joint[n]:
+            new[n] = coordinate(n, JOINT)  # type: ignore[arg-type]
+        elif n.args and any(new[a] is not a for a in n.args):
+            new[n] = rebuild(n, [new[a] for a in n.args])
+        else:
+            new[n] = n
+    return new[law]
 
 
 def _position(x: Expr) -> tuple[Expr, Expr] | None:
@@ -220,17 +264,24 @@ def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, floa
 
         return enclose(terms, leaf)
 
-    def at(k: NDArray, s: Array) -> list[Array]:
-        def leaf(x: Expr) -> Array:
-            if x.op == "input":
-                return np.full(len(k), inputs[str(x.value)])
-            c0, c1, c2, c3 = ways[x][k].T
-            return c0 + s * (c1 + s * (c2 + s * c3))
+    return Functions(
+        jet, lambda k, a, b: jet(k, a, b, False), over, lambda k, s: _values(terms, ways, inputs, k, s)
+    )
 
-        found = evaluate(terms, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
-        return [np.broadcast_to(y, k.shape) for y in found]
 
-    return Functions(jet, lambda k, a, b: jet(k, a, b, False), over, at)
+def _values(
+    terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, float], k: NDArray, s: Array
+) -> list[Array]:
+    """Terms at the parts ``s`` of the steps ``k``."""
+
+    def leaf(x: Expr) -> Array:
+        if x.op == "input":
+            return np.full(len(k), inputs[str(x.value)])
+        c0, c1, c2, c3 = ways[x][k].T
+        return c0 + s * (c1 + s * (c2 + s * c3))
+
+    found = evaluate(terms, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+    return [np.broadcast_to(y, k.shape) for y in found]
 
 
 def _around(*values: Array) -> Interval:

@@ -243,9 +243,7 @@ def verdicts(chain: Chain, decades: Sequence[int] = DECADES) -> list[str]:
             met = "met" if ratios[worst] <= TARGET and not unknown else "MISSED"
             text = ", ".join(f"1e-{k} {ratio:.2g}" for k, ratio in ratios.items() if ratio > TARGET)
             more = f"; above it at {text}" if text else ""
-            lines.append(
-                f"time over {program}'s: at most {ratios[worst]:.2g}, at 1e-{worst}; {TARGET:.2f} {met}{more}"
-            )
+            lines.append(f"time over {program}'s: at most {ratios[worst]:.2g}, at 1e-{worst}; {TARGET:.2f} {met}{more}")
         if unknown:
             lines.append(f"mbdsl does not reach {', '.join(f'1e-{k}' for k in unknown)}")
     return lines

@@ -5,6 +5,7 @@ hinges with parallel axes, three for Bennett's linkage (20 rows on 18 coordinate
 """
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -38,9 +39,20 @@ def test_bennetts_linkage():
     assert len(t.stats["redundant"]) == 3
 
 
+@pytest.mark.parametrize("method", ["hht-si2", "nstiff-si2", "newmark"])
+@pytest.mark.parametrize("step", [1e-3, 2e-3])
+def test_rows_stay_independent_along_the_motion(method, step):
+    """Rows that are independent at the start only would stop some of these runs, in poses that differ with the step."""
+    t = mbdsl.simulate(SPACE / "bennett.mbd", method=method, step=step, interval=0.05)
+    kept = [k for k in range(20) if k not in t.left_out]
+    for row in zip(t.t, t.q, t.v, strict=True):
+        J = t.system.velocity_jacobian(*row)[kept]
+        assert np.linalg.svd(J / np.abs(J).max(axis=1, keepdims=True), compute_uv=False)[-1] > 0.02
+
+
 def test_explain_names_redundant_rows():
     text = str(mbdsl.explain(SPACE / "bennett.mbd", measured=False))
-    assert "J4.Phi[3], J4.Phi[4], J4.Phi[5] left out; true mobility 1" in text
+    assert re.search(r"(J\d.Phi\[\d\](, )?){3} left out; true mobility 1", text)
     assert "reactions of J1, J2, J3, J4 are not unique" in text
 
 

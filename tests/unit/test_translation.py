@@ -138,8 +138,7 @@ def same(one, other):
         "b[0] = max(a, b[1]); b[1] = min(a, b[2]); b[2] = max(0.0, a); b[3] = max(-0.0, a)",
         "b[0] = 1.0 if 0 < a <= 1 else 0.0\nb[1] = 1.0 if not a else 0.0\nb[2] = 1.0 if a != a else 0.0",
         "b[0] = 1.0 if a > 0.0 and 1 / a < 2 else 2.0\nb[1] = 1.0 if a < 0.0 or a * a > 1.0 else 2.0",
-        "b[0] = sin(a) if abs(a) < 10.0 else 0.0\nb[1] = sqrt(abs(a)); b[2] = atan2(a, 2.0); b[3] = hypot(a, 3)",
-        "b[0] = floored(a); b[1] = log10(abs(a) + 1); b[2] = sinh(1 / (1 + a * a)); b[3] = arccos(0.3)",
+        "b[0] = floored(a); b[1] = sqrt(abs(a)); b[2] = atan2(a, 2.0); b[3] = hypot(a, 3)",
         "b[0] = a ** 2; b[1] = a ** 3; b[2] = (a * a) ** 0.8; b[3] = 10.0 ** 3",
         "b[0] = twice(a); b[1] = twice(3); b[2] = sign(a); b[3] = apply(sign, a)",
         "x = 1\nfor i in range(4):\n    x = x / 2 + i * a\n    b[i] = x",
@@ -170,6 +169,24 @@ def test_numbers(compiled, body):
         except (ZeroDivisionError, OverflowError):
             continue
         same(outcome(f, a, X), expected)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "body",
+    [
+        "b[0] = sin(a) if abs(a) < 10.0 else 0.0\nb[1] = tan(0.7)",
+        "b[0] = log10(abs(a) + 1); b[1] = sinh(1 / (1 + a * a)); b[2] = arccos(0.3)",
+    ],
+)
+def test_functions_of_numpy(compiled, body):
+    """NumPy's vector instructions, where the processor has them, are exact to 4 units in the last place."""
+    f, interpreted = compiled(body, ("float", "vector"))
+    for a in NUMBERS:
+        (_, found), (_, expected) = outcome(f, a, X), outcome(interpreted, np.float64(a), X)
+        known = np.isfinite(expected)
+        np.testing.assert_array_max_ulp(found[known], expected[known], maxulp=4)
+        assert np.array_equal(found[~known], expected[~known], equal_nan=True)
 
 
 @needs_compiler

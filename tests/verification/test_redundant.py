@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import declared
+from mbdsl.integrators import compiled, declared
 
 PARALLELOGRAM = """
 model Parallelogram "three equal rockers carry a bar: one constraint too many"
@@ -52,8 +52,9 @@ def motion():
     return solve_ivp(rhs, (0, 1), (np.pi / 3, 0), "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
 
 
-def test_parallelogram(any_order):
-    said, method, declaration = [], any_order, declared(any_order)
+@pytest.mark.parametrize("method", [name for name in compiled() if declared(name).order <= 5])
+def test_parallelogram(method):
+    said, declaration = [], declared(method)
     # runs with controlled steps pass a singular pose by going close to it
     steps = {"tol": 1e-8} if declaration.steps[0] == "controlled" else {"step": 1e-3}
     trajectory = mbdsl.simulate(mbdsl.parse(PARALLELOGRAM), method=method, announce=said.append, **steps)
@@ -66,11 +67,12 @@ def test_parallelogram(any_order):
     assert np.abs(trajectory[left_out]).max() < 1e-9
 
 
-@pytest.mark.parametrize("method", ["radau9", "radau13"])
+@pytest.mark.parametrize("method", ["dop853", "radau9", "radau13"])
 @pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
 def test_stages_of_high_order_in_a_singular_pose(method, tol):
     """Newton's iteration for five and seven stages, which magnifies rounding more than that for three, may fail close
-    to the pose at t = 0.545 s, and then the message says so: no result has a larger error than the tolerance."""
+    to the pose at t = 0.545 s. Explicit stages close to it magnify rounding, too, so that runs with different steps
+    differ. Then the message says so: no result has a larger error than the tolerance."""
     said = "the motion is right"
     try:
         found = mbdsl.simulate(mbdsl.parse(PARALLELOGRAM), method=method, tol=tol)
@@ -78,7 +80,8 @@ def test_stages_of_high_order_in_a_singular_pose(method, tol):
         assert ends == pytest.approx(motion(), rel=0.0, abs=10.0 * tol)
     except IntegrationError as problem:
         said = str(problem)
-    assert re.search("the motion is right|Newton's iteration does not converge.* t = 0.54", said)
+    lost = "runs with shorter steps do not converge; it is kept until t = 0.[345]"
+    assert re.search(f"the motion is right|Newton's iteration does not converge.* t = 0.54|{lost}", said)
 
 
 def test_start_in_a_singular_pose(any_method):

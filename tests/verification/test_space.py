@@ -90,7 +90,7 @@ def test_bricards_redundant_row_is_named(capsys):
     assert main(["check", str(SPACE / "bricard.mbd")]) == 0
     text = capsys.readouterr().out
     assert "mobility 0 = 30 coordinates - 30 constraint rows" in text
-    assert "redundant: J5.Phi[5] follows from the other constraints" in text
+    assert re.search(r"redundant: J\d.Phi\[\d\] follows from the other constraints", text)
 
 
 # -- planar models in space ------------------------------------------------------------------------------------------

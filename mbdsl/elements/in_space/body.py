@@ -30,7 +30,35 @@ def ends(values: Mapping) -> dict[str, tuple[float, ...]]:
 def check(values: Mapping) -> str | None:
     if values["I"] is None and values["length"] is None:
         return "the moments of inertia I are missing; give I = {Ixx, Iyy, Izz}, or the length of a uniform bar"
-    return None
+    return None if values["I"] is None else _of_a_mass(values["I"])
+
+
+def _of_a_mass(I) -> str | None:
+    """Why I is not the inertia of a body, or None."""
+    if len({len(row) if isinstance(row, tuple) else 0 for row in I}) == 1 and isinstance(I[0], tuple):
+        size = max(abs(x) for row in I for x in row)
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            if abs(I[i][j] - I[j][i]) > 1e-9 * size:
+                names = f"I[{i + 1}, {j + 1}] = {I[i][j]:g}", f"I[{j + 1}, {i + 1}] = {I[j][i]:g} kg.m2"
+                return f"the matrix of inertia is not symmetric: {names[0]}, but {names[1]}"
+        least = _least_minor(I, size)
+    else:
+        least = min(I)
+    return "a moment of inertia is negative" if least < 0.0 else None
+
+
+def _least_minor(I, size: float) -> float:
+    """The least principal minor, relative to the largest entry; rounding of written numbers counts as zero.
+
+    A symmetric matrix has no negative eigenvalue if and only if no principal minor is negative.
+    """
+    if size == 0.0:
+        return 0.0
+    (a, d, e), (_, b, f), (_, _, c) = (tuple(x / size for x in row) for row in I)
+    minors = (a, b, c, a * b - d * d, a * c - e * e, b * c - f * f)
+    whole = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)
+    least = min(*minors, whole)
+    return least if least < -1e-9 else 0.0
 
 
 def derive(values: Mapping) -> dict:
@@ -39,8 +67,12 @@ def derive(values: Mapping) -> dict:
 
 
 def inertia(I) -> tuple[float, ...]:
-    """The matrix of the moments of inertia, row by row."""
-    return (I[0], 0.0, 0.0, 0.0, I[1], 0.0, 0.0, 0.0, I[2]) if len(I) == 3 else tuple(I)
+    """The matrix of inertia, row by row, of {Ixx, Iyy, Izz} or of the matrix."""
+    return (
+        tuple(x for row in I for x in row)
+        if isinstance(I[0], tuple)
+        else (I[0], 0.0, 0.0, 0.0, I[1], 0.0, 0.0, 0.0, I[2])
+    )
 
 
 KIND = BodyKind(
@@ -48,7 +80,16 @@ KIND = BodyKind(
     doc="A rigid body in space.",
     parameters=(
         Parameter("m", "kg", doc="mass", minimum=0.0),
-        Parameter("I", "kg.m2", None, "moments of inertia {Ixx, Iyy, Izz} about the centre of mass", shape=(3,)),
+        Parameter(
+            *(
+                "I",
+                "kg.m2",
+                None,
+                "moments of inertia {Ixx, Iyy, Izz} about the centre of mass, or the matrix of inertia",
+            ),
+            shape=(3,),
+            or_shape=(3, 3),
+        ),
         Parameter("length", "m", None, "distance of the frames a and b, reference point halfway", positive=True),
         Parameter("com", "m", (0.0, 0.0, 0.0), "centre of mass, from the reference point", shape=(3,)),
         Parameter("frames", "", (), "further frames"),

@@ -48,6 +48,12 @@ D = minus(origin("frame_b"), origin("frame_a"))
 W = minus(spin("frame_b"), spin("frame_a"))
 
 
+def slip() -> Vector:
+    """Velocity of the origin of frame_b relative to the point of frame_a's body at the same place."""
+    rate = minus(tuple(f"frame_b.v{i}" for i in "xyz"), tuple(f"frame_a.v{i}" for i in "xyz"))  # type: ignore[arg-type]
+    return minus(rate, cross(spin("frame_a"), D))
+
+
 def reactions(force: Vector | None, torque: Vector | None) -> tuple[Signal, ...]:
     """The wrench that a joint transmits to frame_b, at its origin in world axes."""
     found = (

@@ -17,6 +17,7 @@ from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME, call, coordinate
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Component, Scene, SpatialFrame
+from mbdsl.mechanism.signals import Formulas
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system import build
 
@@ -32,7 +33,10 @@ PAIRS = [m.KIND for m in modules(True).values() if isinstance(m.KIND, PairKind)]
 def component(name, kind, values, **ports):
     declared = find(kind, True)
     values = {p.name: p.default for p in declared.parameters} | values
-    return Component(name, declared, values, ports, tuple(declared.formulas))
+    rows = getattr(declared, "velocity_rows", ())
+    formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
+    constraints = tuple(map(formulas.velocity_row, rows))
+    return Component(name, declared, values, ports, tuple(declared.formulas), velocity_constraints=constraints)
 
 
 def law(frames, rng):
@@ -49,7 +53,8 @@ def parameters(kind, frames, rng):
     given = {}
     for p in kind.parameters:
         if p.law and kind.name not in LINEAR:
-            given[p.name] = law(frames, rng) if isinstance(kind, ForceKind) else 0.3 + TIME * TIME
+            of_state = isinstance(kind, ForceKind) or kind.velocity_rows
+            given[p.name] = law(frames, rng) if of_state else 0.3 + TIME * TIME
         elif p.unit and not p.law:
             given[p.name] = float(rng.uniform(0.5, 1.5)) if p.shape == () else tuple(rng.uniform(0.5, 1.5, p.shape))
     return given
@@ -66,7 +71,7 @@ def system(kind, count=4):
         if body != "ground":
             A = rng.uniform(-1, 1, (3, 3))
             J = A @ A.T + np.eye(3)
-            values = {"m": rng.uniform(1, 2), "I": tuple(J.ravel()), "com": tuple(rng.uniform(-1, 1, 3))}
+            values = {"m": rng.uniform(1, 2), "I": tuple(map(tuple, J.tolist())), "com": tuple(rng.uniform(-1, 1, 3))}
             components.append(component(body, "Body", values))
     ends = (("ground.p", "a.p"), ("a.q", "b.p"), ("b.q", "ground.q"), ("a.p", "a.q"))
     for k, (a, b) in enumerate(ends[:count]):
@@ -111,15 +116,25 @@ def compare(s, q, v, lam):
         close(s.Phi_v_q(T, q, v), difference(lambda d: s.evaluate(T, at(d), v)[2], s.n))
         close(s.evaluate(T, q, v)[2] - s.Phi_t(T, q), s.Phi_q(T, q) @ v)
         close(s.constraint_force(T, q, lam[: s.m]), s.Phi_q(T, q).T @ lam[: s.m])
+    if s.p:
+        close(s.Gam_v(T, q, v), difference(lambda d: s.Gam(T, q, v + d), s.n))
+        close(s.Gam_q(T, q, v), difference(lambda d: s.Gam(T, at(d), v), s.n))
+        forces = s.evaluate(T, q, v, lam)[0] - s.evaluate(T, q, v, 0.0 * lam)[0]
+        close(-forces, s.velocity_jacobian(T, q, v).T @ lam)
 
 
 @pytest.mark.parametrize("kind", [k for k in PAIRS if isinstance(k, JointKind)], ids=lambda kind: kind.name)
 def test_acceleration_level_is_the_derivative_along_a_motion(kind):
-    """Phi of a motion with constant velocities has the second derivative -gamma_c."""
+    """Phi of a motion with constant velocities has the second derivative -gamma_c, and Gam the first one."""
     s = system(kind)
     q, v, _ = states(s, np.random.default_rng(3))
-    rates = lambda t: s.evaluate(T + t, s.moved(q, t * v), v)[2]  # noqa: E731  constant Omega: psi' = Omega along psi
-    found = (8 * (rates(H) - rates(-H)) - rates(2 * H) + rates(-2 * H)) / (12 * H)
+
+    def rates(t):  # constant Omega: psi' = Omega along psi
+        at = s.moved(q, t * v)
+        return np.concatenate([s.evaluate(T + t, at, v)[2], s.Gam(T + t, at, v)])
+
+    h = H / 2  # angles of axes that are nearly parallel have larger derivatives
+    found = (8 * (rates(h) - rates(-h)) - rates(2 * h) + rates(-2 * h)) / (12 * h)
     close(-s.gamma_c(T, q, v), found)
 
 

@@ -21,7 +21,7 @@ from mbdsl.simulation.provenance import _sources, code, versions
 from mbdsl.storage import cache_folder
 from mbdsl.studies import runner as running
 from mbdsl.studies import workers
-from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
+from mbdsl.studies.cases import Case, cases, common_points, longer_steps, setting, step_ladder
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import ENDED, OUT_OF_TIME, Computed, Store, key_of
 
@@ -452,6 +452,18 @@ def test_ladders_reach_all_output_times():
         counts = of.interval / steps
         assert np.allclose(counts, np.round(counts), rtol=1e-12) and counts[0] >= 1
         assert np.allclose(steps[:-1] / steps[1:], 2.0)
+
+
+def test_methods_of_high_order_have_longer_steps():
+    of = setting(MODELS / "slider_crank.mbd")
+    steps = step_ladder(of)
+    longer = longer_steps(of, steps)
+    assert len(longer) == len(steps) and np.allclose(np.divide(longer[:-1], longer[1:]), 2.0)
+    assert longer[0] == 8.0 * steps[0]
+    found, _ = cases(["radau5", "hht-si2"], steps, None, high=longer)
+    assert [x.step for x in found] == [*longer, *steps]
+    short = replace(of, stop=of.start + 25.0 * steps[0])
+    assert longer_steps(short, steps)[0] == 2.0 * steps[0]  # at least ten steps in a run
 
 
 def test_output_points_that_steps_share():
