@@ -81,6 +81,7 @@ def _has_loops(system: System) -> bool:
 
     for name in system.tables.rows:
         ends = [scene.frames[frame].body for frame in scene.components[name].ports.values()]
+        ends += [""] * (len(ends) < 2)
         roots = {root(body if body in group else "") for body in ends}
         if len(roots) < len(ends):
             return True

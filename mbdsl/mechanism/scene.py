@@ -424,17 +424,17 @@ class Scene:
         return self._moved(self._formulas(c).signal(key)) if key in c.signals else None
 
     def alignment(self, c: Component) -> Expr | None:
-        """What is positive if a joint in space is assembled with its axes in the same sense.
+        """A number that is positive if the axes of a joint in space have the same sense, and negative if opposite ones.
 
         Parameters
         ----------
         c : Component
-            A joint.
+            A component of this scene.
 
         Returns
         -------
         Expr or None
-            None of kinds whose axes have no sense.
+            None of kinds for which the sense does not matter.
         """
         if not getattr(c.kind, "aligned", ""):
             return None

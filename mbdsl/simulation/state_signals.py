@@ -232,7 +232,7 @@ class StateSignals:
         The constraint force is -Phi_q^T lam - Gam_v^T nu, where lam and nu are the first m and the last p columns.
         Multipliers that the method does not compute (those of welds), or computes at a lower order than q and v, are
         found from the equations of motion at (t, q, v) on first access. In space, over-constrained mechanisms have
-        those of least norm (``mbdsl.initial.shared_loads``).
+        those of least norm.
         """
         found = self._lam
         if found is None:
