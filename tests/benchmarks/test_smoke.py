@@ -290,3 +290,19 @@ def test_explicit_method():
     assert benchmark.seconds_at(1e-9, runs) != benchmark.seconds_at(1e-9, runs)
     text = benchmark.table(["pendulum"], 1)
     assert re.findall(r"^pendulum +1e-\d\d +[\d.]+ ms +[\d.]+ ms", text, re.MULTILINE)
+
+
+def test_space_against_exudyn():
+    """Our runs of all cases, with few steps; times at equal error follow the lines between logarithms."""
+    benchmark = script("space_against_exudyn")
+    for case in benchmark.CASES[:2]:
+        place, seconds = benchmark.ours(case, 50)
+        assert place.shape == (3,) and seconds > 0.0
+    # a program of order 2 with 4 us a step, and one that is as accurate with 1 us a step
+    one = {100: (1e-4, 1e-4), 200: (2.5e-5, 2e-4)}
+    other = {100: (1e-4, 4e-4), 200: (2.5e-5, 8e-4)}
+    assert benchmark.at_equal_error(one, other) == pytest.approx([0.25, 0.25])
+    # more accurate with its largest step than the other with its smallest one, which would need 10 times the steps
+    best = {100: (2.5e-7, 1e-4)}
+    assert benchmark.at_equal_error(best, other) == pytest.approx([1e-4 / 8e-3])
+    assert benchmark.at_equal_error(one, {100: (1e-4, 1.0), 200: (2e-4, 2.0)}) == []
