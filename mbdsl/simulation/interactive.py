@@ -27,7 +27,6 @@ from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, Integration
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
-from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.failure_messages import check_bending, failure
@@ -102,7 +101,6 @@ class Simulation:
         record: bool = True,
     ) -> None:
         scene = with_initial(as_scene(model, parameters, without), initial)
-        planar_only(scene, "runs step by step", "take mbdsl.simulate")
         step, start = seconds(step, "step"), seconds(start, "start")
         said = scene.experiment
         self.method = method or said.method or DEFAULT_METHOD
@@ -391,6 +389,15 @@ class Simulation:
             self._point = self._at_present({})
         return self._point
 
+    def _recorded(self) -> Trajectory:
+        """The stored states, from which angles in space are known with their turns."""
+        if not self._record:
+            raise UsageError(
+                "angles in space that count turns follow from all states, and this simulation does not store them",
+                hint="leave out `record=False`, or read the attitude: p0 ... p3",
+            )
+        return self.trajectory()
+
     # -- buffers -----------------------------------------------------------------------------------------------
     def _bind(self) -> None:
         """Set what depends on the buffers of the runs; called whenever one of them may have been replaced."""
@@ -449,7 +456,7 @@ class Simulation:
         if self._signals is None:
             if self._known is None:
                 self._known = SignalNames(self.scene)
-            self._signals = PresentSignals(self._motion, self._known, self._in_force, self._now)
+            self._signals = PresentSignals(self._motion, self._known, self._in_force, self._now, self._recorded)
         return self._signals
 
 

@@ -51,13 +51,20 @@ class PresentSignals:
         The values of all inputs during the last step. The functions read this list.
     point : callable
         The present state as a trajectory of one point, which has the signals that are not in the buffers.
+    whole : callable
+        All stored states as a trajectory.
     """
 
     def __init__(
-        self, motion: Motion, known: SignalNames, inputs: list[float], point: Callable[[], Trajectory]
+        self,
+        motion: Motion,
+        known: SignalNames,
+        inputs: list[float],
+        point: Callable[[], Trajectory],
+        whole: Callable[[], Trajectory],
     ) -> None:
         self.known = known
-        self._motion, self._point = motion, point
+        self._motion, self._point, self._whole = motion, point, whole
         self._input = {name: k for k, name in enumerate(motion.system.scene.inputs)}
         self._owner = {body: k for k, p in enumerate(motion.parts) for body in p.system.tables.coordinates}
         self._names: dict[str, object] = {"u": inputs, "table": _table}
@@ -88,8 +95,11 @@ class PresentSignals:
                 raise self.known.unknown(name)
         point = self._point
 
+        if any(root is not None and self._counted(root) for root in roots):
+            point = self._whole  # angles between axes in space count turns from the start of the run on
+
         def by_arrays() -> tuple[float, ...]:
-            return tuple(float(point()[name][0]) for name in names)
+            return tuple(float(point()[name][-1]) for name in names)
 
         if quick is None:
             return by_arrays
@@ -101,6 +111,9 @@ class PresentSignals:
                 return by_arrays()
 
         return values
+
+    def _counted(self, root: Expr) -> bool:
+        return self._motion.system.scene.spatial and any(node.op == "angle" for node in walk(root))
 
     def _compiled(self, roots: Sequence[Expr]) -> Values | None:
         """The function that returns the values of expressions; None if the buffers do not determine them."""
@@ -165,6 +178,8 @@ class PresentSignals:
 
     def _coordinate(self, scene: Scene, name: str, key: str) -> Expr:
         """A coordinate of a frame of ``scene``: the model as written, reduced, or a part."""
+        if scene.spatial:
+            raise _NotHere  # products of rotations: arrays evaluate them as fast
         frame = scene.frames[name]
         if frame.motion is not None:
             moved = frame.motion[tuple(RATE).index(key)] if key in RATE else der(frame.motion[_RATES.index(key)])
