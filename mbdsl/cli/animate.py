@@ -52,6 +52,9 @@ def register(subparsers) -> argparse.ArgumentParser:
         metavar="FILE",
         help="a page (.html) or a film (.gif, .mp4); default: the name of the model or result + .html",
     )
+    parser.add_argument(
+        "--view", choices=("iso", "front", "side", "top"), help="of a model in space; default: iso, from above"
+    )
     values.add_size(parser)
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     return parser
@@ -99,7 +102,7 @@ def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | 
 
     patterns = values.patterns(args.signals) if args.signals else names
     traces = values.names(args.trace) if args.trace else ()
-    page = animate(trajectory, patterns, traces, _ghost(args, trajectory), args.arrows)
+    page = animate(trajectory, patterns, traces, _ghost(args, trajectory), args.arrows, args.view)
     page.save(out, values.size_of(args, out))
     if not args.quiet:
         motion = page.motion

@@ -357,6 +357,7 @@ class Trajectory(StateSignals):
         traces: str | Sequence[str] = (),
         ghost: Trajectory | None = None,
         arrows: str | Sequence[str] = ("forces",),
+        view: str | None = None,
     ) -> Animation:
         """Animate the mechanism, as one HTML page that loads nothing.
 
@@ -373,6 +374,8 @@ class Trajectory(StateSignals):
             Another motion, such as that of another parameter, which is drawn pale behind the first at the same time.
         arrows : str or sequence of str, optional
             Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
+        view : str, optional
+            Of a model in space: "iso" (default), "front", "side" or "top".
 
         Returns
         -------
@@ -382,11 +385,12 @@ class Trajectory(StateSignals):
         Raises
         ------
         UsageError
-            If the trajectory is empty, a name is unknown, or the file cannot be written.
+            If the trajectory is empty, a name is unknown, a view is given for a planar model, or the file cannot
+            be written.
         """
         from mbdsl.viewing.animation import animate
 
-        found = animate(self, signals, traces, ghost, arrows)
+        found = animate(self, signals, traces, ghost, arrows, view)
         if path is not None:
             found.save(path)
         return found

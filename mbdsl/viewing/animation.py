@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
+from typing import Any
 
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
@@ -20,7 +21,7 @@ from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, vectors
 
 
 class Animation(SavedPage):
-    """An animation of a planar mechanism, as one HTML page that loads nothing.
+    """An animation of a mechanism, as one HTML page that loads nothing.
 
     ``Trajectory.animate`` makes it. A notebook shows it below the cell that returns it.
 
@@ -36,6 +37,8 @@ class Animation(SavedPage):
         Another motion, which is drawn pale behind the first.
     arrows : str or sequence of str, optional
         Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
+    view : str, optional
+        Of a model in space: "iso", "front", "side" or "top".
 
     Attributes
     ----------
@@ -52,9 +55,10 @@ class Animation(SavedPage):
         traced: str | Sequence[str],
         ghost: Trajectory | None = None,
         arrows: str | Sequence[str] = (FORCES,),
+        view: str | None = None,
     ) -> None:
-        self.motion: Motion = motion(trajectory)
-        self._ghost = None if ghost is None else motion(ghost)
+        self.motion: Motion = _motion(trajectory, view)
+        self._ghost = None if ghost is None else _motion(ghost, view)
         self._trajectory, self._patterns = trajectory, None if patterns is None else _several(patterns)
         self._arrows = tuple(_several(arrows))
         for group in self._arrows:
@@ -80,14 +84,20 @@ class Animation(SavedPage):
             self._about(),
             None if self._ghost is None else (self._ghost, behind(drawing(self._ghost), drawn)),
         )
-        more = {"arrows": self._arrows, "pale": self._pale, "largest": largest(arrows, self._one_scale)}
+        more: dict[str, Any] = {"arrows": self._arrows, "pale": self._pale, "largest": largest(arrows, self._one_scale)}
         more["mark"] = self._mark()
+        if self.scene.spatial:
+            more["spatial"] = True
         return page.html(data | more)
 
     def _drawing(self) -> Drawing:
         return drawing(self.motion)
 
     def _vectors(self) -> list[Vector]:
+        if self.scene.spatial:
+            from mbdsl.viewing import projection
+
+            return projection.vectors(self._trajectory, self.motion)  # type: ignore[arg-type]
         return vectors(self._trajectory, self.motion)
 
     @property
@@ -143,6 +153,7 @@ def animate(
     traces: str | Sequence[str] = (),
     ghost: Trajectory | None = None,
     arrows: str | Sequence[str] = (FORCES,),
+    view: str | None = None,
 ) -> Animation:
     """Animate a trajectory.
 
@@ -159,6 +170,8 @@ def animate(
         Another motion, which is drawn pale behind the first at the same time.
     arrows : str or sequence of str, optional
         Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
+    view : str, optional
+        Of a model in space: "iso" (default), "front", "side" or "top".
 
     Returns
     -------
@@ -168,9 +181,19 @@ def animate(
     Raises
     ------
     UsageError
-        If the trajectory is empty or a name is unknown.
+        If the trajectory is empty or a name is unknown, or a view is given for a planar model.
     """
-    return Animation(trajectory, signals, traces, ghost, arrows)
+    return Animation(trajectory, signals, traces, ghost, arrows, view)
+
+
+def _motion(trajectory: Trajectory, view: str | None) -> Motion:
+    if trajectory.scene.spatial:
+        from mbdsl.viewing.projection import projected
+
+        return projected(trajectory, view or "iso")
+    if view is not None:
+        raise UsageError(f"{trajectory.scene.name} is a planar model, and views are of models in space")
+    return motion(trajectory)
 
 
 def _several(names: str | Iterable[str]) -> list[str]:

@@ -147,7 +147,7 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     UsageError
         If the trajectory is empty.
     """
-    planar_only(trajectory.scene, "animations, pictures and reports")
+    planar_only(trajectory.scene, "reports and animations of modes")
     if not len(trajectory.t):
         raise UsageError(f"there is no motion to show: the trajectory of {trajectory.scene.name} is empty")
     system, scene = trajectory.system, trajectory.scene

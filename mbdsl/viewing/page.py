@@ -21,6 +21,7 @@ from mbdsl.viewing.vectors import Vector, largest
 HERE = Path(__file__).parent
 #: the script is the files in this order
 SCRIPTS = ("motion.js", "drawing.js", "elements.js", "gears.js", "plots.js", "player.js", "controls.js")
+SPACE = "space.js"  #: after the others, in pages of models in space
 MODES = "modes.js"  #: after the first, in pages of mode shapes
 #: number of stored numbers from which poses are integers of 16 bits: a 32,767th of the extent, and of half a turn
 MANY = 400_000
@@ -42,7 +43,11 @@ def html(data: dict[str, Any]) -> str:
         HTML. Its policy allows this script and this style by their digests, and nothing else.
     """
     style = (HERE / "player.css").read_text(encoding="utf-8")
-    script = _script((SCRIPTS[0], MODES, *SCRIPTS[1:]) if "modes" in data else SCRIPTS)
+    names = (SCRIPTS[0], MODES, *SCRIPTS[1:]) if "modes" in data else SCRIPTS
+    if data.get("spatial"):
+        at = names.index("player.js")
+        names = (*names[:at], SPACE, *names[at:])
+    script = _script(names)
     policy = f"default-src 'none'; style-src {_digest(style)}; script-src {_digest(script)}"
     # `<` would let a text end the element; as an escape it is the same JSON.
     text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)

@@ -275,6 +275,11 @@ def _blade(p: Pixels, shape: Shape, place: Place, _: Place) -> None:
     p.line([at(-1.1 * p.U, 0.0), at(1.1 * p.U, 0.0)], max(2.5, 0.3 * p.U), INK)
 
 
+def _disc(p: Pixels, shape: Shape, *rim: Place) -> None:
+    colour = p.colour(shape)
+    p.area([place[:2] for place in rim], mixed(colour, LIGHT_PAPER, 0.78), colour, 1.5)
+
+
 DRAWN: dict[str, Callable[..., Any]] = {
     "link": _link,
     "beam": _beam,
@@ -293,6 +298,8 @@ DRAWN: dict[str, Callable[..., Any]] = {
     "weld": lambda p, shape, at: _square(p, at, 0.32 * p.U, INK),
     "mark": lambda p, shape, at, _: _square(p, at, 0.5 * p.U, LIGHT_PAPER, np.pi / 4),
     "blade": _blade,
+    "bar": lambda p, shape, a, b: p.line([a[:2], b[:2]], max(3.0, 0.5 * p.U), p.colour(shape)),
+    "disc": _disc,
     "rod": lambda p, shape, a, b: p.line([a[:2], b[:2]], max(2.0, 0.22 * p.U), ROD),
     "dashed": lambda p, shape, a, b: p.line([a[:2], b[:2]], p.thin, FORCE),
     "actuator": _actuator,

@@ -56,6 +56,8 @@ def drawing(motion: Motion) -> Drawing:
         Shapes and sizes.
     """
     scene = motion.scene
+    if scene.spatial:
+        return _in_space(motion)
     ports = {frame for c in scene.components.values() for frame in c.ports.values()}
     elements = [shape for c in scene.components.values() for shape in _element(c, motion)]
     rolling = {shape.at[0].track for shape in elements if shape.draw in BODIES}
@@ -85,6 +87,21 @@ def drawing(motion: Motion) -> Drawing:
     far = len(bodies) <= FEW and lengths and max(lengths) < GOES_FAR * extent
     paths = tuple(f"{c.name}.c" for c in scene.bodies()) if far and len(scene.bodies()) <= 2 else ()
     return Drawing(shapes, bounds, unit or 1.0, paths)
+
+
+def _in_space(motion: Motion) -> Drawing:
+    from mbdsl.viewing.projection import SpatialMotion, shapes
+
+    assert isinstance(motion, SpatialMotion)
+    ports = {frame for c in motion.scene.components.values() for frame in c.ports.values()}
+    rims = {f"{name} {k}": spot for name, rim in motion.rims.items() for k, spot in enumerate(rim)}
+    every = [spot for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
+    low, high = motion.extremes([*every, *rims.values()])
+    low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        low = high = np.zeros(2)
+    extent = float(np.hypot(*(high - low)))
+    return Drawing(shapes(motion), (*low.tolist(), *high.tolist()), 0.6 * OF_EXTENT * extent or 1.0)
 
 
 def _once(shapes: Sequence[Shape]) -> list[Shape]:

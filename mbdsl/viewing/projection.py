@@ -1,0 +1,255 @@
+"""Pictures of models in space: a parallel projection to the plane of the picture, whose points are then drawn as in it.
+
+With the direction c towards the viewer, a point p has the picture coordinates (r . p, u . p), r to the right and u
+upwards: unit vectors with r x u = c. In the isometric view the three axes make equal angles with the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import asin, cos, pi, radians, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import BodyKind
+from mbdsl.errors import UsageError
+from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.messages import did_you_mean
+from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.system.body_models import body_pose
+from mbdsl.system.tables import gravity
+from mbdsl.viewing.motion import GROUND, MOST_FRAMES, MOST_NUMBERS, Motion, Spot, chosen_rows
+from mbdsl.viewing.shape import Shape
+from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector
+
+Array = NDArray[np.float64]
+
+#: view -> azimuth and elevation of the viewer [rad]; the front is seen from -y where z is vertical
+VIEWS = {
+    "iso": (radians(-45), asin(1 / sqrt(3))),
+    "front": (radians(-90), 0.0),
+    "side": (0.0, 0.0),
+    "top": (radians(-90), radians(90)),
+}
+FLAT = 1.2  #: ratio of moments of inertia up to which a body counts as a thin disc
+RIM = 24  #: number of points of a disc's edge
+#: joints that are drawn as a pin, and those that are not drawn; others as a mark
+PINS = ("Revolute", "Spherical", "Universal", "ConstantVelocity")
+HIDDEN = ("Force", "Torque", "RotationalDriver", "RotationalVelocityDriver", "VelocityConstraint", "RollingDisc")
+BETWEEN = {"Distance": "rod", "DistanceDriver": "actuator"}
+
+
+class View(NamedTuple):
+    """Unit vectors (3,) of the picture: to the right, upwards, and towards the viewer."""
+
+    right: Array
+    up: Array
+    towards: Array
+
+    def of(self, points: Array) -> Array:
+        """Picture coordinates and nearness (..., 3) of points (..., 3)."""
+        return np.stack([points @ axis for axis in self], axis=-1)
+
+
+def view(scene: Scene, name: str) -> View:
+    """A view of a model; vertical is the direction opposite to gravity, or z without gravity.
+
+    Raises
+    ------
+    UsageError
+        If there is no such view.
+    """
+    if name not in VIEWS:
+        raise UsageError(f"there is no view `{name}`", hint=did_you_mean(name, VIEWS, "views"))
+    g = np.array(gravity(scene), float)
+    vertical = -g / np.linalg.norm(g) if g.any() else np.array([0.0, 0.0, 1.0])
+    start = np.eye(3)[0] if abs(vertical[0]) < 0.9 else np.eye(3)[1]
+    x = start - (start @ vertical) * vertical
+    x = x / np.linalg.norm(x)
+    y = np.cross(vertical, x)
+    azimuth, elevation = VIEWS[name]
+    towards = cos(elevation) * (cos(azimuth) * x + sin(azimuth) * y) + sin(elevation) * vertical
+    right = -sin(azimuth) * x + cos(azimuth) * y
+    return View(right, np.cross(towards, right), towards)
+
+
+class SpatialMotion(Motion):
+    """A motion whose tracks are the projected frames of bodies, and points on the edges of discs.
+
+    Attributes
+    ----------
+    seen : View
+        The view.
+    near : (T,) [m]
+        Mean position of the tracks towards the viewer.
+    rims : dict of str to list of Spot
+        The edge of a disc, by the name of the body.
+    """
+
+    seen: View
+    near: Array
+    rims: dict[str, list[Spot]]
+
+
+def projected(trajectory: Trajectory, name: str = "iso", most: int = MOST_FRAMES) -> SpatialMotion:
+    """The projected motion of a trajectory of a model in space.
+
+    Raises
+    ------
+    UsageError
+        If the trajectory is empty, or if there is no such view.
+    """
+    scene, system = trajectory.scene, trajectory.system
+    seen = view(scene, name)
+    if not len(trajectory.t):
+        raise UsageError(f"there is no motion to show: the trajectory of {scene.name} is empty")
+    owners: dict[str, list[str]] = {}
+    for frame in scene.frames.values():
+        owners.setdefault(frame.body, []).append(frame.name)
+    count = sum(len(frames) for frames in owners.values()) + RIM * len(scene.components)
+    rows = chosen_rows(trajectory.t, int(max(2, min(most, MOST_NUMBERS // max(1, 3 * count)))))
+    t, q, v = trajectory.t[rows], trajectory.q[rows], trajectory.v[rows]
+    tracks: list[str] = []
+    places: list[Array] = []
+    spots: dict[str, Spot] = {}
+    rims: dict[str, list[Spot]] = {}
+    discs = dict(_discs(scene))
+    for body, frames in owners.items():
+        component, model = scene.components[body], system.tables.models.get(body)
+        d = system.tables.coordinates.get(body, 0)
+
+        def place(pose, model=model, d=d) -> Array:
+            own = slice(d, d + model.n)
+            return np.stack([model.frame(pose, key, q[:, own], v[:, own], t) for key in "xyz"], axis=-1)
+
+        for frame in frames:
+            pose = body_pose(component, scene.frames[frame])
+            if model is None:
+                x, y, _ = seen.of(np.array(pose[:3], float))
+                spots[frame] = Spot(GROUND, float(x), float(y))
+            else:
+                spots[frame] = Spot(len(tracks))
+                tracks.append(frame)
+                places.append(place(pose))
+        if model is not None and body in discs:
+            rims[body] = [Spot(len(tracks) + k) for k in range(RIM)]
+            for point in discs[body]:
+                tracks.append(f"{body}.rim")
+                places.append(place((*point.tolist(), *np.eye(3).ravel().tolist())))
+    all_places = np.stack(places, axis=1) if places else np.zeros((len(rows), 0, 3))
+    picture = seen.of(all_places)
+    poses = np.concatenate([picture[..., :2], np.zeros_like(picture[..., :1])], axis=-1)
+    found = SpatialMotion(scene, np.asarray(t), rows, tracks, poses, spots, owners)
+    found.seen, found.rims = seen, rims
+    found.near = np.nan_to_num(picture[..., 2]).mean(axis=0)
+    return found
+
+
+def _discs(scene: Scene) -> Iterator[tuple[str, Array]]:
+    """Bodies that are shown as discs, and points (RIM, 3) of their edges relative to the centre of mass."""
+    for c in scene.components.values():
+        if c.kind.name == "RollingDisc":
+            frame = scene.frames[c.ports["frame_b"]]
+            body, radius = scene.components[frame.body], c.values["radius"]
+            pose = np.array(body_pose(body, frame), float)
+            axes = pose[3:].reshape(3, 3).T  # from the frame's axes, whose x axis is that of the disc
+            yield frame.body, pose[:3] + _circle(axes @ np.array([1.0, 0.0, 0.0]), radius)
+        elif c.kind.name == "Cylinder" and c.values["length"] < 2 * c.values["radius"]:
+            yield c.name, _circle(np.array(c.values["n"], float), c.values["radius"])
+        elif c.kind.name == "Body" and c.values["m"] > 0.0 and not isinstance(c.values["I"][0], tuple):
+            low, middle, high = np.sort(c.values["I"])
+            if low > 0.0 and middle < FLAT * low and high > (low + middle) / FLAT:  # as of a thin disc: C = A + B
+                axis = np.eye(3)[int(np.argmax(c.values["I"]))]
+                yield c.name, _circle(axis, sqrt(2 * high / c.values["m"]))
+
+
+def _circle(normal: Array, radius: float) -> Array:
+    n = normal / np.linalg.norm(normal)
+    a = np.cross(n, np.eye(3)[int(np.abs(n).argmin())])
+    a = a / np.linalg.norm(a)
+    angle = 2 * pi * np.arange(RIM) / RIM
+    return radius * (np.outer(np.cos(angle), a) + np.outer(np.sin(angle), np.cross(n, a)))
+
+
+def shapes(motion: SpatialMotion) -> list[Shape]:
+    """Bodies as bars between their frames, discs by their edges, joints and forces by symbols; far ones first."""
+    scene = motion.scene
+    ports = {frame for c in scene.components.values() for frame in c.ports.values()}
+    found = [shape for c in scene.bodies() for shape in _body(c, motion, ports)]
+    found += [shape for c in scene.components.values() for shape in _element(c, motion)]
+    grounded = dict.fromkeys(motion.spot_of(frame) for frame in sorted(ports))
+    found += [Shape("weld", "", (spot,)) for spot in grounded if spot.track == GROUND]
+
+    def key(shape: Shape) -> tuple[int, float]:
+        moving = [motion.near[spot.track] for spot in shape.at if spot.track != GROUND]
+        return shape.draw in ("pin", "mark", "weld"), float(np.mean(moving)) if moving else -np.inf
+
+    return sorted(found, key=key)
+
+
+def _body(c: Component, motion: SpatialMotion, ports: set[str]) -> Iterator[Shape]:
+    centre = motion.spots[f"{c.name}.c"]
+    if c.name in motion.rims:
+        yield Shape("disc", c.name, tuple(motion.rims[c.name]))
+    if "rx" not in c.kind.coordinates:
+        yield Shape("mass", c.name, (centre,))
+        return
+    named = [name for name in motion.frames[c.name] if name != f"{c.name}.c"]
+    held = [motion.spots[name] for name in named if _apart(motion, centre, motion.spots[name])]
+    if len(held) == 2 and f"{c.name}.c" not in ports and c.name not in motion.rims:
+        yield Shape("bar", c.name, (held[0], held[1]))
+        return
+    for spot in held:
+        yield Shape("bar", c.name, (centre, spot))
+    if not held and c.name not in motion.rims:
+        yield Shape("mass", c.name, (centre,))
+
+
+def _apart(motion: SpatialMotion, a: Spot, b: Spot) -> bool:
+    """Whether two places of a body ever differ; joints add frames at places of others."""
+    away = motion.poses[:, a.track] - motion.poses[:, b.track]
+    return bool(np.nanmax(np.abs(away), initial=0.0) > 1e-9 * np.nanmax(np.abs(motion.poses), initial=0.0))
+
+
+def _element(c: Component, motion: SpatialMotion) -> Iterator[Shape]:
+    if isinstance(c.kind, BodyKind) or len(c.ports) != 2 or c.kind.name in HIDDEN:
+        return
+    a, b = (motion.spot_of(frame) for frame in c.ports.values())
+    name = c.kind.name
+    if name in BETWEEN:
+        yield Shape(BETWEEN[name], c.name, (a, b))
+    elif name in ("SpringDamper", "TranslationalSpringDamper"):
+        k, damping = c.values.get("k"), c.values.get("c")
+        draw = "spring" if not damping else "damper" if not k else "spring-damper"
+        pa, pb = motion.pose(a), motion.pose(b)
+        length = np.hypot(pb[:, 0] - pa[:, 0], pb[:, 1] - pa[:, 1])
+        length = length[np.isfinite(length)] if np.isfinite(length).any() else np.zeros(1)
+        data = {"low": float(length.min()), "high": float(length.max()), "mean": float(length.mean())}
+        yield Shape(draw, c.name, (a, b), data)
+    elif name == "RotationalSpringDamper":
+        return
+    elif name in PINS:
+        yield Shape("pin", c.name, (a,))
+    else:
+        yield Shape("mark", c.name, (b, a))
+
+
+def vectors(trajectory: Trajectory, motion: SpatialMotion) -> list[Vector]:
+    """Forces with components in world axes, and reactions of joints, in the plane of the picture."""
+    found = []
+    for c in motion.scene.components.values():
+        if len(c.ports) != 2 or isinstance(c.kind, BodyKind):
+            continue
+        names = [f"{c.name}.f{i}" for i in "xyz"]
+        if not all(name in trajectory for name in names):
+            continue
+        applied = c.kind.name == "Force"
+        if applied and motion.scene.frames[c.ports["frame_a"]].body != "ground":
+            continue  # components in axes that turn
+        force = np.stack([np.asarray(trajectory[name])[motion.rows] for name in names], axis=-1)
+        values = motion.seen.of(force)[:, :2]
+        if np.isfinite(values).any() and np.nanmax(np.abs(values)) > 0.0:
+            found.append(Vector(c.name, FORCES if applied else REACTIONS, motion.spot_of(c.ports["frame_b"]), values))
+    return found
