@@ -1,6 +1,7 @@
 """Draw the films of the gallery, docs/gallery/*.gif, and its index; measure its loops over 1,000 revolutions.
 
 python docs/draw_gallery.py [NAME...]     # of these models, or of all
+python docs/draw_gallery.py --space       # of the models in space, and their page, docs/space-gallery.md
 
 The command of a page, `mbdsl animate models/gallery/NAME.mbd --trace ...`, names the traces of its film.
 """
@@ -52,6 +53,16 @@ GROUPS = {
 INTRODUCTION = (
     "Mechanisms whose models fit on one screen (`models/gallery/`). Each page compares the motion with a closed form",
     "or an independent computation, and has the command that plays it.",
+)
+OF_SPACE = (
+    "Mechanisms in space (`models/space/`). Each motion is compared with a closed form, published values or an",
+    "independent computation, in `tests/gallery/`. The command",
+    "",
+    "```bash",
+    "mbdsl animate models/space/gyroscope.mbd --out gyroscope.gif",
+    "```",
+    "",
+    "makes such a film. See [models in space](space.md).",
 )
 COLUMNS = 3  #: of the index
 LARGEST = 100_000  #: size of a film [bytes]
@@ -136,7 +147,28 @@ def cell(name: str) -> str:
     return f"[![{title}]({name}.gif)]({name}.md)<br>[{title}]({name}.md)"
 
 
+def in_space() -> None:
+    """Films of the models in space, and the page of them."""
+    folder, lines = GALLERY / "space", ["# Gallery of models in space", "", *OF_SPACE, ""]
+    lines += ["| " * COLUMNS + "|", "|---" * COLUMNS + "|"]
+    cells = []
+    for path in sorted((HERE.parent / "models" / "space").glob("*.mbd")):
+        scene = mbdsl.load(path)
+        content = film(mbdsl.simulate(scene, method=None if scene.experiment.tolerance else "hht-si2"), [])
+        (folder / f"{path.stem}.gif").write_bytes(content)
+        name = f"models/space/{path.name}"
+        cells.append(f"![{scene.doc}](gallery/space/{path.stem}.gif)<br>{scene.doc}: [`{path.stem}`](../{name})")
+        print(f"{path.stem}: {len(content) / 1000:.0f} KB")
+    for first in range(0, len(cells), COLUMNS):
+        row = cells[first : first + COLUMNS]
+        lines.append(f"| {' | '.join([*row, *[''] * (COLUMNS - len(row))])} |")
+    (HERE / "space-gallery.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
 def main(names: list[str]) -> None:
+    if names == ["--space"]:
+        in_space()
+        return
     for name in names or [name for group in GROUPS.values() for name in group]:
         scene = mbdsl.load(MODELS / f"{name}.mbd")
         text = page(name)
