@@ -86,6 +86,15 @@ class _Held:
     def count_turns(self, q: Array, start: bool) -> None:
         self.system.count_turns(q, start)
 
+    def count_angles(self) -> None:
+        self.system.count_angles()
+
+    def moved(self, q: Array, *changes: Array) -> Array:
+        return self.system.moved(q, *changes)
+
+    def difference(self, q: Array, q0: Array) -> Array:
+        return self.system.difference(q, q0)
+
     def names(self) -> list[str]:
         return self.system.names()
 

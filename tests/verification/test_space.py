@@ -234,7 +234,6 @@ def test_free_bodies_are_named_a_kind_that_exists_in_space():
         (("simulate", "--method", "radau5"), "runs with radau5"),
         (("simulate", "--accuracy", "1e-4"), "runs with an accuracy"),
         (("study", "drift"), "studies"),
-        (("animate",), "animations"),
     ],
 )
 def test_parts_that_serve_the_plane_only_say_so(arguments, what, capsys):
