@@ -187,7 +187,6 @@ def _accurate(
     checkpoint: Checkpoint | str | PathLike | None = None,
     **given: Any,
 ) -> Trajectory:
-    from mbdsl.mechanism.planar_only import planar_only
     from mbdsl.studies.accuracy import reach
 
     if step is not None or tol is not None:
@@ -197,5 +196,4 @@ def _accurate(
     if times is not None:
         raise UsageError("an accuracy needs evenly spaced output times", hint="give an interval")
     scene = with_initial(as_scene(model, parameters, without), initial)
-    planar_only(scene, "runs with an accuracy", "give a tolerance instead: tol, or --tol")
     return reach(scene, accuracy, budget=budget, **given)

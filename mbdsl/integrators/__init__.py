@@ -200,14 +200,21 @@ def compiled() -> dict[str, Method]:
     return {name: module.METHOD for name, module in modules().items() if module.METHOD.chosen}
 
 
-def available() -> dict[str, Method]:
+def available(spatial: bool = False) -> dict[str, Method]:
     """List the integration methods that can be chosen.
+
+    Parameters
+    ----------
+    spatial : bool
+        Only those that serve models in space.
 
     Returns
     -------
     dict
         Name -> ``Method``, mbdsl's own methods first, then third-party integrators.
     """
+    if spatial:
+        return {name: method for name, method in compiled().items() if not method.planar}
     others: dict[str, object] = {**shipped_backends(), **_registered()[0], **_given}
     return {**compiled(), **{name: found.METHOD for name, found in others.items()}}  # type: ignore[attr-defined]
 

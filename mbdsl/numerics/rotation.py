@@ -6,6 +6,7 @@ With t = |psi|, and psi~ the matrix of the cross product psi x:
     exp((psi + d)~) = exp(psi~) exp((T d)~) to first order in d
     T(psi)      = I - (1 - cos t)/t^2 psi~ + (t - sin t)/t^3 psi~^2
     T(psi)^{-1} = I + psi~/2 + (1 - t/2 cot(t/2))/t^2 psi~^2
+    Omega = T(psi) psi',   Omega' = T(psi) psi'' + (T(psi))' psi'
 
 Matrices in flat arrays are stored row by row. Quaternions p = (p0, p1, p2, p3) have the scalar part first.
 
@@ -127,3 +128,48 @@ def untangled(psi, x, y, z):
         y + 0.5 * v + k * (c * u - a * w),
         z + 0.5 * w + k * (a * v - b * u),
     )
+
+
+@kernel
+def tangent_coefficients(t2):
+    """b = (1 - cos t)/t^2 and c = (t - sin t)/t^3, the factors of -psi~ and psi~^2 in T, and their derivatives with
+    respect to t^2."""
+    if t2 < 1.0:
+        # sums of (-t^2)^k/(2 k + 2)! and of (-t^2)^k/(2 k + 3)!, and their derivatives
+        b, c, b1, c1, even, odd, power, before = 0.0, 0.0, 0.0, 0.0, 0.5, 1.0 / 6.0, 1.0, 0.0
+        for k in range(10):
+            b, c, b1, c1 = b + even * power, c + odd * power, b1 + k * even * before, c1 + k * odd * before
+            before, power = power, power * t2
+            even, odd = -even / ((2 * k + 3) * (2 * k + 4)), -odd / ((2 * k + 4) * (2 * k + 5))
+        return b, c, b1, c1
+    t = sqrt(t2)
+    b, c = (1.0 - cos(t)) / t2, (t - sin(t)) / (t2 * t)
+    return b, c, (0.5 * sin(t) / t - b) / t2, (0.5 * b - 1.5 * c) / t2
+
+
+@kernel
+def tangled(psi, x, y, z):
+    """T(psi) (x, y, z) = d - b psi x d + c psi x (psi x d)."""
+    p, q, r = psi[0], psi[1], psi[2]
+    b, c, _, _ = tangent_coefficients(p * p + q * q + r * r)
+    u, v, w = q * z - r * y, r * x - p * z, p * y - q * x
+    return (
+        x - b * u + c * (q * w - r * v),
+        y - b * v + c * (r * u - p * w),
+        z - b * w + c * (p * v - q * u),
+    )
+
+
+@kernel
+def chart_acceleration(psi, spin, x, y, z):
+    """psi'' = T(psi)^{-1} (Omega' - (T(psi))' psi') from the angular velocity ``spin`` and Omega' = (x, y, z)."""
+    p, q, r = psi[0], psi[1], psi[2]
+    i, j, k = untangled(psi, spin[0], spin[1], spin[2])
+    _, c, b1, c1 = tangent_coefficients(p * p + q * q + r * r)
+    rate = 2.0 * (p * i + q * j + r * k)  # of t^2
+    b1, c1 = rate * b1, rate * c1
+    u, v, w = q * k - r * j, r * i - p * k, p * j - q * i
+    x -= c1 * (q * w - r * v) - b1 * u + c * (j * w - k * v)
+    y -= c1 * (r * u - p * w) - b1 * v + c * (k * u - i * w)
+    z -= c1 * (p * v - q * u) - b1 * w + c * (i * v - j * u)
+    return untangled(psi, x, y, z)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
-from mbdsl.integrators import declared
+from mbdsl.integrators import declared, modules
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
@@ -72,8 +72,8 @@ def plan(
     """
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
-    if declared(method).order and not controls_locally(method):
-        planar_only(scene, f"runs with {method}", f"take another method: {DEFAULT_METHOD}, hht-i3, nstiff, ...")
+    if declared(method).planar or method not in modules():
+        planar_only(scene, f"runs with {method}", f"take another method: {DEFAULT_METHOD}, dop853, hht-i3, ...")
     asked = tol is not None or said.tolerance is not None
     tol = _tolerance(method, step, tol, said)
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):

@@ -281,7 +281,7 @@ class _Search:
 def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> list[Ladder]:
     """(Method, kind of steps) to try: the given method, or the default method and our own methods of high order, for
     accuracies from ``FINE`` on only the first one of each family."""
-    own = [name for name in precise() if name in compiled()]
+    own = [name for name in precise(scene.spatial) if name in compiled()]
     if accuracy >= FINE:
         own = [name for name in own if name == next(other for other in own if family(other) == family(name))]
     names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *own]))

@@ -16,7 +16,6 @@ from mbdsl.integrators.method_files import spelled
 from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.load import chosen_now
 from mbdsl.lang.model_argument import as_scene
-from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP
@@ -105,7 +104,6 @@ def setting(
 ) -> Setting:
     """The setting of runs of ``model``, from its start to ``stop`` (default: the stop time of the model)."""
     scene = as_scene(model, parameters, without)
-    planar_only(scene, "studies", "run `mbdsl simulate` with several steps or tolerances")
     start, end = scene.experiment.start, scene.experiment.stop if stop is None else stop
     if end is None:
         raise UsageError(
@@ -137,9 +135,9 @@ def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> floa
     return first.stats["seconds"]["compile"]
 
 
-def chosen(names: Iterable[str] | None) -> list[str]:
-    """Names of methods, checked; all methods if None is given."""
-    found = list(names) if names is not None else list(available())
+def chosen(names: Iterable[str] | None, scene: Scene | None = None) -> list[str]:
+    """Names of methods, checked; all methods, or all that serve ``scene``, if None is given."""
+    found = list(names) if names is not None else list(available(scene is not None and scene.spatial))
     for name in found:
         if name not in available():
             raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, available(), "methods"))

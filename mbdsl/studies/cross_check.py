@@ -103,7 +103,7 @@ def _confront(
     for _ in range(ROUNDS):
         differs, own = difference(other.last, ladder.last), other.estimate
         finer = own <= differs / FINER
-        known = ladder.estimate <= accuracy and differs <= FINER * ladder.estimate
+        known = ladder.estimate <= accuracy and (own <= accuracy or differs <= FINER * ladder.estimate)
         if differs <= accuracy and (finer or known):
             break
         if finer:
@@ -145,7 +145,7 @@ def _claim(estimate: float, accuracy: float, found: Opinion) -> float:
 
 def _others(ladder: Ladder, accuracy: float) -> Iterator[Ladder]:
     """Methods of other families, each with two tolerances or steps, from which its own error is estimated."""
-    for name in precise():
+    for name in precise(ladder.last.scene.spatial):
         if family(name) != family(ladder.method):
             yield Ladder(name, False, [10.0 * accuracy, accuracy])
     experiment = ladder.last.scene.experiment

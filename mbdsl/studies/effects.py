@@ -16,7 +16,6 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.units import measure
-from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.plan import DEFAULT_STEP
 from mbdsl.simulation.simulate import simulated
@@ -141,7 +140,6 @@ def effects(
         raise UsageError(f"repeats = {repeats}: a time needs one run or more")
     step, stop = given_values.seconds(step, "step"), given_values.seconds(stop, "stop")
     base = as_scene(model, parameters, without)
-    planar_only(base, "studies")
 
     def run(scene: Scene, part: float = 1.0) -> Trajectory:
         h = step or scene.experiment.step or DEFAULT_STEP

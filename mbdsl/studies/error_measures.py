@@ -32,7 +32,10 @@ class Solution(Protocol):
 
 @dataclass(frozen=True)
 class Quantity:
-    """``weights`` scale the errors of ``signals``; a quantity that is an error ``itself`` needs no reference."""
+    """``weights`` scale the errors of ``signals``; a quantity that is an error ``itself`` needs no reference.
+
+    Errors of ``attitudes`` of bodies in space, each with the signals of its quaternion, are angles.
+    """
 
     key: str
     label: str
@@ -40,6 +43,7 @@ class Quantity:
     signals: tuple[str, ...]
     weights: tuple[float, ...]
     itself: bool = False
+    attitudes: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -80,12 +84,12 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
             extent = float(np.ptp(S)) if len(S) else 0.0
             extent = extent or float(np.abs(S).max(initial=0.0)) or 1.0
             found.append(Quantity(name, name, trajectory.unit(name), (name,), (1.0 / extent,)))
-    return [quantity for quantity in found if quantity.signals]
+    return [quantity for quantity in found if quantity.signals or quantity.attitudes]
 
 
 def of_motion(trajectory: Trajectory, reference: Solution) -> list[Quantity]:
     """The quantities q and v that exist: without reactions, which some methods have to compute at every output."""
-    return [quantity for quantity in _of_motion(trajectory, reference)[0] if quantity.signals]
+    return [quantity for quantity in _of_motion(trajectory, reference)[0] if quantity.signals or quantity.attitudes]
 
 
 def _of_motion(trajectory: Trajectory, reference: Solution) -> tuple[list[Quantity], float]:
@@ -97,8 +101,10 @@ def _of_motion(trajectory: Trajectory, reference: Solution) -> tuple[list[Quanti
     q = [name for name in names if units[name] in ("m", "rad")]
     v = [name for name in names if units[name] in ("m/s", "rad/s")]
     speed = _largest(reference, {name: lengths[units[name]] for name in v})
+    bodies = [name.removesuffix(".p0") for name in names if name.endswith(".p0")] if trajectory.scene.spatial else []
+    turns = tuple(tuple(f"{body}.p{k}" for k in range(4)) for body in bodies)
     found = [
-        Quantity("q", "positions", "m, rad", tuple(q), tuple(lengths[units[n]] for n in q)),
+        Quantity("q", "positions", "m, rad", tuple(q), tuple(lengths[units[n]] for n in q), attitudes=turns),
         Quantity("v", "velocities", "m/s, rad/s", tuple(v), tuple(lengths[units[n]] / speed for n in v)),
     ]
     return found, speed
@@ -136,7 +142,16 @@ def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: 
         D = np.full(len(rows), np.nan)
         D[known] = np.where(np.isfinite(x[known]), np.abs(x[known] - y[known]), np.inf)
         largest = np.fmax(largest, D * weight if scaled else D)
+    for names in quantity.attitudes:
+        largest = np.fmax(largest, _angles([found[name][rows] for name in names], [reference[name] for name in names]))
     return largest
+
+
+def _angles(one: list[Array], other: list[Array]) -> Array:
+    """The angles (N,) between the attitudes of two lists of quaternions p0 ... p3 (N,) [rad]; p and -p are the same."""
+    p, r = np.array(one), np.array(other)
+    sines = np.minimum(np.linalg.norm(p - r, axis=0), np.linalg.norm(p + r, axis=0)) / 2.0  # of quarters of the angles
+    return 4.0 * np.arcsin(np.minimum(sines, 1.0))
 
 
 def matching(t: Array, times: Array) -> Array:

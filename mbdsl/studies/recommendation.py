@@ -187,8 +187,8 @@ def recommend(
         If no method reaches the error, or the reference solution is not accurate enough.
     """
     given = Asked(**{"budget": BUDGET, "repeats": 3, **asked})
-    names = chosen(given.methods)
     of = setting(model, given.stop, given.parameters, given.without)
+    names = chosen(given.methods, of.scene)
     if given.reference != "auto":
         of = replace(of, points=file_points(given.reference, of))
     runner = Runner(of, Store(given.store, given.fresh), budget=given.budget, tell=given.tell, announce=given.announce)

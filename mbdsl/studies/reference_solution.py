@@ -187,7 +187,7 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
         If no reference can be computed.
     """
     own = {family(name) for name in studied}
-    high = sorted(precise(), key=lambda name: family(name) in own)
+    high = sorted(precise(runner.setting.scene.spatial), key=lambda name: family(name) in own)
     found, problems = _candidates(runner, high)
     best = _closest(found)
     h = 2.0 * finest if finest else own_step(runner.setting) / 4.0

@@ -176,8 +176,8 @@ def begin(
     UsageError
         If a step is longer than the run, or no method supports the given steps and tolerances.
     """
-    names = chosen(asked.methods)
     of = setting(model, asked.stop, asked.parameters, asked.without)
+    names = chosen(asked.methods, of.scene)
     of = replace(of, points=_points(of, asked))
     runner = Runner(
         of,

@@ -145,7 +145,8 @@ def verify(
         raise UsageError("a part of a run cannot be repeated", hint="verify the whole trajectory")
     stats = trajectory.stats
     h, tol = stats["h"], stats["tol"]
-    method = of_another_family(stats["method"], "fixed" if tol is None else "controlled") or stats["method"]
+    kind = "fixed" if tol is None else "controlled"
+    method = of_another_family(stats["method"], kind, trajectory.scene.spatial) or stats["method"]
     step, tol = (h / 2.0, None) if tol is None else (None, tol / 10.0)
     start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
     times = np.unique(trajectory.t)[1:]  # controlled steps may be output as well

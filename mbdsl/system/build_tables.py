@@ -104,7 +104,12 @@ def _fill(tables: Tables, size: float | None) -> None:
     layout[buffer_layout.ROTATIONS] = buffers.ints(x for rotation in buffers.rotations for x in rotation)
     layout[buffer_layout.N_ROTATIONS] = len(buffers.rotations)
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
-    found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
+    nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
+    found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
+    lawless = [c for c in nonholonomic_joints if not any(isinstance(x, Expr) for x in c.values.values())]
+    tables.without_laws = {
+        x for c in lawless for g in c.velocity_constraints for x in nonholonomic.values(g, scene.spatial)
+    }
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # All values are on the tape now, and with them all switches; derivatives have the same ones.

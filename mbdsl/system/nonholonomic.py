@@ -46,6 +46,12 @@ def tabulate(
     buffers.layout[buffer_layout.N_GAM] = len(gammas)
 
 
+def values(gamma: Expr, spatial: bool) -> list[Expr]:
+    """The expressions of a row that are evaluated with the equations of motion: Gam and its derivatives Gam_v."""
+    used = dict.fromkeys(frame_of(leaf) for leaf in leaves(gamma) if leaf.op == "coordinate")
+    return [gamma, *(g for name in used for g in by_rate(gamma, name, spatial))]
+
+
 def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: Tape) -> Callable[[], None]:
     """Derivatives that only the iteration matrix and accelerations need belong to the gradient tape."""
 

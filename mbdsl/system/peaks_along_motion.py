@@ -57,7 +57,7 @@ class OnTheWay:
     def __init__(self, system: System) -> None:
         self._system = system
         roots: dict[Expr, Expr] = {}
-        for root, law in system.laws.items():
+        for root, law in system.searched_laws.items():
             for term in hiding([_in_joint_coordinates(law) if system.scene.spatial else law]):
                 if any(n.op in ("coordinate", "multiplier") for n in leaves(term)):
                     roots.setdefault(term, root)

@@ -32,7 +32,7 @@ class InFixedSteps(OnTheWay):
 
     def __init__(self, system: System, h: float) -> None:
         super().__init__(system)
-        for root, law in system.laws.items():
+        for root, law in system.searched_laws.items():
             for term in passable([law], h):
                 if term not in self.terms:
                     self.terms.append(term)

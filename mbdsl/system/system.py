@@ -470,6 +470,12 @@ class System:
         """Every expression of the equations, and the same with numbers in place of coordinates of frames at rest."""
         return {x: substitute(x, self._at_rest) for x in self.tables.values}
 
+    @cached_property
+    def searched_laws(self) -> dict[Expr, Expr]:
+        """Those that are searched for peaks along the motion: not the rows of rolling discs, smooth functions that are
+        zero at all states and differ from zero between them by interpolation only."""
+        return {x: law for x, law in self.laws.items() if x not in self.tables.without_laws}
+
     def _at_rest(self, x: Expr) -> Expr | None:
         """The value of a coordinate of a frame that does not move."""
         if x.op != "coordinate":

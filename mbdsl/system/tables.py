@@ -56,6 +56,7 @@ class Tables:
     first_angles: dict[Expr, float] = field(default_factory=dict)
     switches: list[switches.Switch] = field(default_factory=list)
     values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
+    without_laws: set[Expr] = field(default_factory=set)  #: those of nonholonomic constraints without a user's law
 
     def resize(self, size: float) -> None:
         """Set the size [m] of the mechanism: translations are scaled by it, angles are in radians."""

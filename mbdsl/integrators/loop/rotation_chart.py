@@ -15,9 +15,18 @@ from __future__ import annotations
 
 from math import sqrt
 
-from mbdsl.compilation.buffer_layout import N_ROTATIONS, PAST_POSITIONS, POSITION, POSITION0, ROTATIONS
+from mbdsl.compilation.buffer_layout import N_ROTATIONS, PAST_POSITIONS, POSITION, POSITION0, ROTATIONS, VELOCITY
 from mbdsl.compilation.marks import kernel
-from mbdsl.numerics.rotation import BASE, composed, logarithm, turned, turned_back, untangled
+from mbdsl.numerics.rotation import (
+    BASE,
+    chart_acceleration,
+    composed,
+    logarithm,
+    tangled,
+    turned,
+    turned_back,
+    untangled,
+)
 
 
 @kernel
@@ -45,6 +54,24 @@ def to_rates(row, run):
     for k in range(layout[N_ROTATIONS]):
         d = layout[layout[ROTATIONS] + 2 * k]
         y[d], y[d + 1], y[d + 2] = untangled(run.vectors[POSITION, d:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def from_rates(q, v, run):
+    """In the velocities v at the coordinates q, replace psi' by the angular velocity T(psi) psi'."""
+    layout = run.layout
+    for k in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * k]
+        v[d], v[d + 1], v[d + 2] = tangled(q[d:], v[d], v[d + 1], v[d + 2])
+
+
+@kernel
+def to_second_rates(row, run):
+    """Convert the accelerations in a row of ``vectors``, at POSITION and VELOCITY: replace Omega' by psi''."""
+    layout, y, q, v = run.layout, run.vectors[row], run.vectors[POSITION], run.vectors[VELOCITY]
+    for k in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * k]
+        y[d], y[d + 1], y[d + 2] = chart_acceleration(q[d:], v[d:], y[d], y[d + 1], y[d + 2])
 
 
 @kernel

@@ -70,6 +70,7 @@ from mbdsl.integrators.methods.dop853_coefficients import (
 )
 from mbdsl.integrators.methods.dop853_output import interpolate as interpolate
 from mbdsl.integrators.methods.dop853_stages import (
+    END,
     FRICTION,
     OTHERS,
     OWN_ROWS,
@@ -313,6 +314,6 @@ def store(h, run):
     for i in range(layout[N_Q]):
         vectors[POSITION0, i], vectors[VELOCITY0, i] = vectors[POSITION, i], vectors[VELOCITY, i]
     for i in range(layout[N_ALL]):
-        vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[UNKNOWN0, i], vectors[STAGE + STAGES, i]
+        vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[UNKNOWN0, i], vectors[END, i]
     if reals[TOL] > 0.0:
         reals[NODES], reals[NODES + 1] = reals[STEP_END], reals[NOW]

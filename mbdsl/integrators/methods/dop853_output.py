@@ -22,10 +22,13 @@ from mbdsl.compilation.buffer_layout import (
 )
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.loop_state import RUNNING, STEP_END
+from mbdsl.integrators.loop.rotation_chart import from_rates, to_rates, to_second_rates
 from mbdsl.integrators.methods.dop853_coefficients import ALL, ENDS, NODE, OF_D, SQUARE, STAGES, SUM
 from mbdsl.integrators.methods.dop853_stages import (
+    END,
     OF_Q,
     OF_V,
+    OTHER_VELOCITY,
     READY,
     STAGE,
     evaluate_state,
@@ -42,9 +45,10 @@ def interpolate(k, x, h, out, run):
         prepare(h, run)
     for i in range(n):
         q0, v0, a0 = vectors[POSITION0, i], vectors[VELOCITY0, i], vectors[STAGE, i]
-        q1, v1, a1 = vectors[POSITION, i], vectors[VELOCITY, i], vectors[STAGE + STAGES, i]
+        q1, v1, a1 = vectors[POSITION, i], vectors[OTHER_VELOCITY, i], vectors[STAGE + STAGES, i]
         out[k, i] = polynomial(x, q0, q1, h * v0, h * v1, OF_Q, i, run)
         out[k, n + i] = polynomial(x, v0, v1, h * a0, h * a1, OF_V, i, run)
+    from_rates(out[k], out[k, n:], run)
 
 
 @rare
@@ -63,10 +67,12 @@ def prepare(h, run):
             t = t0 + c[NODE + k] * h
             evaluate_state(t, run)
             status = solve_state(t, STAGE + k, run)
+            to_second_rates(STAGE + k, run)
     for i in range(size):
-        vectors[UNKNOWN, i] = vectors[STAGE + STAGES, i]
+        vectors[UNKNOWN, i] = vectors[END, i]
     for i in range(n):
         vectors[POSITION, i], vectors[VELOCITY, i] = vectors[BEFORE, i], vectors[BEFORE2, i]
+        vectors[OTHER_VELOCITY, i] = vectors[VELOCITY, i]
         for k in range(4):
             v, q = 0.0, 0.0
             for j in range(ALL):
@@ -75,6 +81,7 @@ def prepare(h, run):
             q = h * (c[SUM + k] * vectors[VELOCITY0, i] + h * q)
             vectors[OF_Q + k, i] = q if status == RUNNING else 0.0
             vectors[OF_V + k, i] = h * v if status == RUNNING else 0.0
+    to_rates(OTHER_VELOCITY, run)
     run.memory[READY] = 1.0
 
 

@@ -9,6 +9,9 @@ contain [(Phi_q v)_q; Gam_q], from which gamma follows, and its columns of the m
 then overwritten with the transpose of the columns. Where Q depends on lam (friction in joints), it is linearised about
 the last multipliers, and the solution is repeated.
 
+In space the formulas of the method are those of the rotation vectors psi from the attitudes at the start of the step:
+stages hold psi'', while the state holds Omega = T(psi) psi'. The end of the step is kept in both forms.
+
 At the end of a step, Newton's method with the matrix of the last stage, which belongs to the same time, projects q and
 v onto Phi = 0, Phi_q v + Phi_t = 0 and Gam = 0 in the metric of M.
 
@@ -18,6 +21,7 @@ Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration (2006),
 from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import (
+    CARRIED,
     CORRECTION,
     CORRECTION2,
     DETAIL,
@@ -37,6 +41,7 @@ from mbdsl.compilation.buffer_layout import (
     N_MOVING,
     N_PHI,
     N_Q,
+    N_ROTATIONS,
     N_SPRINGS,
     NEW_MASS,
     PAIR,
@@ -54,6 +59,13 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY,
     VELOCITY0,
 )
+from mbdsl.compilation.buffer_layout_in_space import CARRIED as CARRIED_IN_SPACE
+from mbdsl.compilation.buffer_layout_in_space import COLUMNS as COLUMNS_IN_SPACE
+from mbdsl.compilation.buffer_layout_in_space import GRADIENT_RATE as GRADIENT_RATE_IN_SPACE
+from mbdsl.compilation.buffer_layout_in_space import LEAF as LEAF_IN_SPACE
+from mbdsl.compilation.buffer_layout_in_space import MOVED as MOVED_IN_SPACE
+from mbdsl.compilation.buffer_layout_in_space import POSE as POSE_IN_SPACE
+from mbdsl.compilation.buffer_layout_in_space import RATE as RATE_IN_SPACE
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.linear_solve import SPARSE_LU, factor, larger, solve
 from mbdsl.integrators.loop.loop_state import (
@@ -66,6 +78,7 @@ from mbdsl.integrators.loop.loop_state import (
     SINGULAR,
 )
 from mbdsl.integrators.loop.newton import EPS, finite
+from mbdsl.integrators.loop.rotation_chart import from_rates, to_body, to_rates, to_second_rates, to_world
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.symmetric_lu import symmetric_factor, symmetric_solve
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
@@ -73,9 +86,11 @@ from mbdsl.integrators.methods.dop853_coefficients import ALL, NODE, SQUARE, STA
 from mbdsl.integrators.methods.multiplier_matrix import applies, assemble, factorise, solve_multipliers
 
 #: own rows of ``vectors``: [a; lam] of all stages; coefficients of degree 4 to 7 of the interpolation of q, and of v;
-#: diagonal of M^{-1/2}, for :mod:`mbdsl.integrators.methods.multiplier_matrix`
-STAGE, OF_Q, OF_V, ROOT = ROWS, ROWS + ALL, ROWS + ALL + 4, ROWS + ALL + 8
-OWN_ROWS = ALL + 9
+#: diagonal of M^{-1/2}, for :mod:`mbdsl.integrators.methods.multiplier_matrix`; [a; lam] at the end of the step, with
+#: Omega'; velocities in other axes or charts
+STAGE, OF_Q, OF_V = ROWS, ROWS + ALL, ROWS + ALL + 4
+ROOT, END, OTHER_VELOCITY = ROWS + ALL + 8, ROWS + ALL + 9, ROWS + ALL + 10
+OWN_ROWS = ALL + 11
 #: memory: contraction of the projection; largest scaled velocity so far; whether the interpolation of the step is
 #: ready; successive stiff steps; successive other steps since; whether forces depend on multipliers
 CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(6)
@@ -88,14 +103,20 @@ NOISE = 1e4
 REPEATED, AGREED = 20, 1e-13
 
 
+@kernel
+def in_space(run):
+    """Whether the model is one in space."""
+    return run.frames.shape[1] == COLUMNS_IN_SPACE
+
+
 @rare
 def has_friction(run):
     """Whether a force law depends on multipliers."""
-    layout, found = run.layout, False
+    layout, found, leaf = run.layout, False, LEAF_IN_SPACE if in_space(run) else LEAF
     first = layout[N_PHI] + layout[N_SPRINGS]
     for r in range(first, first + layout[N_LAWS]):
         leaves = layout[layout[PAIRS] + PAIR * r + DETAIL]
-        found = found or layout[leaves + LEAVES + LEAF * layout[leaves + 2]] > 0
+        found = found or layout[leaves + LEAVES + leaf * layout[leaves + 2]] > 0
     return found
 
 
@@ -112,6 +133,7 @@ def motion(row, stages, h, run):
             q += c[two + j] * a
         vectors[VELOCITY, i] = vectors[VELOCITY0, i] + h * v
         vectors[POSITION, i] = vectors[POSITION0, i] + (s * vectors[VELOCITY0, i] + h * h * q)
+    from_rates(vectors[POSITION], vectors[VELOCITY], run)
 
 
 # -- accelerations -----------------------------------------------------------------------------------------------------
@@ -130,11 +152,22 @@ def evaluate_state(t, run):
 
 
 @kernel
-def mirror(at, mirrored, row, column, run):
+def mirror(at, mirrored, row, column, velocity, run):
     """CORRECTION <- CORRECTION - (entry at ``at``) v in this row; the entry <- that at ``mirrored``."""
     matrix, vectors = run.matrices[0], run.vectors
-    vectors[CORRECTION, row] -= matrix[at] * vectors[VELOCITY, column]
+    vectors[CORRECTION, row] -= matrix[at] * vectors[velocity, column]
     matrix[at] = matrix[mirrored]
+
+
+@kernel
+def in_world_axes(run):
+    """The row with the velocities in the axes of the matrices."""
+    if run.layout[N_ROTATIONS] == 0:
+        return VELOCITY
+    for i in range(run.layout[N_Q]):
+        run.vectors[OTHER_VELOCITY, i] = run.vectors[VELOCITY, i]
+    to_world(OTHER_VELOCITY, run)
+    return OTHER_VELOCITY
 
 
 @rare
@@ -143,6 +176,10 @@ def in_time(run):
     :mod:`mbdsl.system.time_derivatives`."""
     vectors, gradients, frames, numbers, layout = run.vectors, run.gradients, run.frames, run.numbers, run.layout
     n, m, registers = layout[N_Q], layout[N_PHI], layout[REGISTERS]
+    pose, rates, carried, moved, gradient_rate = POSE, RATE, CARRIED, MOVED, GRADIENT_RATE
+    if in_space(run):
+        pose, rates, carried = POSE_IN_SPACE, RATE_IN_SPACE, CARRIED_IN_SPACE
+        moved, gradient_rate = MOVED_IN_SPACE, GRADIENT_RATE_IN_SPACE
     for r in range(m):
         o = layout[PAIRS] + PAIR * r
         if layout[o + LEFT_OUT]:
@@ -150,14 +187,14 @@ def in_time(run):
         if layout[o + DETAIL] >= 0:
             vectors[CORRECTION, n + r] += numbers[registers + layout[layout[o + DETAIL] + 2]]
         for k in range(layout[N_MOVING]):
-            moving = layout[MOVING] + MOVED * k
+            moving = layout[MOVING] + moved * k
             frame = layout[moving]
             for side in range(2):
                 if layout[o + FRAME_A + side] == frame:
-                    for j in range(POSE):
+                    for j in range(pose):
                         vectors[CORRECTION, n + r] -= (
-                            gradients[r, GRADIENT_RATE + POSE * side + j] * frames[frame, RATE + j]
-                            + gradients[r, POSE * side + j] * numbers[registers + layout[moving + 1 + 2 * POSE + j]]
+                            gradients[r, gradient_rate + pose * side + j] * frames[frame, rates + j]
+                            + gradients[r, pose * side + j] * numbers[registers + layout[moving + 1 + carried + j]]
                         )
     for k in range(layout[N_GAM]):
         o = layout[layout[GAMMAS] + k]
@@ -175,6 +212,7 @@ def saddle(t, run):
         assemble(ROOT, run)
         return
     tangent_matrix(0, t, run, M=1.0, N=1.0, Gam_q=1.0)
+    v = in_world_axes(run)
     for i in range(n):
         vectors[CORRECTION, i] = vectors[FORCE, i]
     for i in range(n, size):
@@ -186,13 +224,13 @@ def saddle(t, run):
         for e in range(count):
             i, j, lower, upper = layout[table + e], layout[table + count + e], size + e, size + count + e
             if i >= n > j:
-                mirror(lower, upper, i, j, run)
+                mirror(lower, upper, i, j, v, run)
             elif j >= n > i:
-                mirror(upper, lower, j, i, run)
+                mirror(upper, lower, j, i, v, run)
     else:
         for i in range(n, size):
             for j in range(n):
-                mirror(i * size + j, j * size + i, i, j, run)
+                mirror(i * size + j, j * size + i, i, j, v, run)
     if size > n:
         in_time(run)
 
@@ -224,7 +262,9 @@ def solve_row(row, run):
     if applies(run):
         solve_multipliers(run.vectors[row], ROOT, run)
     elif is_symmetric(run):
+        to_world(row, run)
         symmetric_solve(run.matrices[0], run.layout, run.vectors[row])
+        to_body(row, run)
     else:
         solve(0, row, run)
 
@@ -287,6 +327,7 @@ def solve_stages(t, h, run):
         status = solve_state(s, STAGE + k, run)
         if status != RUNNING:
             return status
+        to_second_rates(STAGE + k, run)
     motion(STAGES, STAGES, h, run)
     for i in range(size):
         vectors[UNKNOWN, i] = vectors[STAGE + STAGES - 1, i]
@@ -310,6 +351,7 @@ def correct(unit, run):
         vectors[CORRECTION, i], vectors[CORRECTION2, i] = 0.0, -vectors[FORCE, i]
     solve_row(CORRECTION, run)
     solve_row(CORRECTION2, run)
+    to_rates(CORRECTION, run)
     change = 0.0
     for i in range(n):
         vectors[POSITION, i] += vectors[CORRECTION, i]
@@ -358,8 +400,9 @@ def finish(t, h, run):
             return status
     else:
         evaluate_state(t, run)
-    status = solve_state(t, STAGE + STAGES, run)
+    status = solve_state(t, END, run)
     if status == RUNNING:
         for i in range(size):
-            vectors[UNKNOWN, i] = vectors[STAGE + STAGES, i]
+            vectors[UNKNOWN, i], vectors[STAGE + STAGES, i] = vectors[END, i], vectors[END, i]
+        to_second_rates(STAGE + STAGES, run)
     return status

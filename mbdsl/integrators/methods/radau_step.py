@@ -72,6 +72,7 @@ def method(stages, rows, matrices, coefficients):
         own_reactions=False,
         steps=("controlled", "fixed"),
         rows=rows,
+        planar=True,
     )
 
 

@@ -138,9 +138,10 @@ def test_steps_as_those_of_an_independent_code():
 
 def test_rows_of_its_own_are_separate():
     assert dop853_stages.STAGE == buffer_layout.ROWS
-    rows = (dop853_stages.STAGE + table.ALL, dop853_stages.OF_Q + 4, dop853_stages.OF_V + 4, dop853_stages.ROOT + 1)
+    rows = (dop853_stages.STAGE + table.ALL, dop853_stages.OF_Q + 4, dop853_stages.OF_V + 4)
+    assert rows == (dop853_stages.OF_Q, dop853_stages.OF_V, dop853_stages.ROOT)
     end = buffer_layout.ROWS + dop853_stages.OWN_ROWS
-    assert rows == (dop853_stages.OF_Q, dop853_stages.OF_V, dop853_stages.ROOT, end)
+    assert dop853_stages.ROOT < dop853_stages.END < dop853_stages.OTHER_VELOCITY < end
 
 
 # -- stiffness -------------------------------------------------------------------------------------------------------

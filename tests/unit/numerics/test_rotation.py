@@ -59,3 +59,31 @@ def test_tangent_of_the_exponential(plain):
         plain(rotation.inverse_tangent)(p, T)
         np.testing.assert_allclose(T.reshape(3, 3) @ w, r, atol=1e-14)
         np.testing.assert_allclose(plain(rotation.untangled)(p, *w), r, atol=1e-14)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 0.3, 0.999, 1.001, 2.0, 3.1])
+def test_second_rates_of_charts(plain, angle):
+    """psi(t) = psi + psi' t + psi'' t^2/2: Omega against central differences of SciPy's rotations, and psi'' from Omega
+    and Omega'.
+
+    Differences over 1e-5 s have errors of 1e-10 in Omega. Over 1e-2 s, those of order 4 have errors of
+    1e-8 |Omega^(5)|/30 in Omega'."""
+    rng = np.random.default_rng(4)
+    n = rng.normal(size=3)
+    psi, rate, second = angle * n / np.linalg.norm(n), rng.normal(size=3), rng.normal(size=3)
+
+    def at(t):
+        return psi + rate * t + second * t * t / 2
+
+    def spin(t, h=1e-5):
+        turn = Rotation.from_rotvec(at(t - h)).inv() * Rotation.from_rotvec(at(t + h))
+        return turn.as_rotvec() / (2 * h)
+
+    tangled = plain(rotation.tangled)
+    np.testing.assert_allclose(tangled(psi, *rate), spin(0.0), atol=1e-9)
+    h = 1e-2
+    of = [np.array(tangled(at(k * h), *(rate + second * k * h))) for k in (-2, -1, 1, 2)]
+    np.testing.assert_allclose(of, [spin(k * h) for k in (-2, -1, 1, 2)], atol=1e-9)
+    turning = (of[0] - 8 * of[1] + 8 * of[2] - of[3]) / (12 * h)
+    found = plain(rotation.chart_acceleration)(psi, np.array(tangled(psi, *rate)), *turning)
+    np.testing.assert_allclose(found, second, atol=1e-6)

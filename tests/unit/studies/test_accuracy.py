@@ -142,7 +142,7 @@ def judged(monkeypatch):
 
         monkeypatch.setattr(time_limits, "simulated", simulate)
         precise = ["radau5", "scipy-dop853"]
-        monkeypatch.setattr(cross_check, "precise", lambda: precise)  # others are of order 2, and quick
+        monkeypatch.setattr(cross_check, "precise", lambda spatial: precise)  # others are of order 2, and quick
         return mbdsl.simulate(CRANK, accuracy=1e-4, method="radau5", stop=0.1, **{"budget": 1e3, **given})
 
     return reach
