@@ -229,7 +229,7 @@ class JointKind(PairKind):
 
     @property
     def friction_unit(self) -> str:
-        return "N.m" if self.friction_along == "rotational_spring_damper" else "N"
+        return "N.m" if self.friction_along in ("rotational_spring_damper", "torque") else "N"
 
     def unit_of(self, name: str) -> str | None:
         if name == "friction" and self.friction:

@@ -12,8 +12,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.elements import kinds
-from mbdsl.elements import modules as element_modules
+from mbdsl.elements import declaring, kinds
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
@@ -306,7 +305,7 @@ def _forces(motion: Motion) -> list[Entry]:
 
 
 def _module(c: Component) -> str:
-    return element_modules()[c.kind.name].__name__.rsplit(".", 1)[-1]
+    return declaring(c.kind).__name__.rsplit(".", 1)[-1]
 
 
 def _laws(motion: Motion) -> Entry:

@@ -734,6 +734,10 @@ class SpatialBuilder(Builder):
         frame_a: Place | None = None,
         frame_b: Place | None = None,
         n: Vector = (1.0, 0.0, 0.0),
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         s: Start | None = None,
         v: Start | None = None,
         doc: str = "",
@@ -753,6 +757,14 @@ class SpatialBuilder(Builder):
             The same frames by name.
         n : (3,) numbers or str, optional
             Axis of the motion, in frame_a.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         s, v : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -830,6 +842,10 @@ class SpatialBuilder(Builder):
         frame_b: Place | None = None,
         n: Vector = (1.0, 0.0, 0.0),
         phi0: Number = 0.0,
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         s: Start | None = None,
         v: Start | None = None,
         doc: str = "",
@@ -851,6 +867,14 @@ class SpatialBuilder(Builder):
             Axis of the motion, in frame_a.
         phi0 : number or str, optional [rad]
             The constant angle of frame_b about the z axis of frame_a.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         s, v : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -881,6 +905,11 @@ class SpatialBuilder(Builder):
         frame_a: Place | None = None,
         frame_b: Place | None = None,
         n: Vector = (0.0, 0.0, 1.0),
+        radius: Number | None = None,
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        w_s: Number = 0.01,
+        w_st: Number | None = None,
         phi: Start | None = None,
         w: Start | None = None,
         doc: str = "",
@@ -900,6 +929,16 @@ class SpatialBuilder(Builder):
             The same frames by name.
         n : (3,) numbers or str, optional
             Axis of the rotation, in frame_a.
+        radius : number or str, optional [m]
+            Radius of the pin; required with friction; positive.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        w_s : number or str, optional [rad/s]
+            Speed over which friction changes its sign: tanh(w/w_s); positive.
+        w_st : number or str, optional [rad/s]
+            Stribeck speed; default 40 w_s; positive.
         phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

@@ -26,6 +26,7 @@ from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.misfits import misfits
 from mbdsl.simulation.plan import check_rounding, plan
 from mbdsl.simulation.progress import Progress, announce_phase
+from mbdsl.simulation.shared_friction import shared_friction
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import Found, calibrated
 from mbdsl.simulation.trajectory import Trajectory
@@ -174,7 +175,8 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
             announce(f"  {line}")
         if part.system.scene.spatial:
             for line in not_unique(part.system, first.t, first.q, first.redundant):
-                announce(f"  {line}, and have the least norm in results")
+                own = part.system.of_multipliers
+                announce(f"  {line}, and {'are those of the run' if own else 'have the least norm'} in results")
 
 
 def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = (), stream=None) -> int:
@@ -233,7 +235,7 @@ def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, st
     check_bending(trajectory)
     check_lines_of_centres(trajectory)
     trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
-    trajectory.stats["warnings"] += uncertain_turns(trajectory)
+    trajectory.stats["warnings"] += uncertain_turns(trajectory) + shared_friction(trajectory)
     if motion.plan.tol is None and status == loop_state.DONE:
         motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
 

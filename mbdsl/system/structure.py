@@ -78,7 +78,7 @@ _GAMMA = (2, "gamma", f"{modules.__module__}.velocity_constraint", False)
 
 def _along(kind: JointKind) -> str:
     """The module whose kernels define the coordinate of friction."""
-    return f"{modules.__module__}.{kind.friction_along}"
+    return f"{modules.__module__}{'.in_space' if kind.spatial else ''}.{kind.friction_along}"
 
 
 def _every_key(module: ModuleType) -> list[tuple]:

@@ -1,9 +1,12 @@
 """PointOnLine: the origin of frame_b stays on a line through the origin of frame_a along n, free to turn.
 
 g = y_a . d,   z_a . d     with d = r_b - r_a, x along n                                 (2 rows)
+
+Friction: a force mu |lam| against the sliding, see friction.py.
 """
 
 from mbdsl.compilation.marks import kernel
+from mbdsl.elements import friction
 from mbdsl.elements.in_space import prismatic
 from mbdsl.elements.in_space.coordinates import Y, Z, dot2, dot2_hessian
 from mbdsl.elements.in_space.prismatic import Y_A, Z_A
@@ -14,10 +17,14 @@ KIND = JointKind(
     "PointOnLine",
     doc="A pin in a slot: the origin of frame_b stays on the line along n through the origin of frame_a.",
     rows=2,
-    parameters=(prismatic.AXIS,),
+    parameters=(prismatic.AXIS, *friction.parameters("v", "m/s", 1e-3)),
     signals=prismatic.SIGNALS,
     reactions=reactions(total(("-lam[1]", Y_A), ("-lam[2]", Z_A)), None),
-    check=direction,
+    friction=prismatic.FRICTION,
+    friction_along="translational_spring_damper",
+    check=lambda v: direction(v) or friction.check(v),
+    derive=friction.derive,
+    effects=friction.EFFECTS,
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
     along=("s",),
     spatial=True,

@@ -1,9 +1,13 @@
 """Prismatic: frame_b slides along the axis n of frame_a and does not turn relative to it.
 
 g = y_a . d,   z_a . d,   x_a . y_b,   x_a . z_b,   y_a . z_b     with d = r_b - r_a, x along n        (5 rows)
+
+Friction: a force mu |(lam_1, lam_2)| against the sliding, see friction.py. How torques load the guide depends on its
+length, and they are left out.
 """
 
 from mbdsl.compilation.marks import kernel
+from mbdsl.elements import friction
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
 from mbdsl.elements.in_space.vectors import UNTURNED, D, about, axis, cross, direction, dot, reactions, total, turned_to
 from mbdsl.elements.kind import JointKind, Parameter, Signal
@@ -15,6 +19,8 @@ SIGNALS = (
     Signal("s", "m", dot(X_A, D), "position of frame_b along the axis"),
     Signal("v", "m/s", "der(s)", "its rate"),
 )
+#: of a joint whose first two rows hold frame_b on the axis
+FRICTION = friction.formula("hypot(lam[1], lam[2])", "v")
 #: the trace of the rotation from frame_a to frame_b: 3, or -1 after half a turn about one of the axes
 SAME_ATTITUDE = f"({dot(X_A, axis('frame_b', 'x'))} + {dot(Y_A, Y_B)} + {dot(Z_A, Z_B)})"
 
@@ -33,14 +39,22 @@ KIND = JointKind(
     "Prismatic",
     doc="A sliding joint: frame_b moves along the axis n of frame_a and does not turn.",
     rows=5,
-    parameters=(AXIS, Parameter("phi0", "rad", 0.0, "the constant angle of frame_b about the z axis of frame_a")),
+    parameters=(
+        AXIS,
+        Parameter("phi0", "rad", 0.0, "the constant angle of frame_b about the z axis of frame_a"),
+        *friction.parameters("v", "m/s", 1e-3),
+    ),
     signals=SIGNALS,
     # torques about the origin of frame_b: the forces act on frame_a along the axis through it
     reactions=reactions(
         total(("-lam[1]", Y_A), ("-lam[2]", Z_A)),
         total(("lam[3]", cross(X_A, Y_B)), ("lam[4]", cross(X_A, Z_B)), ("lam[5]", cross(Y_A, Z_B))),
     ),
-    check=direction,
+    friction=FRICTION,
+    friction_along="translational_spring_damper",
+    check=lambda v: direction(v) or friction.check(v),
+    derive=friction.derive,
+    effects=friction.EFFECTS,
     axes=axes,
     along=("s",),
     aligned=SAME_ATTITUDE,

@@ -1,9 +1,14 @@
 """Revolute: a hinge, whose axis n is fixed in both frames.
 
 g = r_b - r_a,   x_a . z_b,   y_a . z_b       with z along n                             (5 rows)
+
+Friction: a torque mu radius |F| about n against the relative rotation, see friction.py. F is the whole reaction force:
+its part along n rubs on a collar, taken to have the radius of the pin. How bending moments load the pin depends on its
+length, and they are left out.
 """
 
 from mbdsl.compilation.marks import kernel
+from mbdsl.elements import friction, revolute
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, point
 from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, gradient_of_angle, reactions, total
 from mbdsl.elements.kind import JointKind, Parameter, Signal
@@ -23,12 +28,16 @@ KIND = JointKind(
     "Revolute",
     doc="A hinge: the origins of frame_a and frame_b coincide, and so does the axis n in both.",
     rows=5,
-    parameters=(AXIS,),
+    parameters=(AXIS, *revolute.KIND.parameters),
     signals=SIGNALS,
     reactions=reactions(
         ("-lam[1]", "-lam[2]", "-lam[3]"), total(("lam[4]", cross(X_A, Z_B)), ("lam[5]", cross(Y_A, Z_B)))
     ),
-    check=direction,
+    friction=friction.formula("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w"),
+    friction_along="torque",
+    check=lambda v: direction(v) or friction.check(v),
+    derive=friction.derive,
+    effects=friction.EFFECTS,
     axes=both("z"),
     angle=("phi",),
     aligned=dot(Z_A, Z_B),

@@ -36,7 +36,9 @@ def component(name, kind, values, **ports):
     rows = getattr(declared, "velocity_rows", ())
     formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
     constraints = tuple(map(formulas.velocity_row, rows))
-    return Component(name, declared, values, ports, tuple(declared.formulas), velocity_constraints=constraints)
+    friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
+    signals = tuple(declared.formulas)
+    return Component(name, declared, values, ports, signals, velocity_constraints=constraints, friction=friction)
 
 
 def law(frames, rng):
@@ -111,6 +113,9 @@ def compare(s, q, v, lam):
 
     close(s.stiffness(T, q, v, lam), difference(lambda d: -s.evaluate(T, at(d), v, lam)[0], s.n))
     close(s.damping(T, q, v, lam), difference(lambda d: -s.evaluate(T, q, v + d, lam)[0], s.n))
+    if s.m + s.p:
+        force = difference(lambda d: s.evaluate(T, q, v, lam + d)[0], s.m + s.p)
+        close(s.Q_lam(T, q, v, lam) - s.velocity_jacobian(T, q, v).T, force)
     if s.m:
         close(s.Phi_q(T, q), difference(lambda d: s.Phi(T, at(d)), s.n))
         close(s.Phi_v_q(T, q, v), difference(lambda d: s.evaluate(T, at(d), v)[2], s.n))
