@@ -20,9 +20,11 @@ from mbdsl.compilation.buffer_layout import (
     FORCE0,
     N_ALL,
     N_Q,
+    N_ROTATIONS,
     PAST,
     POSITION,
     POSITION0,
+    ROTATIONS,
     SCALE,
     SOLVER,
     UNKNOWN,
@@ -59,6 +61,7 @@ from mbdsl.integrators.loop.loop_state import (
     WILD,
 )
 from mbdsl.integrators.loop.newton import newton
+from mbdsl.integrators.loop.rotation_chart import from_rates
 from mbdsl.integrators.loop.step_control import (
     after,
     best_order_uneven,
@@ -71,6 +74,7 @@ from mbdsl.integrators.loop.step_control import (
 )
 from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
+from mbdsl.numerics.rotation import untangled
 
 #: steps after which the order of extrapolation is chosen again, since it seldom changes
 RECONSIDER = 4
@@ -255,15 +259,32 @@ def take(t0, h, formulas, run):
 
 
 @kernel
+def cubic(x, q0, v0, q1, v1):
+    """The cubic with values q0, q1 and derivatives v0, v1 at 0 and 1, at x; and its derivative."""
+    c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
+    return q0 + x * (v0 + x * (c2 + x * c3)), v0 + x * (2.0 * c2 + x * 3.0 * c3)
+
+
+@kernel
 def interpolate(k, x, h, out, run):
-    """q and v at the part x of the step by cubic Hermite interpolation."""
-    vectors, n = run.vectors, run.layout[N_Q]
+    """q and v at the part x of the step by cubic Hermite interpolation; of rotations, psi, whose rate at the end of the
+    step is T(psi)^{-1} Omega."""
+    vectors, layout, n = run.vectors, run.layout, run.layout[N_Q]
     for i in range(n):
         q0, v0 = vectors[POSITION0, i], h * vectors[VELOCITY0, i]
         q1, v1 = vectors[POSITION, i], h * vectors[VELOCITY, i]
-        c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
-        out[k, i] = q0 + x * (v0 + x * (c2 + x * c3))
-        out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
+        q, v = cubic(x, q0, v0, q1, v1)
+        out[k, i] = q
+        out[k, n + i] = v / h
+    for r in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * r]
+        psi, end = vectors[POSITION, d:], vectors[VELOCITY, d:]
+        w = untangled(psi, end[0], end[1], end[2])
+        for j in range(3):
+            q, v = cubic(x, vectors[POSITION0, d + j], h * vectors[VELOCITY0, d + j], psi[j], h * w[j])
+            out[k, d + j] = q
+            out[k, n + d + j] = v / h
+    from_rates(out[k], out[k, n:], run)
 
 
 @kernel
