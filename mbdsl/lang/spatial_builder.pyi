@@ -148,6 +148,71 @@ class SpatialBuilder(Builder):
             If a value is wrong; the model does not change.
         """
 
+    def Bushing(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        k: Vector = (0.0, 0.0, 0.0),
+        c: Vector = (0.0, 0.0, 0.0),
+        k_phi: Vector = (0.0, 0.0, 0.0),
+        c_phi: Vector = (0.0, 0.0, 0.0),
+        phi0: Number = 0.0,
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Bushing: a compliant joint: spring and damper along and about x, y
+        and z of frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        k : (3,) numbers or str, optional [N/m]
+            Stiffness along x, y and z of frame_a.
+        c : (3,) numbers or str, optional [N.s/m]
+            Damping along x, y and z of frame_a.
+        k_phi : (3,) numbers or str, optional [N.m/rad]
+            Stiffness about x, y and z; a number: about z.
+        c_phi : (3,) numbers or str, optional [N.m.s/rad]
+            Damping about x, y and z; a number: about z.
+        phi0 : number or str, optional [rad]
+            Twist without torque.
+        x, y, z, phi_x, phi_y, phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``x`` [m]
+            (position along x of frame_a), ``y`` [m] (position along y of frame_a),
+            ``z`` [m] (position along z of frame_a), ``phi_x`` [rad] (tilt about x
+            of frame_a), ``phi_y`` [rad] (tilt about y of frame_a), ``phi`` [rad]
+            (twist about z of frame_a), ``w`` [rad/s] (rate of the twist).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def ConstantVelocity(  # type: ignore[override]
         self,
         name: str,
@@ -496,6 +561,62 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def FreeMotion(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        wx: Start | None = None,
+        wy: Start | None = None,
+        wz: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a FreeMotion: no constraint on frame_b: declares that a body without
+        joints or forces may move freely.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        x, y, z, phi, w, vx, vy, vz, wx, wy, wz : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``x`` [m]
+            (in world axes), ``y`` [m] (in world axes), ``z`` [m] (in world axes),
+            ``phi`` [rad] (angle of frame_b about the axis of frame_a), ``w``
+            [rad/s] (its rate), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx``
+            [rad/s] (relative angular velocity, in world axes), ``wy`` [rad/s]
+            (relative angular velocity, in world axes), ``wz`` [rad/s] (relative
+            angular velocity, in world axes).
 
         Raises
         ------
@@ -1187,6 +1308,68 @@ class SpatialBuilder(Builder):
             If a value is wrong; the model does not change.
         """
 
+    def RotationalStop(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        phi_min: Number | None = None,
+        phi_max: Number | None = None,
+        k: Number,
+        e: Number = 1.0,
+        w_0: Number | None = None,
+        n: Vector = (0.0, 0.0, 1.0),
+        phi: Start | None = None,
+        w: Start | None = None,
+        torque: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a RotationalStop: limits of an angle: beyond them a stiff torsional
+        spring pushes back; it never pulls.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        phi_min : number or str, optional [rad]
+            Lower limit; no limit if omitted.
+        phi_max : number or str, optional [rad]
+            Upper limit; no limit if omitted.
+        k : number or str [N.m/rad]
+            Stiffness; positive.
+        e : number or str, optional
+            Coefficient of restitution of an impact at the speed w_0; positive.
+        w_0 : number or str, optional [rad/s]
+            Speed of approach of this impact; required with e < 1; positive.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        phi, w, torque : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate), ``torque`` [N.m] (resisting torque).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def RotationalVelocityDriver(  # type: ignore[override]
         self,
         name: str,
@@ -1534,6 +1717,68 @@ class SpatialBuilder(Builder):
         n : (3,) numbers or str, optional
             Axis of the motion, in frame_a.
         s, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``force``
+            [N] (resisting force).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def TranslationalStop(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        s_min: Number | None = None,
+        s_max: Number | None = None,
+        k: Number,
+        e: Number = 1.0,
+        v_0: Number | None = None,
+        n: Vector = (1.0, 0.0, 0.0),
+        s: Start | None = None,
+        v: Start | None = None,
+        force: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a TranslationalStop: end stops of a sliding joint: beyond its limits
+        a stiff spring pushes back; it never pulls.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        s_min : number or str, optional [m]
+            Lower limit; no limit if omitted.
+        s_max : number or str, optional [m]
+            Upper limit; no limit if omitted.
+        k : number or str [N/m]
+            Stiffness; positive.
+        e : number or str, optional
+            Coefficient of restitution of an impact at the speed v_0; positive.
+        v_0 : number or str, optional [m/s]
+            Speed of approach of this impact; required with e < 1; positive.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        s, v, force : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.

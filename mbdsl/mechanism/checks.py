@@ -66,11 +66,10 @@ def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]],
 
     first = bodies[floating[0][0]]
     frame = first.name if isinstance(first.kind, BodyKind) and first.kind.is_frame else f"{first.name}.c"
-    free = f"Force free({frame})" if first.kind.spatial else f"FreeMotion free({ground.name}, {frame})"
     raise ModelError(
         message(floating[0]),
         first.span,
-        f"add a joint or a force; if it is meant to fly:  {free};",
+        f"add a joint or a force; if it is meant to fly:  FreeMotion free({ground.name}, {frame});",
         tuple((message(group), bodies[group[0]].span) for group in floating[1:4]),
     )
 

@@ -38,7 +38,9 @@ RIM = 24  #: number of points of a disc's edge
 #: joints that are drawn as a pin, and those that are not drawn; others as a mark
 PINS = ("Revolute", "Spherical", "Universal", "ConstantVelocity")
 HIDDEN = ("Force", "Torque", "RotationalDriver", "RotationalVelocityDriver", "VelocityConstraint", "RollingDisc")
+HIDDEN += ("FreeMotion", "RotationalStop")
 BETWEEN = {"Distance": "rod", "DistanceDriver": "actuator"}
+AT_B = {"Bushing": "bushing"}
 
 
 class View(NamedTuple):
@@ -230,6 +232,8 @@ def _element(c: Component, motion: SpatialMotion) -> Iterator[Shape]:
         yield Shape(draw, c.name, (a, b), data)
     elif name == "RotationalSpringDamper":
         return
+    elif name in AT_B:
+        yield Shape(AT_B[name], c.name, (b, a))
     elif name in PINS:
         yield Shape("pin", c.name, (a,))
     else:

@@ -1,0 +1,89 @@
+"""Bushing: a linear spring and damper in six directions, in the axes of frame_a.
+
+    g = (x_a . d, y_a . d, z_a . d, sigma_1, sigma_2, psi),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
+
+The attitude of frame_b is a twist psi about z_a, which counts turns, followed by a tilt with the rotation vector sigma
+along x_a and y_a (:mod:`~mbdsl.elements.in_space.swing_twist`). Rotations about one axis of frame_a alone have torques
+that are linear at any angle. The forces have a potential, and small rotations are those about x_a, y_a and z_a. A tilt
+of half a turn has no direction.
+"""
+
+from collections.abc import Mapping
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import bushing
+from mbdsl.elements.in_space.coordinates import X, Y, Z, dot2, dot2_hessian
+from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.in_space.swing_twist import (
+    RATE,
+    TILT,
+    TWIST,
+    X_A,
+    Y_A,
+    Z_A,
+    tilt,
+    tilt_hessian,
+    twist,
+    twist_hessian,
+)
+from mbdsl.elements.in_space.vectors import D, dot
+from mbdsl.elements.kind import Parameter, Signal
+
+DRAWING = "bushing"
+NONE = (0.0, 0.0, 0.0)
+
+
+def derive(v: Mapping) -> dict:
+    """A torsional stiffness or damping that is a number acts about z, as in the plane."""
+    return {name: (0.0, 0.0, v[name]) for name in ("k_phi", "c_phi") if not isinstance(v[name], tuple)}
+
+
+KIND = in_space(
+    bushing.KIND,
+    doc="A compliant joint: spring and damper along and about x, y and z of frame_a.",
+    rows=6,
+    parameters=(
+        Parameter("k", "N/m", NONE, "stiffness along x, y and z of frame_a", shape=(3,)),
+        Parameter("c", "N.s/m", NONE, "damping along x, y and z of frame_a", shape=(3,)),
+        Parameter("k_phi", "N.m/rad", NONE, "stiffness about x, y and z; a number: about z", shape=(3,), or_shape=()),
+        Parameter("c_phi", "N.m.s/rad", NONE, "damping about x, y and z; a number: about z", shape=(3,), or_shape=()),
+        Parameter("phi0", "rad", 0.0, "twist without torque"),
+    ),
+    signals=(
+        *(
+            Signal(key, "m", dot(a, D), f"position along {key} of frame_a")
+            for key, a in zip("xyz", (X_A, Y_A, Z_A), strict=True)
+        ),
+        Signal("phi_x", "rad", TILT[0], "tilt about x of frame_a"),
+        Signal("phi_y", "rad", TILT[1], "tilt about y of frame_a"),
+        Signal("phi", "rad", TWIST, "twist about z of frame_a"),
+        Signal("w", "rad/s", RATE, "rate of the twist"),
+    ),
+    energy="0.5*k[1]*x^2 + 0.5*k[2]*y^2 + 0.5*k[3]*z^2"
+    " + 0.5*k_phi[1]*phi_x^2 + 0.5*k_phi[2]*phi_y^2 + 0.5*k_phi[3]*(phi - phi0)^2",
+    derive=derive,
+    springs=lambda v: (
+        *((v["k"][i], v["c"][i], 0.0) for i in range(3)),
+        *((v["k_phi"][i], v["c_phi"][i], v["phi0"] if i == 2 else 0.0) for i in range(3)),
+    ),
+    table=lambda v: (0.0, 0.0),
+    counts_turns=True,
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    dot2(frames, a, X, b, G, 0)
+    dot2(frames, a, Y, b, G, 1)
+    dot2(frames, a, Z, b, G, 2)
+    tilt(frames, a, b, G, 3)
+    twist(frames, a, b, p, G, 5)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    dot2_hessian(frames, a, X, b, s[0], H)
+    dot2_hessian(frames, a, Y, b, s[1], H)
+    dot2_hessian(frames, a, Z, b, s[2], H)
+    tilt_hessian(frames, a, b, s[3], s[4], H)
+    twist_hessian(frames, a, b, s[5], H)

@@ -1,0 +1,165 @@
+"""Bushings, stops and free motion in space: torques by hand, a potential, frequencies, and planar models in space."""
+
+import re
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.mechanism import graph
+from mbdsl.system import build
+
+K, TORSION = np.array([100.0, 200.0, 400.0]), np.array([3.0, 5.0, 7.0])
+
+
+def mount(more="", start="", torsion="{3, 5, 7}"):
+    return f"""spatial model Mount
+      Ground ground(g = 0 m/s2);
+      Body body(m = 2 kg, I = {{0.1, 0.2, 0.4}} kg.m2);
+      Bushing mount(ground, body.c, k = {{100, 200, 400}} N/m, k_phi = {torsion} N.m/rad{more});
+    {start}
+    end Mount;"""
+
+
+def system(text):
+    scene = mbdsl.parse(text)
+    return build(scene, graph.build(scene))
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("angle", [1e-6, 0.3, 0.5, 2.0, 3.1])
+def test_a_rotation_about_one_axis(axis, angle):
+    """The torque is k_phi times the angle, whatever the angle is; forces are those of the displacement."""
+    s = system(mount())
+    q = np.array([0.1, -0.2, 0.3, 0.0, 0.0, 0.0])
+    q[3 + axis] = angle
+    expected = np.zeros(6)
+    expected[:3] = -K * q[:3]
+    expected[3 + axis] = -TORSION[axis] * angle
+    # the closed form of the tilt divides differences of size 1 by the square of its sine, of 2e-3 at 3.1 rad
+    np.testing.assert_allclose(s.Q(0.0, q, np.zeros(6)), expected, rtol=0, atol=1e-11)
+
+
+def test_both_forms_of_the_tilt_agree():
+    """The series below SMALL and the closed form above it: the same torque up to rounding, on either side."""
+    from mbdsl.elements.in_space.swing_twist import SMALL
+
+    s, edge = system(mount()), np.arccos(1.0 - SMALL)
+    slopes = []
+    for angle in (edge - 1e-6, edge + 1e-6):
+        q = np.array([0.0, 0.0, 0.0, 0.6 * angle, 0.8 * angle, 0.0])
+        slopes.append(s.Q(0.0, q, np.zeros(6))[3:] / angle)
+        tilted = s.stiffness(0.0, q, np.zeros(6), np.zeros(0))
+        slopes.append(np.diag(tilted)[3:])
+    assert slopes[0] == pytest.approx(slopes[2], rel=0, abs=2e-5)  # they vary over 2e-6 rad
+    assert slopes[1] == pytest.approx(slopes[3], rel=0, abs=2e-5)
+
+
+def test_frequencies():
+    """Small vibrations: sqrt(k/m) and sqrt(k_phi/I) in three directions each."""
+    modes = mbdsl.eigen(mbdsl.parse(mount()))
+    expected = np.sqrt([*K / 2.0, *TORSION / (0.1, 0.2, 0.4)])
+    assert [mode.omega for mode in modes] == pytest.approx(sorted(expected), rel=1e-9)
+
+
+LARGE = """initial equation
+  body.x = 0.2 m; body.y = -0.1 m; body.z = 0.1 m;
+  body.wx = {w} rad/s; body.wy = {w} rad/s; body.wz = {spin} rad/s;"""
+
+
+def test_the_forces_have_a_potential():
+    """A body that tilts by a radian and twists by more than a turn on soft torsional springs keeps its energy.
+
+    The energy changes with the square of the step, and by less than 1e-4 of it."""
+    scene = mbdsl.parse(mount(start=LARGE.format(w=9, spin=9), torsion="{3, 5, 0.1}"))
+    drifts = []
+    for h in (2e-3, 1e-3):
+        t = mbdsl.simulate(scene, step=h, stop=1.0, interval=0.02, method="hht-si2")
+        drifts.append(np.ptp(t["energy.total"]) / t["energy.total"][0])
+    assert np.hypot(t["mount.phi_x"], t["mount.phi_y"]).max() > 0.8
+    assert np.abs(t["mount.phi"]).max() > 2 * np.pi
+    assert drifts[1] < 1e-4
+    assert drifts[0] / drifts[1] == pytest.approx(4.0, abs=0.5)
+
+
+def test_dampers_take_what_the_energy_loses():
+    """The energy falls by the integral of c times the squares of the rates; trapezoids over 1 ms."""
+    damped = ", c = {2, 3, 4} N.s/m, c_phi = {0.02, 0.03, 0.04} N.m.s/rad"
+    t = mbdsl.simulate(mbdsl.parse(mount(damped, LARGE.format(w=3, spin=9))), step=5e-4, stop=1.0, interval=0)
+    power = np.zeros(len(t.t))
+    for name, c in zip(("x", "y", "z", "phi_x", "phi_y", "phi"), (2, 3, 4, 0.02, 0.03, 0.04), strict=True):
+        power += c * np.gradient(t[f"mount.{name}"], t.t, edge_order=2) ** 2
+    lost = t["energy.total"][0] - t["energy.total"][-1]
+    assert lost > 0.2 * t["energy.total"][0]
+    assert np.trapezoid(power, t.t) == pytest.approx(lost, rel=1e-4)
+
+
+# -- planar models in space --------------------------------------------------------------------------------------------
+
+PLANAR = {
+    "a bushing that turns more than once": """model Mount
+      Ground ground(g = 0 m/s2);
+      Body body(m = 2 kg, I = 0.4 kg.m2, frames(p = {0.1, 0.2}));
+      Bushing mount(ground, body.p, k = {100, 200} N/m, c = {1, 2} N.s/m, k_phi = 0.3 N.m/rad, phi0 = 0.2 rad);
+    initial equation body.x = 0 m; body.y = 0 m; body.phi = 0 rad; body.w = 9 rad/s;
+    end Mount;""",
+    "a swing between stops": """model Swing
+      Ground ground;
+      Body rod(m = 1 kg, I = 0.1 kg.m2, length = 1 m);
+      Revolute pin(ground, rod.a);
+      RotationalStop stop(pin, phi_min = -1.7 rad, phi_max = -1.4 rad, k = 500 N.m/rad, e = 0.7, w_0 = 1 rad/s);
+    initial equation pin.phi = -1.6 rad; pin.w = 2 rad/s;
+    end Swing;""",
+    "a slide between stops": """model Slide
+      Ground ground;
+      Body block(m = 1 kg, I = 0.1 kg.m2);
+      Prismatic guide(ground, block.c);
+      TranslationalStop stop(guide, s_min = -0.1 m, s_max = 0.05 m, k = 5000 N/m, e = 0.7, v_0 = 1 m/s);
+    initial equation guide.s = 0 m; guide.v = 1 m/s;
+    end Slide;""",
+    "a throw": """model Throw
+      Ground ground;
+      Body stone(m = 1 kg, I = 0.1 kg.m2);
+      FreeMotion free(ground, stone.c);
+    initial equation free.x = 1 m; free.y = 2 m; free.phi = 0.5 rad;
+      free.vx = 3 m/s; free.vy = 4 m/s; free.w = 20 rad/s;
+    end Throw;""",
+}
+
+
+@pytest.mark.parametrize("name", PLANAR)
+def test_planar_model_in_space(name):
+    """All common signals, relative to their largest value and to 1; Newton's iteration leaves 1e-7 of reactions."""
+    text = PLANAR[name]
+    solid = re.sub(r"I = (\S+) kg.m2", r"I = {\1, \1, \1} kg.m2", text.replace("model", "spatial model", 1))
+    flat, solid = (mbdsl.simulate(mbdsl.parse(x), step=1e-3, stop=1.0, interval=0.01) for x in (text, solid))
+    assert flat.t == pytest.approx(solid.t, rel=0, abs=1e-6)
+    common = [x for x in flat.signals if x in solid]
+    for signal in common:
+        scale = max(1.0, np.abs(flat[signal]).max())
+        np.testing.assert_allclose(solid[signal], flat[signal], rtol=0, atol=1e-6 * scale, err_msg=signal)
+    own = {x for x in flat.signals if x.startswith(("mount.", "stop.", "free."))}
+    assert own <= set(common) and len(own) >= 3
+
+
+def test_a_stop_along_any_axis():
+    """A block slides up a skew guide against an elastic stop and returns: the depth follows from the energy.
+
+    v^2/2 = g sin(b) d + k d^2/(2 m); the maximum is missed by at most half an interval, in which d falls by a h^2/8."""
+    n, v0, k = np.array([2.0, 3.0, 6.0]) / 7.0, 2.0, 4000.0
+    text = f"""spatial model Slope
+      Ground ground(n = {{0, 0, -1}});
+      Body block(m = 1 kg, I = {{1, 2, 3}} kg.m2);
+      Prismatic guide(ground, block.c, n = {{2, 3, 6}});
+      TranslationalStop stop(ground, block.c, n = {{2, 3, 6}}, s_max = 0 m, k = {k} N/m);
+    initial equation
+      guide.s = 0 m;
+      guide.v = {v0} m/s;
+    end Slope;"""
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-4, stop=0.06, interval=0)
+    weight = 9.81 * n[2]
+    depth = (np.sqrt(weight**2 + k * v0**2) - weight) / k
+    assert t["guide.s"].max() == pytest.approx(depth, abs=2e-6)
+    assert t["stop.force"].max() == pytest.approx(k * depth, rel=1e-4)
+    assert t["guide.v"][-1] == pytest.approx(-v0, abs=0.06 * weight)
+    assert t["energy.total"] == pytest.approx(v0**2 / 2, rel=1e-4)
