@@ -15,6 +15,8 @@ from mbdsl.lang.unparse import write
 from mbdsl.messages import did_you_mean
 
 FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")
+#: joints in space -> those that they are in the plane
+IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic"}
 VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
 
 
@@ -23,10 +25,13 @@ def is_frame_type(name: str) -> bool:
     return foreign_names.kind(name) in FRAME_TYPES
 
 
-def classify(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = list) -> str | tuple[s.Model, Unit]:
+def classify(
+    d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = list, spatial: bool = False
+) -> str | tuple[s.Model, Unit]:
     """The class of a declaration: "value", "frame", "table", the name of a kind, or a model.
 
-    ``around()`` are the other items and equations of its model, for the message about an unknown type.
+    ``around()`` are the other items and equations of its model, and ``spatial`` says whether this is a model in space,
+    for the message about an unknown type.
     """
     name = d.type
     if name in VALUE_TYPES:
@@ -44,7 +49,7 @@ def classify(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = 
         return "value"
     if _known(kind) is not None:
         return kind
-    raise no_type(d, unit, around)
+    raise no_type(d, unit, around, spatial)
 
 
 def _known(kind: str) -> Kind | None:
@@ -60,25 +65,28 @@ def other_dimension(kind: str, spatial: bool, d: s.Declaration) -> ModelError:
             span_of(d.type_at),
             f"the kinds in space are {', '.join(kinds(spatial=True))}",
         )
+    in_plane = f"in the plane it is a {IN_PLANE[kind]}; for a model in space " if kind in IN_PLANE else ""
     return ModelError(
         f"{kind} belongs to models in space, and this model is in the plane",
         span_of(d.type_at),
-        "write `spatial model` at the beginning of the model",
+        f"{in_plane}write `spatial model` at the beginning of the model",
     )
 
 
-def no_type(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = list) -> ModelError:
+def no_type(
+    d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = list, spatial: bool = False
+) -> ModelError:
     """The error for a declaration of an unknown type."""
     if d.prefixes & {"parameter", "constant"}:
         known = [*VALUE_TYPES[1:], *quantities.TYPES]
         return ModelError(f"`{d.type}` is not a type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
     message = f"there is no kind of component or model called `{d.type}`"
-    instead = foreign_kinds.instead(d, lambda port: _end(d, port, around()))
+    instead = foreign_kinds.instead(d, lambda port: _end(d, port, around()), spatial)
     if instead is not None:
         return ModelError(message, span_of(d.type_at), instead)
-    known = [*kinds(), *foreign_names.KINDS, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:]]
+    known = [*kinds(spatial), *foreign_names.KINDS, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:]]
     known += quantities.TYPES if d.value is not None else ()
-    hint = did_you_mean(d.type.rpartition(".")[2], known) or f"the kinds are {', '.join(kinds())}"
+    hint = did_you_mean(d.type.rpartition(".")[2], known) or f"the kinds are {', '.join(kinds(spatial))}"
     return ModelError(message, span_of(d.type_at), hint)
 
 
@@ -102,5 +110,5 @@ def _end(d: s.Declaration, port: str, around: list[s.Item]) -> tuple[str, bool] 
     if not isinstance(found, s.Reference):
         return None
     owner = next((x for x in around if isinstance(x, s.Declaration) and x.name == found.steps[0].name), None)
-    known = find(foreign_names.kind(owner.type)) if owner is not None else None
+    known = _known(foreign_names.kind(owner.type)) if owner is not None else None
     return write(found), isinstance(known, BodyKind)

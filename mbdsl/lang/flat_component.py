@@ -76,9 +76,8 @@ class Template:
             if hint == "":
                 continue
             given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
-            hint = (
-                hint or foreign_names.parameter(known, name, given) or did_you_mean(name, known, f"{kind.name} takes")
-            )
+            hint = hint or foreign_names.parameter(known, name, given, kind.spatial)
+            hint = hint or did_you_mean(name, known, f"{kind.name} takes")
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
 
     def _axis(self, name: str, modifier: Modifier, owner: str, frames: Sequence[s.Expression]) -> str | None:

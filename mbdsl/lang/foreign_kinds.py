@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_names import planar
+from mbdsl.lang.foreign_names import inertia, vector
 from mbdsl.lang.unparse import write
 
 #: end of a name -> the kind here, and its parameters by the names there
@@ -49,9 +49,6 @@ _TEXTS = {
     "Blocks.Interfaces": "an input is declared `input Real u;`, an output `Real y = ...;`",
     "Blocks": _EXPRESSION,
     "Sensors": _SENSOR,
-    "Spherical": "in the plane it is a Revolute",
-    "Universal": "in the plane it is a Revolute",
-    "Cylindrical": "in the plane it is a Prismatic",
     "JointRRR": "use three Revolute joints and two bodies",
     "JointRRP": "use two Revolute joints, a Prismatic and the bodies between them",
     "Inertia": "a rotor is a Body on a Revolute: `Body rotor(m = 1 kg, I = 0.1 kg.m2);`",
@@ -72,14 +69,17 @@ _TEXTS = {
 Ends = Callable[[str], tuple[str, bool] | None]
 
 
-def instead(d: s.Declaration, ends: Ends) -> str | None:
-    """What to write instead of a declaration with a type that mbdsl does not have; None if it is unknown there, too."""
+def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
+    """What to write instead of a declaration with a type that mbdsl does not have; None if it is unknown there, too.
+
+    ``spatial``: in a model in space.
+    """
     parts = d.type.split(".")
     suffixes = [".".join(parts[i:]) for i in range(len(parts))]
     given = {a.name: a.value for a in d.arguments if a.name and a.value is not None}
     for suffix in suffixes:
         if suffix in _MADE:
-            return _MADE[suffix](d.name, given, ends)
+            return _MADE[suffix](d.name, given, ends, spatial)
         if suffix in _RENAMED and not (len(parts) == 1 and "." in suffix):
             return f"write `{_renamed(d, *_RENAMED[suffix])}`"
         if suffix in _TEXTS:
@@ -96,9 +96,9 @@ def _renamed(d: s.Declaration, name: str, names: dict[str, str]) -> str:
     return f"{name} {d.name}({', '.join(shown) or '...'});"
 
 
-def _translation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+def _translation(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     """A frame at one end; the other end is then the frame of a body."""
-    r, first, second = planar(given.get("r")), ends("frame_a"), ends("frame_b")
+    r, first, second = vector(given.get("r"), spatial), ends("frame_a"), ends("frame_b")
     if first is not None and first[1]:
         return f"write `Frame {name}({first[0]}, r = {r});`, and `{name}` instead of `{name}.frame_b`"
     if second is not None and second[1]:
@@ -108,48 +108,66 @@ def _translation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
     return f"a frame at a distance is fixed to a body: write `Frame {name}(body.c, r = {r});`"
 
 
-def _fixed(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+def _fixed(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     angle = f", phi = {write(given['phi'])}" if "phi" in given else ""
-    where = f"r = {planar(given.get('r'))}{angle}" if given else "r = {x, y}"
+    where = f"r = {vector(given.get('r'), spatial)}{angle if not spatial else ''}"
     world = ends("")
     return (
         f"write `Frame {name}({world[0] if world else 'ground'}, {where});`, and `{name}` instead of `{name}.frame_b`"
     )
 
 
-def _rotation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+def _rotation(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     first = ends("frame_a")
     angle = write(given["alpha"]) if "alpha" in given else "..."
     if "angle" in given:  # in degrees
         given_angle = write(given["angle"])
         angle = f"{given_angle} deg" if isinstance(given["angle"], s.Number) else f"({given_angle})*(1 deg)"
-    return f"write `Frame {name}({first[0] if first and first[1] else 'body.c'}, phi = {angle});`"
+    turned = f"phi = {angle}"
+    if spatial:
+        n = write(given["n"]) if "n" in given else "{1, 0, 0}"
+        at = f"r = {vector(given['r'], spatial)}, " if "r" in given else ""
+        turned = f"{at}n = {n}, {turned}"
+    return f"write `Frame {name}({first[0] if first and first[1] else 'body.c'}, {turned});`"
 
 
-def _shape(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
-    inertia = next((write(given[key]) for key in ("I_33", "I") if key in given), "...")
-    com = f", com = {planar(given['r_CM'])}" if "r_CM" in given else ""
+def _shape(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
+    moments = inertia(given) if spatial else next((write(given[key]) for key in ("I_33", "I") if key in given), "...")
+    com = f", com = {vector(given['r_CM'], spatial)}" if "r_CM" in given else ""
     m = write(given["m"]) if "m" in given else "..."
-    return f"write `Body {name}(m = {m}, I = {inertia}{com}, frames(a = {{0, 0}}, b = {planar(given.get('r'))}));`"
+    first = "{0, 0, 0}" if spatial else "{0, 0}"
+    frames = f"frames(a = {first}, b = {vector(given.get('r'), spatial)})"
+    return f"write `Body {name}(m = {m}, I = {moments}{com}, {frames});`"
 
 
-def _box(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+def _box(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     size = [_number(given.get(key)) for key in ("width", "height", "density")]
     width, height, density = size[0], size[1] or size[0], size[2] or 7700.0
     length = _length(given.get("r"))
+    if spatial:
+        return _solid("Box", name, {"length": length, "width": width, "height": height}, density)
     if length is None or width is None or height is None:
         return f"write `Body {name}(m = ..., I = m*(length^2 + width^2)/12, length = ...);`"
     m = density * length * width * height
     return _bar(name, m, m * (length**2 + width**2) / 12.0, length, density)
 
 
-def _cylinder(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+def _cylinder(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     diameter, density = _number(given.get("diameter")), _number(given.get("density")) or 7700.0
     length = _length(given.get("r"))
+    if spatial:
+        radius = diameter / 2.0 if diameter is not None else None
+        return _solid("Cylinder", name, {"length": length, "radius": radius}, density)
     if length is None or diameter is None:
         return f"write `Body {name}(m = ..., I = m*(length^2/12 + diameter^2/16), length = ...);`"
     m = density * math.pi * diameter**2 / 4.0 * length
     return _bar(name, m, m * (length**2 / 12.0 + diameter**2 / 16.0), length, density)
+
+
+def _solid(kind: str, name: str, sizes: dict[str, float | None], density: float) -> str:
+    """A uniform solid in space, whose length is along its x axis."""
+    shown = ", ".join(f"{key} = {'...' if value is None else f'{value:.6g} m'}" for key, value in sizes.items())
+    return f"write `{kind} {name}(rho = {density:g} kg/m3, {shown});`, whose length is along x, from frame a to frame b"
 
 
 def _bar(name: str, m: float, inertia: float, length: float, density: float) -> str:
@@ -159,7 +177,7 @@ def _bar(name: str, m: float, inertia: float, length: float, density: float) -> 
     )
 
 
-def _bushing(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+def _bushing(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     def value(key: str) -> str:
         return write(given[key]) if key in given else "0"
 
@@ -169,12 +187,12 @@ def _bushing(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
     return f"write `Bushing {name}({shown});`, whose frames coincide where it is relaxed"
 
 
-def _marker(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     first = ends("frame_a")
     return f"a point of a body is a frame: write `Frame {name}({first[0] if first else 'body'}, r = {{x, y}});`"
 
 
-_MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends], str]] = {
+_MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends, bool], str]] = {
     "Parts.SpringDamper": _bushing,
     "Marker": _marker,
     "FixedTranslation": _translation,

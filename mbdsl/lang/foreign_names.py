@@ -21,6 +21,7 @@ _QUALIFIED = {
     "Joints.Revolute": "Revolute",
     "Joints.Prismatic": "Prismatic",
     "Joints.FreeMotion": "FreeMotion",
+    **{f"Joints.{name}": name for name in ("Spherical", "Universal", "Cylindrical", "Planar")},
     "Forces.Torque": "Torque",
     "Interfaces.Frame": "Frame",
     "Interfaces.Frame_a": "Frame_a",
@@ -98,15 +99,15 @@ FUNCTIONS = {
 }
 #: member of a component or frame -> what to write instead
 MEMBERS = {
-    **dict.fromkeys(("r_0", "r"), "its position is x and y"),
-    **dict.fromkeys(("v_0",), "its velocity is vx and vy"),
-    **dict.fromkeys(("a_0",), "its acceleration is ax and ay, in results"),
+    **dict.fromkeys(("r_0", "r"), "its position is x and y, in space also z"),
+    **dict.fromkeys(("v_0",), "its velocity is vx and vy, in space also vz"),
+    **dict.fromkeys(("a_0",), "its acceleration is ax and ay, in space also az, in results"),
     **dict.fromkeys(("w_a", "w_rel", "w_rel_a"), "its angular velocity is w"),
     **dict.fromkeys(("R", "phi_rel", "angle"), "its angle is phi"),
     "z_a": "its angular acceleration is alpha, in results",
     "s_rel": "its distance or position is s",
     "v_rel": "its velocity is v",
-    "f": "forces are fx and fy of joints, `force` of springs",
+    "f": "forces are fx and fy, in space also fz, of joints, `force` of springs",
     "t": "torques are tau of joints, `torque` of springs",
     **dict.fromkeys(
         ("axis", "support", "flange", "flange_a", "flange_b"),
@@ -148,10 +149,19 @@ PARAMETERS = {
 }
 
 
-def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression]) -> str | None:
+#: parameters of the inertia of a body
+MOMENTS, PRODUCTS = ("I_11", "I_22", "I_33"), ("I_21", "I_31", "I_32")
+
+
+def parameter(
+    known: Sequence[str], name: str, given: Mapping[str, s.Expression], spatial: bool = False
+) -> str | None:
     """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
+    if spatial and "I" in known and name in (*MOMENTS, *PRODUCTS):
+        return f"write `I = {inertia(given)}`"
     if (same := _SAME.get(name)) in known:
-        return f"write `{same} = {planar(given[name])}`" if name in given else f"it is called `{same}` here"
+        value = vector(given.get(name), spatial)
+        return f"write `{same} = {value}`" if name in given else f"it is called `{same}` here"
     if name == "d" and "k" in known and "c" in known:
         stiffness = f"k = {write(given['c'])}, " if "c" in given and "k" not in given else ""
         damping = write(given["d"]) if "d" in given else "..."
@@ -178,6 +188,23 @@ def in_braces(e: s.Expression | None, shape: tuple[int, ...]) -> str | None:
     return None
 
 
+def vector(e: s.Expression | None, spatial: bool) -> str:
+    """A vector as it is written in a model in space, or in the plane."""
+    if not spatial:
+        return planar(e)
+    return write(e) if e is not None else "{x, y, z}"
+
+
+def inertia(given: Mapping[str, s.Expression]) -> str:
+    """The moments of inertia of a body in space, or its matrix if there are products of inertia."""
+    moments = [write(given[name]) if name in given else "..." for name in MOMENTS]
+    if not any(name in given for name in PRODUCTS):
+        return f"{{{', '.join(moments)}}}"
+    xy, xz, yz = (write(given[name]) if name in given else "0" for name in PRODUCTS)
+    rows = ((moments[0], xy, xz), (xy, moments[1], yz), (xz, yz, moments[2]))
+    return "{" + ", ".join("{" + ", ".join(row) + "}" for row in rows) + "}"
+
+
 def planar(e: s.Expression | None) -> str:
     """A vector as it is written in the plane: {1, 0, 0} as {1, 0}."""
     if isinstance(e, s.Array) and len(e.items) == 3 and e.unit is None:
@@ -192,7 +219,7 @@ def axis(kind_name: str, owner: str, n: Sequence[float], frames: Sequence[str]) 
             return ""
         if tuple(n) == (0, 0, -1):
             return "angles are counter-clockwise; exchange its frames to reverse the sign"
-        return "mbdsl is planar: joints turn about z"
+        return "joints in the plane turn about z; for a model in space write `spatial model`"
     if kind_name != "Prismatic" or len(n) not in (2, 3) or not any(n[:2]) or any(n[2:]):
         return None
     if n[0] > 0 and n[1] == 0:

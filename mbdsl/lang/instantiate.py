@@ -151,7 +151,7 @@ class Instance:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = self._classes.get(id(d))  # loops declare the same again and again
         if kind is None:
-            kind = self._classes[id(d)] = classify(d, member.unit, self._around)
+            kind = self._classes[id(d)] = classify(d, member.unit, self._around, self.assembly.spatial)
         if d.notes:
             self._refuse_shapes(d, kind)
         if "input" in d.prefixes:
@@ -175,7 +175,7 @@ class Instance:
             self.namespace.members[d.name] = self._outer(d)
             return
         if d.prefixes & {"parameter", "constant"}:
-            raise no_type(d, member.unit)
+            raise no_type(d, member.unit, spatial=self.assembly.spatial)
         positional, own = bind(d.arguments, scope, self.level)
         modifiers = merge(given.inner, own) if given is not None and given.inner else own
         if given is not None and given.value is not None and kind != "frame":
