@@ -104,6 +104,11 @@ MEMBERS = {
     **dict.fromkeys(("a_0",), "its acceleration is ax and ay, in space also az, in results"),
     **dict.fromkeys(("w_a", "w_rel", "w_rel_a"), "its angular velocity is w"),
     **dict.fromkeys(("R", "phi_rel", "angle"), "its angle is phi"),
+    **dict.fromkeys(
+        ("frame_a", "frame_b"),
+        "they are the frames a and b of a body: give it a length, or `frames(a = {0, 0} m, b = {1, 0} m)`, positions "
+        "from its reference point",
+    ),
     "z_a": "its angular acceleration is alpha, in results",
     "s_rel": "its distance or position is s",
     "v_rel": "its velocity is v",
