@@ -1420,6 +1420,62 @@ class SpatialBuilder(Builder):
             If a value is wrong; the model does not change.
         """
 
+    def Screw(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        pitch: Number,
+        n: Vector = (1.0, 0.0, 0.0),
+        s: Start | None = None,
+        v: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Screw: a nut on a spindle: frame_b slides along the axis n of
+        frame_a, and turns about it once for each pitch.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        pitch : number or str [m]
+            Displacement of a turn to the right; negative for a left-hand thread.
+        n : (3,) numbers or str, optional
+            Axis of the motion, in frame_a.
+        s, v, phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``phi``
+            [rad] (angle of frame_b about the axis, in proportion to s), ``w``
+            [rad/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N]
+            (force along y on frame_b), ``fz`` [N] (force along z on frame_b),
+            ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque about y
+            on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m]
+            (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def Sphere(  # type: ignore[override]
         self,
         name: str,

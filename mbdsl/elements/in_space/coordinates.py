@@ -94,33 +94,47 @@ def angle(frames, a, b, p, G, k):
     """g = atan2(y_a . x_b, x_a . x_b), the angle of x_b about z_a, which counts turns [rad].
 
     p[0] is the angle at the end of the last accepted step, and p[1] becomes that of this evaluation.
-    With u = z_a . x_b and the projection e = x_b - u z_a, dg = (z_a - u/e^2 e) . (dphi_b - dphi_a).
     """
-    x, y = 0.0, 0.0
-    u, e2 = 0.0, 0.0
-    for i in range(3):
-        x += frames[a, X + i] * frames[b, X + i]
-        y += frames[a, Y + i] * frames[b, X + i]
-        u += frames[a, Z + i] * frames[b, X + i]
-    e2 = x * x + y * y
-    g = atan2(y, x)
+    g = angle_about(frames, a, b, X, Y, Z, G, k)
     p[1] = g + 2.0 * pi * floor((p[0] - g) / (2.0 * pi) + 0.5)
     G[k, VALUE] = p[1]
+
+
+@kernel
+def angle_about(frames, a, b, x, y, z, G, k):
+    """g = atan2(y_a . x_b, x_a . x_b), the angle of x_b about z_a, between -pi and pi; and its gradient.
+
+    The axes are those at columns x, y and z. With u = z_a . x_b and the projection e = x_b - u z_a,
+    dg = (z_a - u/e^2 e) . (dphi_b - dphi_a).
+    """
+    c, s, u = 0.0, 0.0, 0.0
     for i in range(3):
-        m = frames[a, Z + i] - u / e2 * (frames[b, X + i] - u * frames[a, Z + i])
+        c += frames[a, x + i] * frames[b, x + i]
+        s += frames[a, y + i] * frames[b, x + i]
+        u += frames[a, z + i] * frames[b, x + i]
+    e2 = c * c + s * s
+    for i in range(3):
+        m = frames[a, z + i] - u / e2 * (frames[b, x + i] - u * frames[a, z + i])
         G[k, PHI_A + i], G[k, PHI_B + i] = -m, m
+    return atan2(s, c)
 
 
 @kernel
 def angle_hessian(frames, a, b, factor, H):
     """H += factor * d(G^T)/dz."""
+    angle_about_hessian(frames, a, b, X, Z, factor, H)
+
+
+@kernel
+def angle_about_hessian(frames, a, b, x, z, factor, H):
+    """H += factor * d(G^T)/dz of the angle of x_b about z_a, axes at columns x and z."""
     u, e2 = 0.0, 0.0
     for i in range(3):
-        u += frames[a, Z + i] * frames[b, X + i]
+        u += frames[a, z + i] * frames[b, x + i]
     e2 = 1.0 - u * u
     c, d = factor * u / e2, factor * (1.0 + u * u) / (e2 * e2)
-    zx, zy, zz = frames[a, Z], frames[a, Z + 1], frames[a, Z + 2]
-    xx, xy, xz = frames[b, X], frames[b, X + 1], frames[b, X + 2]
+    zx, zy, zz = frames[a, z], frames[a, z + 1], frames[a, z + 2]
+    xx, xy, xz = frames[b, x], frames[b, x + 1], frames[b, x + 2]
     # m = z - u/e^2 e: dm = (factor + c u) dz + (c z - d e) du - c dx, with dz = dphi_a x z, dx = dphi_b x x
     t = factor + c * u
     add_cross(t * zx, t * zy, t * zz, H, PHI_A, PHI_A)
@@ -130,9 +144,9 @@ def angle_hessian(frames, a, b, factor, H):
     for j in range(3):
         k, l = (j + 1) % 3, (j + 2) % 3
         # du = (z x x) . (dphi_a - dphi_b)
-        n = frames[a, Z + k] * frames[b, X + l] - frames[a, Z + l] * frames[b, X + k]
+        n = frames[a, z + k] * frames[b, x + l] - frames[a, z + l] * frames[b, x + k]
         for i in range(3):
-            w = (c * frames[a, Z + i] - d * (frames[b, X + i] - u * frames[a, Z + i])) * n
+            w = (c * frames[a, z + i] - d * (frames[b, x + i] - u * frames[a, z + i])) * n
             H[PHI_A + i, PHI_A + j] -= w
             H[PHI_A + i, PHI_B + j] += w
             H[PHI_B + i, PHI_A + j] += w

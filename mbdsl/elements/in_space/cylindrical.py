@@ -35,6 +35,17 @@ KIND = JointKind(
 
 @kernel
 def gradient(frames, a, b, p, G):
+    lines(frames, a, b, G)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    lines_hessian(frames, a, b, s, H)
+
+
+@kernel
+def lines(frames, a, b, G):
+    """The x axes of both frames lie on one line (4 rows)."""
     dot2(frames, a, Y, b, G, 0)
     dot2(frames, a, Z, b, G, 1)
     dot1(frames, a, Y, b, X, G, 2)
@@ -42,7 +53,8 @@ def gradient(frames, a, b, p, G):
 
 
 @kernel
-def hessian(frames, a, b, p, s, H):
+def lines_hessian(frames, a, b, s, H):
+    """H += d(G^T s)/dz of ``lines``."""
     dot2_hessian(frames, a, Y, b, s[0], H)
     dot2_hessian(frames, a, Z, b, s[1], H)
     dot1_hessian(frames, a, Y, b, X, s[2], H)
