@@ -154,6 +154,33 @@ def jacobians(block, vectors, frames, numbers, layout):
             minus_cross(lx, ly, lz, B, 3)
             minus_cross(wy * lz - wz * ly, wz * lx - wx * lz, wx * ly - wy * lx, B, 36 + 3)
             minus_cross(wx, wy, wz, B, 36 + 21)
+            if layout[CHART]:
+                add_half_turn(lx, ly, lz, 0.5 * wx, 0.5 * wy, 0.5 * wz, B)
+
+
+@kernel
+def add_half_turn(lx, ly, lz, x, y, z, B):
+    """Add B w~ to (B v)_q in ``B``, with half of the angular velocity w = (x, y, z): [[0, -l~ w~], [0, w~]].
+
+    In a step, velocities are functions of the rotation vector psi. A small rotation d of the body changes psi by
+    T^{-1} d, about d + psi x d/2, and psi is about h omega. With this term, the derivatives of velocities by d are
+    those by psi, and (Phi_q v)_q v is as before.
+    """
+    C = B[36:]
+    # -l~ w~ = (l . w) I - w l^T; its diagonal is not set otherwise
+    C[3], C[10], C[17] = y * ly + z * lz, x * lx + z * lz, x * lx + y * ly
+    C[4] -= x * ly
+    C[5] -= x * lz
+    C[9] -= y * lx
+    C[11] -= y * lz
+    C[15] -= z * lx
+    C[16] -= z * ly
+    C[22] -= z
+    C[23] += y
+    C[27] += z
+    C[29] -= x
+    C[33] -= y
+    C[34] += x
 
 
 @kernel

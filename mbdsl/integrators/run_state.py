@@ -80,7 +80,9 @@ class RunState:
         # one bounds the second, because differences of an oscillating a do not show the local error. The second is
         # smaller for methods other than stabilised index 2, whose reactions have the error of positions times 1/h^2.
         relative = 1e-5 if declaration.sets == 2 else 1e-6
-        reals[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = 8e-12, relative, 1e-11
+        # The first is smaller in space, where it is relative to speeds without spins.
+        of_speed = 2e-12 if len(self.system.tables.rotations) else 8e-12
+        reals[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = of_speed, relative, 1e-11
         # UNIT converts unknowns and residuals to positions. WILD is the largest change of an unknown over a step, as a
         # position: the step is too large for a motion whose acceleration changes more.
         reals[loop_state.UNIT], reals[loop_state.WILD] = self.h**2, 25.0

@@ -9,9 +9,11 @@ from mbdsl.compilation.buffer_layout import (
     N_ALL,
     N_GAM,
     N_Q,
+    N_ROTATIONS,
     NEW_MASS,
     POSITION0,
     RESIDUAL,
+    ROTATIONS,
     SCALE,
     UNKNOWN,
     UNKNOWN0,
@@ -57,6 +59,8 @@ NOISE = 0.3
 LONG = 100
 #: largest size that loosens the bounds of kinematics: larger coordinates count turns or long travels
 FAR = 16.0
+#: speed of points at this part of the mechanism's length from the axis of a spin, relative to the spin
+SPIN = 1e-2
 EPS = 2.220446049250313e-16
 
 
@@ -132,6 +136,22 @@ def kinematic(run):
 
 
 @kernel
+def travel_speed(run):
+    """The largest scaled velocity of bodies in space, without their spins, or a small part of the largest spin if it is
+    larger: a top moves its joint far more slowly than it turns."""
+    vectors, layout, speed, spin, k = run.vectors, run.layout, 0.0, 0.0, 0
+    for i in range(layout[N_Q]):
+        own = abs(vectors[VELOCITY0, i]) * vectors[SCALE, i]
+        d = layout[layout[ROTATIONS] + 2 * k] if k < layout[N_ROTATIONS] else i + 1
+        if i < d:
+            speed = max(speed, own)
+        else:
+            spin = max(spin, own)
+            k = k + 1 if i == d + 2 else k
+    return max(speed, SPIN * spin)
+
+
+@kernel
 def limits(h, run):
     """The bounds of a step of length h."""
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
@@ -157,6 +177,8 @@ def limits(h, run):
     tolerance = min(reals[RELATIVE_TOL] * h * h * bend, reals[LOOSEST] * near)
     velocity_tolerance = reals[LOOSEST] * size
     if integers[STABILISED] or layout[N_GAM] > 0:
+        if layout[N_ROTATIONS] > 0:
+            speed = travel_speed(run)
         velocity_tolerance = max(reals[VELOCITY_TOL] * h * speed, 4.0 * EPS * size)
     return Limits(size, 16.0 * EPS * size, rounding, min(rounding, EPS * near), tolerance, velocity_tolerance)
 

@@ -13,6 +13,7 @@ Phi_q^T and Gam_v^T on the right have no factor. If the factors of Gam_v and Gam
 
 from __future__ import annotations
 
+from mbdsl.compilation.buffer_layout import N_ROTATIONS
 from mbdsl.compilation.marks import kernel
 
 
@@ -25,12 +26,22 @@ def tangent_matrix(k, t, run, M=0.0, K=0.0, D=0.0, Mx_q=0.0, f_lam=0.0, Phi_q=0.
 
 
 @kernel
-def iteration_matrix(k, t, run, M, K, D, Gam_q, Mx_q=0.0, f_lam=1.0):
-    """Matrix k <- that of Newton's iteration, [[M + K + D + (M x)_q, Phi_q^T], [Phi_q, 0]].
+def iteration_matrix(k, t, run, M, K, D, Gam_q, Mx_q=0.0, f_lam=1.0, N=0.0):
+    """Matrix k <- that of Newton's iteration, [[M + K + D + (M x)_q, Phi_q^T], [Phi_q + N, 0]].
 
     With the derivatives of a method's formulas, the factor K is dq/da, the factor D is dv/da, and Gam_q is dq/dv.
     """
-    tangent_matrix(k, t, run, M=M, K=K, D=D, Mx_q=Mx_q, f_lam=f_lam, Phi_q=1.0, Gam_v=1.0, Gam_q=Gam_q)
+    tangent_matrix(k, t, run, M=M, K=K, D=D, Mx_q=Mx_q, f_lam=f_lam, Phi_q=1.0, N=N, Gam_v=1.0, Gam_q=Gam_q)
+
+
+@kernel
+def velocity_matrix(k, t, run, M, K, D, q_v, Mx_q=0.0, f_lam=1.0):
+    """``iteration_matrix`` of a stabilised method, whose rows of constraints are those on velocities; q_v is dq/dv.
+
+    N is left to the next iteration in the plane. In space it is as large as the spin of a body.
+    """
+    N = q_v if run.layout[N_ROTATIONS] > 0 else 0.0
+    iteration_matrix(k, t, run, M=M, K=K, D=D, Mx_q=Mx_q, f_lam=f_lam, Gam_q=q_v, N=N)
 
 
 @kernel

@@ -44,7 +44,7 @@ from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import clear, factor
 from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples
-from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, stiffness_matrix
+from mbdsl.integrators.loop.tangent_matrices import projection_matrix, stiffness_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.generalized_alpha_i3 import (
     RHO,
@@ -129,7 +129,7 @@ def matrix(t, h, run):
     """
     of_q, of_v = new_weights(run)
     k, d = of_q * h * h, of_v * h
-    iteration_matrix(0, t, run, M=1.0, K=k, D=d, Mx_q=k, Gam_q=k / d)
+    velocity_matrix(0, t, run, M=1.0, K=k, D=d, Mx_q=k, q_v=k / d)
     projection_matrix(1, t, run, M=2.0)
     clear(2, run)
     if couples(1.0, run):

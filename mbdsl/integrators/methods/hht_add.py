@@ -75,10 +75,10 @@ from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.run_data import inertia
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two, stiff
 from mbdsl.integrators.loop.tangent_matrices import (
-    iteration_matrix,
     projection_matrix,
     stiffness_matrix,
     tangent_matrix,
+    velocity_matrix,
 )
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods import hht_i3
@@ -207,7 +207,7 @@ def matrix(t, h, run):
     k, d = beta * (1 + alpha), gamma * (1 + alpha)
     of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # d times the derivative of psi_II by eta
     of_mass, of_Gam = beta / gamma * h * h, beta * h / gamma
-    iteration_matrix(0, t, run, M=1.0, K=k * h * h, D=d * h, Mx_q=of_mass, f_lam=of_lam, Gam_q=of_Gam)
+    velocity_matrix(0, t, run, M=1.0, K=k * h * h, D=d * h, Mx_q=of_mass, f_lam=of_lam, q_v=of_Gam)
     projection_matrix(1, t, run, M=1.0)
     clear(2, run)
     if couples(1.0, run):

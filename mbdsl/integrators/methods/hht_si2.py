@@ -62,7 +62,7 @@ from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
 from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
-from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, stiffness_matrix
+from mbdsl.integrators.loop.tangent_matrices import projection_matrix, stiffness_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
 from mbdsl.integrators.methods.newmark import memory, weights
@@ -141,7 +141,7 @@ def matrix(t, h, run):
     matrix 2 <- -h^2 K (and -h/gamma Gam_q), not factorised, or empty where it is negligible."""
     beta, gamma, alpha, _past = weights(run)
     mass = 1 / (1 + alpha)
-    iteration_matrix(0, t, run, M=mass, K=beta * h * h, D=gamma * h, Gam_q=beta * h / gamma)
+    velocity_matrix(0, t, run, M=mass, K=beta * h * h, D=gamma * h, q_v=beta * h / gamma)
     projection_matrix(1, t, run, M=2.0)
     clear(2, run)
     if couples(mass, run):

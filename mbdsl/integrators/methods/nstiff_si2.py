@@ -57,7 +57,7 @@ from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
 from mbdsl.integrators.loop.loop_state import LAST_H, STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
-from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, stiffness_matrix
+from mbdsl.integrators.loop.tangent_matrices import projection_matrix, stiffness_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.nstiff import P, S, begin, finish, local_error, memory, set_ratio
 
@@ -129,7 +129,7 @@ def residual(h, run):
 def matrix(t, h, run):
     """Matrices 0, 1 and 2 <- [[S, Phi_q^T], [Phi_q, 0]], [[1, Phi_q^T], [Phi_q, 0]], both factorised, and -s^2 K."""
     s = run.memory[S] * h
-    iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
+    velocity_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, q_v=s)
     projection_matrix(1, t, run, M=0.0)
     for i in range(run.layout[N_Q]):
         run.matrices[1, run.layout[run.layout[SLOTS] + run.layout[MASS_SLOTS] + i]] += 1.0

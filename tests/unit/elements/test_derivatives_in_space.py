@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mbdsl.compilation import buffer_layout
 from mbdsl.elements import find, modules
 from mbdsl.elements.kind import ForceKind, JointKind, PairKind
 from mbdsl.expressions import spatial_coordinates
@@ -142,6 +143,27 @@ def compare(s, q, v, lam):
         close(s.Gam_q(T, q, v), difference(lambda d: s.Gam(T, at(d), v), s.n))
         forces = s.evaluate(T, q, v, lam)[0] - s.evaluate(T, q, v, 0.0 * lam)[0]
         close(-forces, s.velocity_jacobian(T, q, v).T @ lam)
+
+
+@pytest.mark.parametrize("kind", CONSTRAINTS, ids=lambda kind: kind.name)
+def test_constraint_tangents_in_a_step(kind):
+    """In a step, velocities are functions of the rotation vector psi, with Omega = T(psi) psi', which is
+    Omega_0 + Omega_0 x psi/2 for small psi."""
+    s = system(kind)
+    q, v, _ = states(s, np.random.default_rng(0))
+
+    def rates(d):
+        found = v.copy()
+        for k, _ in s.tables.rotations:
+            found[k : k + 3] += np.cross(v[k : k + 3], d[k : k + 3]) / 2
+        return found
+
+    s.evaluate(T, q, v)
+    s._work.layout[buffer_layout.CHART] = 1
+    if s.m:
+        close(s.Phi_v_q(T, q, v), difference(lambda d: s.evaluate(T, s.moved(q, d), rates(d))[2], s.n))
+    if s.p:
+        close(s.Gam_q(T, q, v), difference(lambda d: s.Gam(T, s.moved(q, d), rates(d)), s.n))
 
 
 @pytest.mark.parametrize("kind", CONSTRAINTS, ids=lambda kind: kind.name)
