@@ -12,6 +12,9 @@ from mbdsl.bodies.contract import Array, Described, Pose
 from mbdsl.bodies.spatial_rigid_body_kernels import ROTATION
 from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
 
+#: principal moments of inertia below this part of the largest are zero: of a rod whose matrix of inertia is rounded
+THIN = 1e-12
+
 
 class SpatialRigid:
     """A rigid body with the position x of its centre of mass and the rotation vector of its attitude R.
@@ -29,6 +32,13 @@ class SpatialRigid:
 
     def mass(self) -> Array:
         return np.concatenate([np.full(3, self._m), np.diag(self._J)])
+
+    def massless(self) -> Array:
+        """Directions (6, k) on which the mass matrix is zero."""
+        moments, axes = np.linalg.eigh(self._J)
+        axes = axes[:, moments <= THIN * max(moments[-1], 0.0)]
+        moving = np.eye(6)[:, : 0 if self._m > 0.0 else 3]
+        return np.hstack([moving, np.vstack([np.zeros((3, axes.shape[1])), axes])])
 
     def couplings(self) -> list[tuple[int, int, float]]:
         return []  # they depend on the attitude in world axes: the kernels contain them
@@ -53,7 +63,7 @@ class SpatialRigid:
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
         """First coordinate, first frame, number of frames, offsets of their poses and of the rotation, first slot."""
         offset = buffers.floats(value for pose in poses for value in pose)
-        singular = np.linalg.matrix_rank(self._J) < 3
+        singular = self.massless()[3:].any()
         inverse = np.zeros((3, 3)) if singular else np.linalg.inv(self._J)
         rotation = [*np.eye(3).ravel(), 1.0, 0.0, 0.0, 0.0, *np.eye(3).ravel(), *self._J.ravel(), *inverse.ravel()]
         at = buffers.floats([*rotation, *[0.0] * (ROTATION - len(rotation))])

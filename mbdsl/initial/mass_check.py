@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.messages import few
+from mbdsl.system.massless import massless
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -36,22 +37,20 @@ def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | Non
     InitialisationError or None
         It names the bodies.
     """
-    M = system.M(t, q)
-    light = np.flatnonzero(np.asarray(M.diagonal()) == 0.0)
-    if not 0 < len(light) <= MOST:
+    light = massless(system.tables)
+    if not 0 < light.shape[1] <= MOST:
         return None
-    scale = system.tables.scale[light]
-    J = _dense(system.velocity_jacobian(t, q, v)[:, light]) / scale
+    light = light / system.tables.scale[:, None]
+    J = _dense(system.velocity_jacobian(t, q, v) @ light)
     size = np.linalg.norm(J, axis=1, keepdims=True)
-    free = _null_space(J / np.where(size > 0.0, size, 1.0))
+    free = light @ _null_space(J / np.where(size > 0.0, size, 1.0))
     if lam is not None and free.shape[1]:
-        held = [X[light][:, light] for X in (system.stiffness(t, q, v, lam), system.damping(t, q, v, lam))]
-        resistance = np.vstack([free.T @ (_dense(X) / scale / scale[:, None]) @ free for X in held])
-        free = free @ _null_space(resistance)
+        held = (system.stiffness(t, q, v, lam), system.damping(t, q, v, lam))
+        free = free @ _null_space(np.vstack([free.T @ _dense(X @ free) for X in held]))
     if not free.shape[1]:
         return None
-    share = np.abs(free).max(axis=1)
-    moving = light[share > PART * share.max()]
+    share = np.abs(free * system.tables.scale[:, None]).max(axis=1)
+    moving = np.flatnonzero(share > PART * share.max())
     owners = [body.name for body in system.scene.bodies() for _ in body.coordinates]
     bodies = list(dict.fromkeys(owners[k] for k in moving))
     components = [system.scene.components[name] for name in bodies]

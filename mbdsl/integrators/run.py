@@ -28,6 +28,7 @@ from mbdsl.integrators.standstill import WINDOW, Standstill
 from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.massless import massless
 from mbdsl.system.peaks_along_motion import OnTheWay
 
 Array = NDArray[np.float64]
@@ -212,9 +213,9 @@ class Integration(RunState):
         vectors[buffer_layout.UNKNOWN2] = vectors[buffer_layout.UNKNOWN0 + buffer_layout.PAST]
 
     def _check_masses(self) -> None:
-        mass = self.system.mass()
-        if not (mass > 0.0).all():
-            name = self.system.names()[int(np.flatnonzero(~(mass > 0.0))[0])]
+        free = massless(self.system.tables)
+        if free.shape[1]:
+            name = self.system.names()[int(np.abs(free[:, 0]).argmax())]
             raise InitialisationError(
                 f"{self.method} divides forces by masses, but {name} has none",
                 hint="give it a mass, or take another method",

@@ -31,6 +31,7 @@ from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
 from mbdsl.system.emit import Kernels
 from mbdsl.system.in_space import layout_of
+from mbdsl.system.massless import massless
 from mbdsl.system.peaks_in_time import Kept, Zone, time_zones
 from mbdsl.system.tables import Tables
 from mbdsl.system.time_derivatives import Clock
@@ -320,17 +321,18 @@ class System:
         return self.tangent(t, q, cM=1.0)[: self.n, : self.n]
 
     def solve_mass(self, t: float, q, force: Array) -> Array:
-        """M^{-1} force (n,); coordinates without mass are given a mass of 1."""
+        """M^{-1} force (n,); motions without mass are given a mass of 1."""
         mass = self.mass()
         if self.mass_is_diagonal:
             return force / np.where(mass > 0.0, mass, 1.0)
-        M, more = self.M(t, q), np.where(mass > 0.0, 0.0, 1.0)
+        M, free = self.M(t, q), massless(self.tables)
         if isinstance(M, np.ndarray):
-            return np.asarray(np.linalg.solve(M + np.diag(more), force), float)
-        from scipy.sparse import csc_array, diags_array
+            return np.asarray(np.linalg.solve(M + free @ free.T, force), float)
+        from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 
-        return splu(csc_array(M + diags_array(more))).solve(force)
+        columns = csc_array(free)
+        return splu(csc_array(M) + columns @ columns.T).solve(force)
 
     def tangent(
         self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0, a=None

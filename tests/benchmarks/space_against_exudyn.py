@@ -105,9 +105,7 @@ def their_chain(n: int) -> Callable[[Any, Any, Any], tuple[int, list[float]]]:
                 referenceRotationMatrix=np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]),
                 gravity=[0, 0, -9.81],
             )
-            mbs.CreateSphericalJoint(
-                itemNumbers=[before, body], position=end.tolist(), useGlobalFrame=True, show=False
-            )
+            mbs.CreateSphericalJoint(itemNumbers=[before, body], position=end.tolist(), useGlobalFrame=True, show=False)
             before, end = body, end + 0.2 * np.array([c, s, 0])
             if k == 3:
                 found = body

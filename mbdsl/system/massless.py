@@ -1,0 +1,25 @@
+"""Motions without mass: coordinates, and rotations in space about axes that may lie between those of the body."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.system.tables import Tables
+
+Array = NDArray[np.float64]
+
+
+def massless(tables: Tables) -> Array:
+    """Orthonormal directions (n, k), in the axes of the bodies, on which the mass matrix is zero."""
+    n = sum(model.n for model in tables.models.values())
+    found = [np.zeros((n, 0))]
+    for name, d in tables.coordinates.items():
+        model = tables.models[name]
+        # an optional member: kinds with a mass matrix that is singular, but not on a coordinate
+        own = model.massless() if hasattr(model, "massless") else np.eye(model.n)[:, ~(model.mass() > 0.0)]
+        if own.shape[1]:
+            columns = np.zeros((n, own.shape[1]))
+            columns[d : d + model.n] = own
+            found.append(columns)
+    return np.hstack(found)
