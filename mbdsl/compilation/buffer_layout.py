@@ -99,7 +99,7 @@ COUPLINGS, N_COUPLINGS, COUPLING_VALUES = 37, 38, 39
 SWITCHES, N_SWITCHES = 40, 41  #: offset in layout of a list with the offset of each switch's record, and their number
 TURNS, N_TURNS = 42, 43  #: offset in layout of (offset in numbers, coordinate) of each angle with counted turns; number
 COUPLED, N_COUPLED = 44, 45  #: offset in layout of the records of couplings, and their number
-COUPLING = 4  #: ints of such a record: offset in numbers of (f, f', f''), and their registers
+COUPLING = 2  #: ints of such a record: offset in numbers of f or one of its derivatives, and its register
 # rotations of bodies in space: offset in layout of (first coordinate, offset in numbers) of each; number
 ROTATIONS, N_ROTATIONS = 46, 47
 CHART = 48  #: 1 in a run of a method, whose unknowns are changes of rotation vectors

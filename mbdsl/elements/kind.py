@@ -193,6 +193,10 @@ class JointKind(PairKind):
     #: (law parameter, signal of positions): f, a function of the signal alone. The row contains f itself: the kernels
     #: of the kind read f, f' and f'' as p[0], p[1], p[2], which ``table`` reserves; in formulas, slope[1] is f'
     coupling: tuple[str, str] | None = None
+    #: the same for functions of several signals: ((law parameter, signals), ...). Of each, the kernels read its value,
+    #: its derivatives with respect to the signals, and the second ones, 11, 12, ..., 22, ...; slope[1], ... are the
+    #: first derivatives of all of them, in this order
+    functions: tuple[tuple[str, tuple[str, ...]], ...] = ()
     #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
     velocity_rows: tuple[str, ...] = ()
     #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...
@@ -221,6 +225,11 @@ class JointKind(PairKind):
     def formulas(self) -> Mapping[str, str]:
         friction = {"friction": self.friction} if self.friction else {}
         return {x.name: x.formula for x in (*self.signals, *self.reactions)} | friction
+
+    @property
+    def couplings(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The law parameters that are functions of signals in its rows, with these signals."""
+        return self.functions if self.coupling is None else ((self.coupling[0], (self.coupling[1],)),)
 
     @property
     def reaction(self) -> tuple[str, ...]:

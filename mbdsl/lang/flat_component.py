@@ -201,6 +201,8 @@ class Part:
     def _missing(self, parameter: Parameter) -> ModelError:
         unit = "" if parameter.unit in ("", "1") else f" [{parameter.unit}]"
         examples = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m", "": "crank.w + 2*rod.w"}
+        if isinstance(self.kind, JointKind) and self.kind.functions:
+            examples[""] = "x^2 + y^2 - (1 m)^2"
         return ModelError(
             f"{self.kind.name} `{self.name}` needs `{parameter.name}`: {parameter.doc}{unit}",
             span_of(self.at),
@@ -259,10 +261,9 @@ class Part:
                     doubts.angle(self.assembly.warn, picked, modifier.value, f"`{name}` of `{self.name}`")
                 if isinstance(self.kind, JointKind):
                     joint_law_checks.check_law(name, law, self.kind, self.name)
-                    if self.kind.coupling is not None and self.kind.coupling[0] == name:
-                        argument = self.kind.coupling[1]
-                        formula = self.formulas.signal(argument)
-                        joint_law_checks.check_coupling(name, law, argument, formula, self.kind, self.name)
+                    if arguments := dict(self.kind.couplings).get(name):
+                        formulas = {argument: self.formulas.signal(argument) for argument in arguments}
+                        joint_law_checks.check_coupling(name, law, formulas, self.kind, self.name)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
         return self._laws[name]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
@@ -31,9 +33,12 @@ def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
         )
 
 
-def check_coupling(name: str, law: Expr, argument: str, formula: Expr, kind: JointKind, owner: str) -> None:
-    """Check that the law parameter ``name`` is a function of the signal ``argument`` (``formula``) alone."""
-    pending, seen = [law], {formula}
+def check_coupling(name: str, law: Expr, arguments: Mapping[str, Expr], kind: JointKind, owner: str) -> None:
+    """Check that the law parameter ``name`` is a function of the signals ``arguments``, {name: formula}, alone."""
+    pending, seen = [law], set(arguments.values())
+    *others, last = (f"`{argument}`" for argument in arguments)
+    alone = f"{', '.join(others)} and {last}" if others else last
+    example = "" if others else f", such as `{name} = profile({next(iter(arguments))})`"
     while pending:
         node = pending.pop()
         if node in seen:
@@ -41,9 +46,8 @@ def check_coupling(name: str, law: Expr, argument: str, formula: Expr, kind: Joi
         seen.add(node)
         if node.op in symbolic.LEAVES:
             raise ModelError(
-                f"`{name}` of {kind.name} `{owner}` depends on `{text(node)}`, but it is a function of `{argument}` "
-                "alone",
-                hint=f"write it with `{argument}`, parameters and tables, such as `{name} = profile({argument})`",
+                f"`{name}` of {kind.name} `{owner}` depends on `{text(node)}`, but it is a function of {alone} alone",
+                hint=f"write it with {alone}, parameters and tables{example}",
             )
         pending.extend(node.args)
 

@@ -74,8 +74,10 @@ def notes(kind: Kind, p: Parameter) -> str:
     found = [p.doc] if p.doc else []
     if p.law:
         driven = isinstance(kind, JointKind) and kind.driver == p.name
-        if isinstance(kind, JointKind) and kind.coupling is not None and kind.coupling[0] == p.name:
-            found.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
+        coupled = dict(kind.couplings) if isinstance(kind, JointKind) else {}
+        if p.name in coupled:
+            arguments = ", ".join(f"`{name}`" for name in coupled[p.name])
+            found.append(f"an expression of {arguments}, parameters and tables")
         else:
             found.append("without signals and inputs" if driven else "may be an expression in time and signals")
     if p.positive:

@@ -848,6 +848,63 @@ class SpatialBuilder(Builder):
             If a value is wrong; the model does not change.
         """
 
+    def PointOnCurve(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        f1: Law,
+        f2: Law,
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PointOnCurve: the origin of frame_b stays on the curve f1 = f2 = 0
+        of frame_a, free to turn.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        f1 : number, str or Expr
+            Function of the coordinates in frame_a that is zero on the curve, of any
+            unit; an expression of `x`, `y`, `z`, parameters and tables.
+        f2 : number, str or Expr
+            Another function, whose gradient has another direction; an expression of
+            `x`, `y`, `z`, parameters and tables.
+        x, y, z, vx, vy, vz : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``x`` [m]
+            (position in frame_a), ``y`` [m] (position in frame_a), ``z`` [m]
+            (position in frame_a), ``vx`` [m/s] (its rate), ``vy`` [m/s] (its rate),
+            ``vz`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy``
+            [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def PointOnLine(  # type: ignore[override]
         self,
         name: str,
@@ -948,6 +1005,59 @@ class SpatialBuilder(Builder):
             (position of frame_b along the y axis of the plane), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
             (force along z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PointOnSurface(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        f: Law,
+        x: Start | None = None,
+        y: Start | None = None,
+        z: Start | None = None,
+        vx: Start | None = None,
+        vy: Start | None = None,
+        vz: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PointOnSurface: the origin of frame_b stays on the surface f = 0
+        of frame_a, free to turn.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        f : number, str or Expr
+            Function of the coordinates in frame_a that is zero on the surface, of
+            any unit; an expression of `x`, `y`, `z`, parameters and tables.
+        x, y, z, vx, vy, vz : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``x`` [m]
+            (position in frame_a), ``y`` [m] (position in frame_a), ``z`` [m]
+            (position in frame_a), ``vx`` [m/s] (its rate), ``vy`` [m/s] (its rate),
+            ``vz`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy``
+            [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b).
 
         Raises
         ------

@@ -93,8 +93,8 @@ class Formulas:
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
             return multiplier(self.name, index - 1)
-        if name == "slope" and isinstance(self.kind, JointKind) and self.kind.coupling is not None:
-            law, argument = self.kind.coupling
+        if name == "slope" and isinstance(self.kind, JointKind):
+            law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]  # type: ignore[arg-type]
         return self.given(name)[index - 1]  # type: ignore[index]
 

@@ -50,8 +50,8 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 tables.angles.setdefault(node, []).append(first + stride * e)
         for e, c in enumerate(block.components):
             if coupled:
-                couplings.append([buffers.layout[header + 2] + buffers.layout[header + 3] * e, 0, 0, 0])
-                later.append(_coupling(tables, c, couplings[-1], tape))
+                first = buffers.layout[header + 2] + buffers.layout[header + 3] * e
+                later.append(_coupling(tables, c, first, couplings, tape))
             a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
             of_a, of_b = dofs[a], dofs[b]
             for j in range(rows):
@@ -109,16 +109,26 @@ def by_rate(root: Expr, frame: str, spatial: bool) -> list[Expr]:
     )
 
 
-def _coupling(tables: Tables, c, record: list[int], tape: Tape) -> Callable[[], None]:
-    """Write the registers of f, f' and f'' of a joint to its record. f'' is needed for the tangent only."""
-    law, signal = c.kind.coupling
-    f, argument = expr(c.values[law]), tables.scene.signal_of(c, signal)
-    assert argument is not None
-    slope = diff(f, argument)[0]
-    record[1:3] = [tape.add(f), tape.add(slope)]
+def _coupling(tables: Tables, c, first: int, records: list[list[int]], tape: Tape) -> Callable[[], None]:
+    """Append records of the functions in a joint, whose parameters begin at ``first``, and of their derivatives: offset
+    in numbers and register. Second derivatives are needed for the tangent only."""
+    second: list[tuple[list[int], Expr]] = []
+    for law, signals in c.kind.couplings:
+        arguments = [x for x in (tables.scene.signal_of(c, name) for name in signals) if x is not None]
+        f = expr(c.values[law])
+        slopes = diff(f, *arguments)
+        for root in (f, *slopes):
+            records.append([first, tape.add(root)])
+            first += 1
+        for i, slope in enumerate(slopes):
+            for root in diff(slope, *arguments[i:]):
+                records.append([first, 0])
+                second.append((records[-1], root))
+                first += 1
 
     def fill() -> None:
-        record[3] = tape.add(diff(slope, argument)[0])
+        for record, root in second:
+            record[1] = tape.add(root)
 
     return fill
 

@@ -146,11 +146,10 @@ def carry(frames, numbers, layout):
 
 @kernel
 def couple(numbers, layout):
-    """Write f, f' and f'' of couplings from the registers to the parameters of their components."""
+    """Write the functions of couplings and their derivatives from the registers to the parameters of components."""
     for k in range(layout[N_COUPLED]):
         o = layout[COUPLED] + COUPLING * k
-        for j in range(3):
-            numbers[layout[o] + j] = numbers[layout[REGISTERS] + layout[o + 1 + j]]
+        numbers[layout[o]] = numbers[layout[REGISTERS] + layout[o + 1]]
 
 
 @kernel

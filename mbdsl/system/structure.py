@@ -42,7 +42,7 @@ class Block:
     @property
     def coupled(self) -> bool:
         """Whether its joints contain a function of a coordinate."""
-        return self.role == "joint" and self.module.KIND.coupling is not None
+        return self.role == "joint" and bool(self.module.KIND.couplings)
 
     @property
     def curved(self) -> bool:

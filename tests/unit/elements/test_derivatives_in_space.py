@@ -46,10 +46,17 @@ def component(name, kind, values, **ports):
     formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
     constraints = tuple(map(formulas.velocity_row, rows))
     friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
+    for k, (function, signals) in enumerate(getattr(declared, "couplings", ())):
+        values[function] = surface([formulas.signal(x) for x in (signals if k else signals[::-1])])
     if isinstance(declared, ForceKind) and declared.springs is None:
         values |= {law: formulas.signal(law) for law in declared.laws if values.get(law) is None}
     signals = tuple(declared.formulas)
     return Component(name, declared, values, ports, signals, velocity_constraints=constraints, friction=friction)
+
+
+def surface(x):
+    """A function of three coordinates with all its second derivatives."""
+    return call("sin", x[0] + 0.3 * x[1] * x[2]) + 0.7 * x[0] * x[1] * x[1] + 0.4 * x[2] * x[2] * x[0] + 0.9 * x[1]
 
 
 def law(frames, rng):
