@@ -62,7 +62,11 @@ def floats(value: Value, what: str) -> float | tuple:
 
 def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> float | str | tuple:
     """The value of a component's parameter in SI, checked against its declaration."""
-    what = f"`{parameter.name}` of `{owner}`"
+    return argument_of(parameter, value, f"`{parameter.name}` of `{owner}`", e)
+
+
+def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression | None = None) -> float | str | tuple:
+    """As ``argument``; ``what`` is the parameter in messages."""
     if isinstance(parameter.default, bool):
         if isinstance(value, tuple) or not isinstance(value.value, bool):
             raise ModelError(f"{what}: found {describe(value)}, expected true or false")
@@ -77,7 +81,7 @@ def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | N
         return value.value
     value = fit(value, units.dimension(parameter.unit), what, parameter.unit, e)
     found = values.shape(value)
-    if parameter.shape == (3,) and found == (2,):
+    if parameter.shape == (3,) and found == (2,) and parameter.unit in ("m", "1"):
         assert isinstance(value, tuple)
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
     if found not in (parameter.shape, parameter.or_shape):

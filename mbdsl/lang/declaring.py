@@ -27,6 +27,11 @@ class Declarations(KindMethods):
     def __init__(self) -> None:
         self._draft = Draft(self.spatial)
 
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of a frame, which are its signals."""
+        return NAMES if self.spatial else COORDINATES
+
     def _declare(
         self,
         name: str,
@@ -88,8 +93,7 @@ class Declarations(KindMethods):
         name = self._name(handle, "handle")
         if self._is_component(name):
             return self._draft.trial.part(name).known_names()
-        keys = NAMES if self.spatial else COORDINATES
-        return keys if self._draft.content.entries[name].declaration.type == "Frame" else ()
+        return self.coordinates if self._draft.content.entries[name].declaration.type == "Frame" else ()
 
     def _handle_name(self, given: object) -> str | None:
         """The name of a handle. Handles of another Builder and of removed components are refused."""

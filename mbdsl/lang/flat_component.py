@@ -13,7 +13,7 @@ from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, 
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, units
+from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, orientations, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.evaluate import evaluate, place
@@ -55,7 +55,10 @@ class Template:
         for name, modifier in self.modifiers.items():
             start = bool(modifier.inner) and modifier.value is None
             if (kind.parameter(name) and not (start and name in measured)) or name in kind.ports:
-                if name != "frames":
+                if name == "frames" and kind.spatial:
+                    for frame, inner in modifier.inner.items():
+                        orientations.check(inner, f"frame `{frame}` of `{owner}`")
+                elif name != "frames":
                     takes = f"{kind.name} takes: {', '.join(known)}"
                     refuse_inner(modifier, f"`{name}` of {kind.name} `{owner}`", takes)
                 else:
@@ -222,6 +225,10 @@ class Part:
         found, same = [], True
         for name, modifier in given.inner.items():
             what = f"frame `{name}` of `{self.name}`"
+            if modifier.value is None and modifier.inner and self.assembly.spatial:
+                found.append((name, orientations.pose(what, modifier.inner, self.contexts, modifier.at, self.assembly.warn)))
+                same = same and not self.contexts
+                continue
             if modifier.value is None:
                 raise ModelError(f"{what} has no position", span_of(modifier.at), f"write `{name} = {{x, y}}`")
             value = modifier.evaluate()

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from math import cos, sin
-from typing import Any
 
-from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, doubts, units, values
+from mbdsl.lang import argument_checks, doubts, orientations, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
@@ -18,16 +16,8 @@ from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
-from mbdsl.mechanism.poses_in_space import about, composed
+from mbdsl.mechanism.poses_in_space import composed
 from mbdsl.mechanism.scene import Frame, SpatialFrame
-
-#: parameters of a frame in space
-SPATIAL_FRAME = {
-    "r": Parameter("r", "m", (0.0, 0.0, 0.0), "position", shape=(3,)),
-    "n": Parameter("n", "1", (0.0, 0.0, 1.0), "axis of the rotation phi", shape=(3,)),
-    "phi": Parameter("phi", "rad", 0.0, "angle about n"),
-}
-
 
 def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
     """A frame at a given pose on a body, or relative to another frame."""
@@ -73,7 +63,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
 
 
 def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
-    """As ``fixed_frame``, in space: at ``r``, turned by ``phi`` about ``n``."""
+    """As ``fixed_frame``, in space: see :mod:`mbdsl.lang.orientations`."""
     entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
     pose: tuple[float, ...] = (0.0, 0.0, 0.0, *SpatialFrame.axes)
     if isinstance(entity, Part) and is_body(entity):
@@ -86,22 +76,8 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
                 span_of(base.e.at),
             )
         body, pose = found.body, found.pose
-    given: dict[str, Any] = {}
-    for key, parameter in SPATIAL_FRAME.items():
-        modifier = modifiers.get(key)
-        given[key] = parameter.default
-        if modifier is not None and modifier.value is not None:
-            try:
-                picked = modifier.pick(modifier.evaluate(), len(parameter.shape), contexts)
-                given[key] = argument_checks.argument(parameter, picked, name, modifier.value)
-                if key == "phi":
-                    doubts.angle(base.scope.namespace.assembly.warn, picked, modifier.value, f"`phi` of `{name}`")
-            except ModelError as problem:
-                raise place(problem, modifier.value.at) from None
-    if not any(given["n"]):
-        raise ModelError(f"`n` of `{name}` is zero, expected the direction of an axis", span_of(at))
-    axes = about(given["n"], given["phi"])
-    return frame_at(name, body, composed(pose, (*given["r"], *axes)), span_of(at))
+    own = orientations.pose(f"`{name}`", modifiers, contexts, at, base.scope.namespace.assembly.warn)
+    return frame_at(name, body, composed(pose, own), span_of(at))
 
 
 def alias(argument: Positional, contexts: Contexts) -> Frame | Node:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, SupportsFloat, TypeAlias, TypedDict
 
-from mbdsl.expressions.symbolic import COORDINATES, Expr
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.messages import did_you_mean
 
 
@@ -13,6 +13,10 @@ class Owner(Protocol):
     """The model that a handle belongs to."""
 
     name: str
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of a frame."""
 
     def names_of(self, handle: Handle) -> Sequence[str]:
         """Names of the attributes of a component."""
@@ -52,7 +56,8 @@ class Handle:
     def _names(self) -> Sequence[str]:
         if not self._path:
             return self._owner.names_of(self)
-        return () if self._path.split(".")[-1] in COORDINATES else COORDINATES
+        coordinates = self._owner.coordinates
+        return () if self._path.split(".")[-1] in coordinates else coordinates
 
     def __dir__(self) -> list[str]:
         return list(self._names())
@@ -84,4 +89,4 @@ Law: TypeAlias = SupportsFloat | str | Handle | Expr
 Vector: TypeAlias = Sequence[SupportsFloat | str | Handle] | Convertible | str | Handle
 #: a frame or port, as a handle or by its name
 Place: TypeAlias = Handle | str
-Frames: TypeAlias = Mapping[str, Vector]
+Frames: TypeAlias = Mapping[str, Vector | Mapping[str, Number | Vector]]

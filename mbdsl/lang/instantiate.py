@@ -9,7 +9,7 @@ from math import prod
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import functions, limits, values
+from mbdsl.lang import functions, limits, orientations, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
@@ -19,7 +19,7 @@ from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Namespace,
 from mbdsl.lang.evaluate import evaluate, loop, place
 from mbdsl.lang.flat_component import Part, Template
 from mbdsl.lang.flat_model import Assembly, Positional
-from mbdsl.lang.frame_declarations import SPATIAL_FRAME, alias, fixed_frame
+from mbdsl.lang.frame_declarations import alias, fixed_frame
 from mbdsl.lang.inheritance import Content, Member, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
@@ -378,7 +378,7 @@ class Instance:
             return node
         if len(arguments) > 1:
             raise ModelError("a Frame is fixed to one body or frame", span_of(arguments[1].e.at))
-        known = tuple(SPATIAL_FRAME) if self.assembly.spatial else ("r", "phi")
+        known = tuple(orientations.PARAMETERS) if self.assembly.spatial else ("r", "phi")
         for key, modifier in modifiers.items():
             if key not in known:
                 raise ModelError(

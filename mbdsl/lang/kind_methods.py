@@ -21,7 +21,10 @@ from mbdsl.messages import did_you_mean
 
 _WIDTH = 72  #: with the indents of `help`, 80 columns
 _FRAMES = 'Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference point.'
-_FRAMES_IN_SPACE = 'Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.'
+_FRAMES_IN_SPACE = (
+    'Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or with an orientation as of the method '
+    '``frame``: ``{"tip": {"r": (x, y, z), "angles": (a, b, c)}}`` [m, rad].'
+)
 
 
 class KindMethods:

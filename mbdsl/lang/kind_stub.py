@@ -46,8 +46,13 @@ class SpatialBuilder(Builder):
         base: Place,
         r: Vector = (0.0, 0.0, 0.0),
         n: Vector | None = None,
-        phi: Number = 0.0,
+        phi: Number | None = None,
         *,
+        n_x: Vector | None = None,
+        n_y: Vector | None = None,
+        angles: Vector | None = None,
+        sequence: Vector | None = None,
+        quaternion: Vector | None = None,
         replace: bool = False,
     ) -> Handle: ...
 '''

@@ -39,11 +39,19 @@ class SpatialBuilder(Builder):
         base: Place,
         r: Vector = (0.0, 0.0, 0.0),
         n: Vector | None = None,
-        phi: Number = 0.0,
+        phi: Number | None = None,
         *,
+        n_x: Vector | None = None,
+        n_y: Vector | None = None,
+        angles: Vector | None = None,
+        sequence: Vector | None = None,
+        quaternion: Vector | None = None,
         replace: bool = False,
     ) -> Handle:
         """Add a frame that is fixed to a body.
+
+        Its orientation is that of ``base``, or is given in one of four ways: by ``phi`` and ``n``, by ``n_x`` and
+        ``n_y``, by ``angles`` and ``sequence``, or by ``quaternion``. All vectors are in the axes of ``base``.
 
         Parameters
         ----------
@@ -51,11 +59,21 @@ class SpatialBuilder(Builder):
         base : Handle or str
             A body or a frame of a body.
         r : (3,) [m], optional
-            Position of the origin, in the axes of ``base``.
+            Position of the origin.
         n : (3,), optional
-            Axis about which the frame is turned, in the axes of ``base``; z if it is not given.
+            Axis about which the frame is turned by ``phi``; z if it is not given.
         phi : number or str, optional [rad]
             Angle about n.
+        n_x : (3,), optional
+            Direction of the x axis.
+        n_y : (3,), optional
+            Direction in the xy plane, on the side of the y axis; not parallel to ``n_x``.
+        angles : (3,), optional [rad]
+            Angles of successive rotations, each about an axis of the frame turned so far.
+        sequence : (3,), optional
+            These axes, 1, 2, 3 for x, y, z; (1, 2, 3) if it is not given.
+        quaternion : (4,), optional
+            Quaternion of the rotation, scalar part first; it is normalised.
         replace : bool, optional
             True: replaces the declaration of this name, if there is one.
 
@@ -63,7 +81,9 @@ class SpatialBuilder(Builder):
         -------
         Handle
         """
-        return self._declare(name, "Frame", None, "", (base,), {"r": r, "n": n, "phi": phi}, replace)
+        given = {"r": r, "n": n, "phi": phi, "n_x": n_x, "n_y": n_y}
+        given |= {"angles": angles, "sequence": sequence, "quaternion": quaternion}
+        return self._declare(name, "Frame", None, "", (base,), given, replace)
 
 
 add_methods(SpatialBuilder, spatial=True)

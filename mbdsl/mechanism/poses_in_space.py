@@ -19,6 +19,32 @@ def about(n: Sequence[float], phi: float) -> tuple[float, ...]:
     )  # fmt: skip
 
 
+def turned_successively(angles: Sequence[float], sequence: Sequence[int] = (0, 1, 2)) -> tuple[float, ...]:
+    """The axes of a frame that is turned by ``angles`` about the axes ``sequence`` (0, 1, 2 for x, y, z), each of the
+    frame turned so far (9): Cardan angles by default."""
+    pose: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    for angle, k in zip(angles, sequence, strict=True):
+        axis = [float(i == k) for i in range(3)]
+        pose = composed(pose, (0.0, 0.0, 0.0, *about(axis, angle)))
+    return pose[3:]
+
+
+def of_quaternion(p: Sequence[float]) -> tuple[float, ...]:
+    """The axes (9) for a quaternion of any length except 0, scalar part first."""
+    size = hypot(*p)
+    e, a, b, c = (x / size for x in p)
+    return (
+        1.0 - 2.0 * (b * b + c * c), 2.0 * (a * b + e * c), 2.0 * (a * c - e * b),
+        2.0 * (a * b - e * c), 1.0 - 2.0 * (a * a + c * c), 2.0 * (b * c + e * a),
+        2.0 * (a * c + e * b), 2.0 * (b * c - e * a), 1.0 - 2.0 * (a * a + b * b),
+    )  # fmt: skip
+
+
+def product(a: Sequence[float], b: Sequence[float]) -> list[float]:
+    """a x b."""
+    return [a[j] * b[k] - a[k] * b[j] for j, k in ((1, 2), (2, 0), (0, 1))]
+
+
 def turned(axes: Sequence[float], a: Sequence[float]) -> tuple[float, ...]:
     """The vector with the components a along ``axes`` (9)."""
     return tuple(axes[i] * a[0] + axes[3 + i] * a[1] + axes[6 + i] * a[2] for i in range(3))
