@@ -19,7 +19,7 @@ def describe(scene: Scene) -> str:
             lines,
             f"{c.kind.name} {c.name}" + (f"({ports})" if ports else "") + (f"  // {c.span}" if c.span else ""),
             [f"{name} = {with_unit(c.kind, name, v)}" for name, v in c.values.items() if v not in (None, ())],
-            [f"frame {f.name} = {value((f.x, f.y, f.phi))}" for f in scene.frames.values() if f.body == c.name],
+            [f"frame {f.name} = {value(f.pose)}" for f in scene.frames.values() if f.body == c.name],
             [f"signal {c.name}.{key} = {text(e)}" for key, e in scene.signals_of(c).items()],
             [f"0 = {text(e)}" for e in c.velocity_constraints],
             [f"shape {_shape(x)}" for x in scene.shapes.get(c.name, ())],

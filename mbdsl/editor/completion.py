@@ -14,14 +14,12 @@ from mbdsl.editor.unit_proposals import proposals
 from mbdsl.editor.vocabulary import words
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import EFFECTS, REQUIRED, Kind
-from mbdsl.expressions.symbolic import COORDINATES
-from mbdsl.lang import quantities, shapes
+from mbdsl.lang import orientations, quantities, shapes
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.library import Unit
 from mbdsl.lang.parameters import ATTRIBUTES
-from mbdsl.mechanism.signal_names import UNITS
 
 _STATEMENTS = "parameter constant input for if end extends equation initial annotation inner outer final connector"
 _IN_EXPRESSIONS = ("if", "true", "false", "not")
@@ -138,8 +136,8 @@ def _members(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator[I
         return
     for name in at.path[1:]:
         found = e.inside(found).get(name)
-    if e.is_frame(found):
-        yield from (Item(x, "signal", UNITS[x], descriptions.of_coordinate(x), 2) for x in COORDINATES)
+    for x, unit in e.coordinates(found).items():
+        yield Item(x, "signal", unit, descriptions.of_coordinate(x), 2)
     ranks = {"frame": 1, "signal": 2}
     for member in e.inside(found).values():
         item = _of_own(member, 0) if isinstance(member, OfKind) else _of_entity(member, 3)
@@ -216,7 +214,8 @@ def _arguments(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator
         yield from (_parameter(kind, name) for name in names)
         yield from (_of_own(members[x], 3) for x in kind.ports if x not in at.given)
     elif target.form in (e.VALUE, e.TABLE, e.FRAME):
-        listed = {e.VALUE: ATTRIBUTES, e.TABLE: _TABLE_ARGUMENTS, e.FRAME: _FRAME_ARGUMENTS}[target.form]
+        of_frame = tuple(orientations.PARAMETERS) if target.owner.spatial else _FRAME_ARGUMENTS
+        listed = {e.VALUE: ATTRIBUTES, e.TABLE: _TABLE_ARGUMENTS, e.FRAME: of_frame}[target.form]
         yield from (Item(x, "parameter", "", descriptions.of_setting(x), 1) for x in listed if x not in at.given)
     if not at.path and ((kind is not None and kind.ports) or target.form in (e.FRAME, e.SUB_MODEL)):
         parts = (x for x in known.values() if x.form in (e.COMPONENT, e.SUB_MODEL, e.FRAME))

@@ -9,6 +9,7 @@ from mbdsl.editor.entities import Entity, OfKind
 from mbdsl.editor.vocabulary import CONSTANT_DOCS, FUNCTION_DOCS, KEYWORD_DOCS
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import Kind
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.lang import foreign_names, kind_reference, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
@@ -27,8 +28,14 @@ _TYPE_DOCS = {
 }
 #: settings of frames, tables and values
 SETTING_DOCS = {
-    "r": "position {x, y} [m] relative to the given frame",
-    "phi": "angle [rad] relative to the given frame",
+    "r": "position {x, y}, in space {x, y, z}, [m] relative to the given frame",
+    "phi": "angle [rad] relative to the given frame; in space about n",
+    "n": "axis of the rotation by phi",
+    "n_x": "direction of the x axis",
+    "n_y": "direction in the xy plane, on the side of the y axis",
+    "angles": "angles [rad] of successive rotations, each about an axis of the frame turned so far",
+    "sequence": "axes of the angles: {1, 2, 3} for x, y, z",
+    "quaternion": "quaternion of the rotation, scalar part first",
     "table": "points: rows of two values, `[0 s, 0 N; 1 s, 2 N]`; the first column must be increasing",
     "smoothness": 'interpolation: "linear", "cubic" or "monotone"',
     "extrapolation": 'beyond the points: "hold", "linear", "periodic" or "error"',
@@ -87,7 +94,9 @@ def _in(unit: str) -> str:
 
 def of_coordinate(name: str) -> str:
     """A coordinate of a frame."""
-    return f"`{name}` of a frame in world axes{_in(UNITS.get(name, ''))}"
+    if name in UNITS:
+        return f"`{name}` of a frame in world axes{_in(UNITS[name])}"
+    return f"`{name}` of a frame{_in(spatial_coordinates.UNITS[name])}: {spatial_coordinates.MEANINGS[name]}"
 
 
 def of_setting(name: str) -> str:

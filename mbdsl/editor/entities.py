@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind, JointKind, Kind
 from mbdsl.errors import MbdslError
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.lang import foreign_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import classify
 from mbdsl.lang.inheritance import declarations
 from mbdsl.lang.library import Unit, key_of
-from mbdsl.mechanism.signal_names import ACCELERATIONS
+from mbdsl.mechanism import signal_names
 
 #: forms of entities
 VALUE, FRAME, TABLE, COMPONENT, SUB_MODEL, UNKNOWN = "value", "frame", "table", "component", "sub-model", "unknown"
@@ -139,7 +140,7 @@ def accelerations(kind: Kind) -> Mapping[str, str]:
     """Accelerations of a body, which are results only -> units."""
     if not (isinstance(kind, BodyKind) and kind.coordinates):
         return {}
-    return {name: unit for name, unit in ACCELERATIONS.items() if name != "alpha" or "phi" in kind.coordinates}
+    return signal_names.accelerations(kind)
 
 
 def inside(found: Entity | OfKind | None) -> Mapping[str, Entity | OfKind]:
@@ -174,3 +175,11 @@ def is_frame(found: Entity | OfKind | None) -> bool:
     if found is None:
         return False
     return found.form == FRAME or (isinstance(found.kind, BodyKind) and found.kind.is_frame)
+
+
+def coordinates(found: Entity | OfKind | None) -> Mapping[str, str]:
+    """The coordinates of a frame and their units; none of other things."""
+    if found is None or not is_frame(found):
+        return {}
+    spatial = found.kind.spatial if isinstance(found, OfKind) else found.owner.spatial
+    return spatial_coordinates.UNITS if spatial else signal_names.UNITS

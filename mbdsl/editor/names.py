@@ -10,7 +10,6 @@ from itertools import pairwise
 from mbdsl.editor import entities as e
 from mbdsl.editor.entities import Entity, OfKind, Symbol
 from mbdsl.editor.vocabulary import class_of
-from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.lang import foreign_names
 from mbdsl.lang import loose_lexer as lexer
 from mbdsl.lang import syntax as s
@@ -167,6 +166,7 @@ class Names:
                     if (declared := known.get(frame.name)) is not None and declared.argument is not None:
                         self._name(frame.at, declared.symbol, True, declared)
                     self._expressions((frame.value,), place)
+                    self._values(frame.modifiers, place)
             if a.name:
                 member = known.get(a.name)
                 setting = Symbol(e.SETTING, a.name, owner=found.declaration.type)
@@ -256,7 +256,7 @@ class Names:
             before, found = found, e.inside(found).get(step.name) or e.by_other_name(found, step.name)
             if found is not None:
                 self._name(step.at, found.symbol, found=found)
-            elif e.is_frame(before) and step.name in COORDINATES:
+            elif step.name in e.coordinates(before):
                 self._name(step.at, Symbol(e.COORDINATE, step.name))
             elif isinstance(before, Entity) and before.kind is not None and step.name in e.accelerations(before.kind):
                 self._name(step.at, Symbol(e.OF_KIND, step.name, owner=before.kind.name))

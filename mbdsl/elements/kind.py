@@ -214,6 +214,9 @@ class JointKind(PairKind):
     #: ``driver`` is among them drives this coordinate of every joint between the same frames
     angle: tuple[str, ...] = ()
     along: tuple[str, ...] = ()
+    #: in space, for the same purpose: motions of frame_b from frame_a, one after the other, as (signal, way), along the
+    #: axes x, y, z of the frame moved so far, or about them: rx, ry, rz; by default those of ``along`` and ``angle``
+    moves: tuple[tuple[str, str], ...] = ()
     #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
     #: constraints hold as well because axes have opposite senses
     aligned: str = ""

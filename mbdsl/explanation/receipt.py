@@ -21,7 +21,7 @@ from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
+from mbdsl.mechanism.signal_names import ACCELERATIONS, ACCELERATIONS_IN_SPACE, SignalNames
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
@@ -402,7 +402,7 @@ def _takes(motion: Motion, name: str) -> str:
     """The computation that a signal requires."""
     scene = motion.system.scene
     key = name.rsplit(".", 1)[-1]
-    if key in ACCELERATIONS:
+    if key in ACCELERATIONS or key in ACCELERATIONS_IN_SPACE:
         return "accelerations: a linear solve at every output point"
     if "Phi[" in key or "Gam[" in key:
         return "residuals of constraints: an evaluation at every output point"

@@ -27,6 +27,7 @@ from mbdsl.initial.mirrored_poses import mirrored, unmirrored
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
+from mbdsl.mechanism.given_attitudes import for_assembly
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 from mbdsl.numerics.saddle_point import dense, least_squares, row_size, scaled
@@ -113,7 +114,7 @@ def _pose(
 
 def _moved(system: System, t: float, q: Array, v: Array) -> tuple[Moved, ...]:
     """The guesses that assembly has changed."""
-    guesses = [x for x in system.scene.initial if not x.fixed]
+    guesses = [x for x in for_assembly(system.scene, list(system.scene.initial)) if not x.fixed]
     found = values(system, [x.target for x in guesses], np.array([t]), q[None], v[None])
     pairs = [
         (x, float(value[0]))
@@ -142,7 +143,7 @@ def _assembled(
     velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
         try:
-            y = _pose(system, t, shape, positions, metric, until)
+            y = _pose(system, t, shape, for_assembly(system.scene, positions), metric, until)
             q = shape.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
@@ -169,9 +170,10 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
         As :func:`initial_state` does.
     """
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
+    given = for_assembly(system.scene, positions)
     for shape in _shapes(system, graph, t, positions):
         try:
-            return shape.expand(_pose(system, t, shape, positions, metric or Metric(system, {})))
+            return shape.expand(_pose(system, t, shape, given, metric or Metric(system, {})))
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise
@@ -284,9 +286,9 @@ def _stack(system: System, items: list[InitialValue], t: float, q: Array, v: Arr
 
 
 def _misses(value: Array, items: list[InitialValue]) -> Array:
-    """The differences of ``value`` from the initial values; of angles in space less than half a turn."""
+    """The differences of ``value`` from the initial values; of angles less than half a turn."""
     found = value - np.array([x.value for x in items])
-    angles = np.array([x.target.op == "angle" for x in items], bool)
+    angles = np.array([x.target.op in ("angle", "atan2") for x in items], bool)
     found[angles] -= 2.0 * np.pi * np.round(found[angles] / (2.0 * np.pi))
     return found
 
@@ -331,7 +333,7 @@ def _velocities(
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
     scale, w = shape.scale, np.zeros(len(y))  # w: rates in the mechanism's size, and in radians
-    weight, asked = shape.weights(metric.weight), 0.0
+    weight, asked, near = shape.weights(metric.weight), 0.0, np.zeros(len(y))
     for k in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
         v = shape.rates(y, w / scale, q)
         value, _q, d_v = _stack(system, fixed, t, q, v)
@@ -355,8 +357,10 @@ def _velocities(
             asked = np.abs(r_c).max(initial=0.0)
         value, d_v = metric.velocities_at(t, q, v)
         S, r_s = _stacked(S, scaled(shape.reduce(y, d_v, q), np.ones(len(value)), 1.0 / scale)), np.append(r_s, value)
-        step = _constrained(weight, weight * w, S, r_s, J, r_c)
+        step = _constrained(weight, weight * (w - near), S, r_s, J, r_c)
         w = w + step
+        if len(soft) >= len(y):  # the state of another run: nothing remains to be nearest to rest
+            near = w
         if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(w).max(initial=0.0):
             break
     v = shape.rates(y, w / scale, q)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from math import atan2
+from collections.abc import Mapping
+from math import atan2, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
-from mbdsl.expressions.spatial_coordinates import named
+from mbdsl.expressions.spatial_coordinates import CARDAN, named
 from mbdsl.expressions.symbolic import Expr, expr
+from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.poses_in_space import about, composed, inverse
-from mbdsl.mechanism.scene import InitialValue
+from mbdsl.mechanism.poses_in_space import about, composed, inverse, turned_successively
+from mbdsl.mechanism.scene import InitialValue, Scene
 from mbdsl.system.body_models import body_pose
 from mbdsl.system.signals import values as values_of
 from mbdsl.system.system import System
@@ -28,6 +30,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
     poses: dict[str, tuple[float, ...]] = {}
     turns: dict[str, float] = {}  # body -> its rotation about the z axis, with turns
     drivers = {c.name: _prescribed(system, c, t) for c in scene.components.values() if _drives_angle(c)}
+    attitudes = _attitudes(scene, given)
     q = np.zeros(system.n)
 
     def frame_pose(name: str) -> tuple[float, ...]:
@@ -39,26 +42,40 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         body = scene.components[placement.body]
         values = [said.get(scene.signal_of(body, key)) for key in ("x", "y", "z", "phi")]
         pose, turn = (0.0, 0.0, 0.0, *about(Z, values[3] or 0.0)), values[3] or 0.0
+        attitude = attitudes.get(body.name)
+        angles = [said.get(named(f"{body.name}.c", key)) for key in CARDAN]
+        if attitude is None and placement.joint is None and angles.count(None) < 3:  # the others are zero
+            attitude = turned_successively([x or 0.0 for x in angles])
         if placement.joint is not None:
             joint = scene.components[placement.joint]
             assert isinstance(joint.kind, JointKind)
             a, b = (joint.ports[port] for port in ("frame_a", "frame_b"))
             forward = scene.frames[b].body == body.name
-            angle, along = (_known(scene, joint, said, names) for names in (joint.kind.angle, joint.kind.along))
+            ways = joint.kind.moves or _simple(joint.kind)
+            moves = {name: said.get(scene.signal_of(joint, name)) or 0.0 for name, _ in ways}
+            angle = next(iter(joint.kind.angle), None)
             ends = {scene.frames[a].body, scene.frames[b].body}
             for driver, u in drivers.items():
                 ports = scene.components[driver].ports.values()
-                if {scene.frames[f].body for f in ports} == ends:
-                    angle = u if next(scene.frames[f].body for f in ports) == scene.frames[a].body else -u
+                if angle and {scene.frames[f].body for f in ports} == ends:
+                    moves[angle] = u if next(scene.frames[f].body for f in ports) == scene.frames[a].body else -u
             around = turns.get(scene.frames[other_of(a, b, forward)].body, 0.0)
-            if values[3] is not None and not angle and joint.kind.angle:
-                angle = (values[3] - around) if forward else (around - values[3])
-                angle -= _turn_of(scene.frames[b]) - _turn_of(scene.frames[a])
-            turn = around + (angle if forward else -angle) if values[3] is None else values[3]
-            relative = (along, 0.0, 0.0, *about(Z, angle))
+            if values[3] is not None and angle and not moves[angle]:
+                turned = (values[3] - around) if forward else (around - values[3])
+                moves[angle] = turned - (_turn_of(scene.frames[b]) - _turn_of(scene.frames[a]))
+            if values[3] is None:
+                turned = moves.get(angle, 0.0) if angle else 0.0
+                turn = around + (turned if forward else -turned)
+            relative = _moved(ways, moves)
             other, own = (a, b) if forward else (b, a)
-            to_centre = inverse(body_pose(body, scene.frames[own]))
-            pose = composed(composed(frame_pose(other), relative if forward else inverse(relative)), to_centre)
+            own_pose = body_pose(body, scene.frames[own])
+            target = composed(frame_pose(other), relative if forward else inverse(relative))
+            if attitude is not None:  # the joint fixes the position only
+                target = (*target[:3], *composed((0.0, 0.0, 0.0, *attitude), own_pose)[3:])
+            pose = composed(target, inverse(own_pose))
+        if attitude is not None:
+            pose = (*pose[:3], *attitude)
+            turn = _nearest(atan2(attitude[1], attitude[0]), turn)
         origin = (old if new is None else new for new, old in zip(values[:3], pose, strict=False))
         turns[body.name] = turn
         poses[body.name] = pose = (*origin, *pose[3:])
@@ -68,10 +85,42 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         for key in c.signals:
             node = scene.signal_of(c, key)
             if node is not None and node.op == "angle":
-                system.set_first_angle(node, _first_angle(system, c, node, said, turns, drivers))
+                system.set_first_angle(node, _first_angle(system, c, key, node, said, turns, drivers))
     for name, frame in scene.frames.items():
-        system.set_first_angle(named(name, "phi"), turns.get(frame.body, 0.0) + _turn_of(frame))
+        node = named(name, "phi")
+        system.set_first_angle(node, said.get(node, turns.get(frame.body, 0.0) + _turn_of(frame)))
     return q
+
+
+def _attitudes(scene: Scene, given: list[InitialValue]) -> dict[str, tuple[float, ...]]:
+    """The axes (9) of bodies with a given attitude, by body; fixed values have priority over guesses."""
+    found: dict[str, tuple[float, ...]] = {}
+    for attitude in given_attitudes(given):
+        frame = scene.frames[attitude.frame]
+        back = inverse((0.0, 0.0, 0.0, *body_pose(scene.components[frame.body], frame)[3:]))
+        found.setdefault(frame.body, composed((0.0, 0.0, 0.0, *attitude.axes), back)[3:])
+    return found
+
+
+def _simple(kind: JointKind) -> tuple[tuple[str, str], ...]:
+    """A motion along x and one about z, of those that the joint has."""
+    return (*((name, "x") for name in kind.along[:1]), *((name, "rz") for name in kind.angle[:1]))
+
+
+def _moved(moves: tuple[tuple[str, str], ...], values: Mapping[str, float]) -> tuple[float, ...]:
+    """The pose of frame_b relative to frame_a after the motions of a joint, one after the other."""
+    pose = (0.0, 0.0, 0.0, *about(Z, 0.0))
+    for name, way in moves:
+        unit = tuple(float(i == way[-1]) for i in "xyz")
+        x = values[name]
+        shift = (0.0, 0.0, 0.0) if way[0] == "r" else tuple(x * e for e in unit)
+        pose = composed(pose, (*shift, *about(unit, x if way[0] == "r" else 0.0)))
+    return pose
+
+
+def _nearest(angle: float, to: float) -> float:
+    """The angle, up to whole turns, that is nearest to another one."""
+    return angle + 2.0 * pi * round((to - angle) / (2.0 * pi))
 
 
 def other_of(a: str, b: str, forward: bool) -> str:
@@ -93,7 +142,9 @@ def _prescribed(system: System, c, t: float) -> float:
     return float(values_of(system, [expr(c.values[c.kind.driver])], np.array([t]), nowhere, nowhere)[0][0])
 
 
-def _first_angle(system: System, c, node: Expr, said, turns: dict[str, float], drivers: dict[str, float]) -> float:
+def _first_angle(
+    system: System, c, key: str, node: Expr, said, turns: dict[str, float], drivers: dict[str, float]
+) -> float:
     """An angle at the start, up to less than half a turn: as given, as driven, or from the turns of both bodies."""
     if node in said:
         return said[node]
@@ -102,11 +153,7 @@ def _first_angle(system: System, c, node: Expr, said, turns: dict[str, float], d
     scene = system.scene
     if not c.ports:
         return turns.get(c.name, 0.0)
+    if key != "phi":
+        return 0.0
     a, b = (scene.frames[c.ports[port]] for port in ("frame_a", "frame_b"))
     return turns.get(b.body, 0.0) + _turn_of(b) - turns.get(a.body, 0.0) - _turn_of(a)
-
-
-def _known(scene, joint, said, names: tuple[str, ...]) -> float:
-    """The value of a free coordinate of a joint at the start, 0 if none is given."""
-    found = [said.get(scene.signal_of(joint, name)) for name in names]
-    return next((float(value) for value in found if value is not None), 0.0)

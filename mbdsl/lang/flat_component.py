@@ -25,6 +25,7 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism import poses_in_space, signals
 from mbdsl.mechanism.frozen_dict import FrozenDict
 from mbdsl.mechanism.scene import Component, Frame, SpatialFrame
+from mbdsl.mechanism.signal_names import accelerations
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from mbdsl.lang.flat_model import Assembly
 
 #: results of a simulation, which are not variables of its equations
-ACCELERATIONS = ("ax", "ay", "alpha")
+ACCELERATIONS = ("ax", "ay", "az", "alpha", "alphax", "alphay", "alphaz")
 
 
 class Template:
@@ -286,7 +287,7 @@ class Part:
         poses = {"c": centre, **self.kind.frames(found)}
         for name, pose in found.get("frames", ()):
             taken = name in poses or self.kind.parameter(name) or any(x.name == name for x in self.kind.signals)
-            if taken or name in ACCELERATIONS:
+            if taken or name in accelerations(self.kind):
                 modifier = self.template.modifiers["frames"].inner[name]
                 what = "a frame" if name in poses else "a parameter or signal"
                 raise ModelError(f"`{self.name}` already has {what} `{name}`", span_of(modifier.at))
@@ -391,7 +392,7 @@ class Part:
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""
-        return isinstance(self.kind, BodyKind) and name in ACCELERATIONS and bool(self.kind.coordinates)
+        return isinstance(self.kind, BodyKind) and bool(self.kind.coordinates) and name in accelerations(self.kind)
 
     def forget(self) -> None:
         """Discard values and signals, because the effects to leave out have changed."""

@@ -17,6 +17,7 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 
 
@@ -43,6 +44,7 @@ class InitialValues:
                     notes=(("first fixed here", first),) if first else (),
                 )
             found[initial.name] = (initial, at)
+        given_attitudes(initial for initial, _ in found.values())  # it checks them
         return (initial for initial, _ in found.values())
 
     def _starts(self) -> Iterator[tuple[InitialValue, At]]:

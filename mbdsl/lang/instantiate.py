@@ -381,9 +381,10 @@ class Instance:
         known = tuple(orientations.PARAMETERS) if self.assembly.spatial else ("r", "phi")
         for key, modifier in modifiers.items():
             if key not in known:
-                raise ModelError(
-                    f"a Frame has no `{key}`", span_of(modifier.at), did_you_mean(key, known, "a Frame has")
-                )
+                hint = did_you_mean(key, known, "a Frame has")
+                if key in orientations.PARAMETERS:
+                    hint = "in a planar model a Frame has `r` and `phi`; models in space begin with `spatial model`"
+                raise ModelError(f"a Frame has no `{key}`", span_of(modifier.at), hint)
             refuse_inner(modifier, f"`{key}` of Frame `{name}`", f"write `{key} = ...`")
         make = lambda: fixed_frame(name, arguments[0], modifiers, contexts, d.at)  # noqa: E731
         member = FrameMember(self.assembly, name, make, d.at)

@@ -12,8 +12,13 @@ class SpatialBuilder(Builder):
         base: Place,
         r: Vector = (0.0, 0.0, 0.0),
         n: Vector | None = None,
-        phi: Number = 0.0,
+        phi: Number | None = None,
         *,
+        n_x: Vector | None = None,
+        n_y: Vector | None = None,
+        angles: Vector | None = None,
+        sequence: Vector | None = None,
+        quaternion: Vector | None = None,
         replace: bool = False,
     ) -> Handle: ...
 
@@ -37,6 +42,16 @@ class SpatialBuilder(Builder):
         wy: Start | None = None,
         wz: Start | None = None,
         w: Start | None = None,
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        phi_z: Start | None = None,
+        wx_local: Start | None = None,
+        wy_local: Start | None = None,
+        wz_local: Start | None = None,
+        p0: Start | None = None,
+        p1: Start | None = None,
+        p2: Start | None = None,
+        p3: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -56,8 +71,10 @@ class SpatialBuilder(Builder):
         com : (3,) numbers or str, optional [m]
             Centre of mass, from the reference point.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -73,7 +90,15 @@ class SpatialBuilder(Builder):
             world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
             (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
             world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
-            [rad/s] (angular velocity about the z axis of the world).
+            [rad/s] (angular velocity about the z axis of the world), ``phi_x``
+            [rad] (first Cardan angle, about the x axis of the world), ``phi_y``
+            [rad] (second Cardan angle, about the turned y axis), ``phi_z`` [rad]
+            (third Cardan angle, about the own z axis), ``wx_local`` [rad/s]
+            (angular velocity about the own x axis), ``wy_local`` [rad/s] (angular
+            velocity about the own y axis), ``wz_local`` [rad/s] (angular velocity
+            about the own z axis), ``p0`` (quaternion, scalar part), ``p1``
+            (quaternion, x part), ``p2`` (quaternion, y part), ``p3`` (quaternion, z
+            part).
 
         Raises
         ------
@@ -102,6 +127,16 @@ class SpatialBuilder(Builder):
         wy: Start | None = None,
         wz: Start | None = None,
         w: Start | None = None,
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        phi_z: Start | None = None,
+        wx_local: Start | None = None,
+        wy_local: Start | None = None,
+        wz_local: Start | None = None,
+        p0: Start | None = None,
+        p1: Start | None = None,
+        p2: Start | None = None,
+        p3: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -123,8 +158,10 @@ class SpatialBuilder(Builder):
         height : number or str [m]
             Edge along z; positive.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -140,7 +177,15 @@ class SpatialBuilder(Builder):
             world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
             (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
             world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
-            [rad/s] (angular velocity about the z axis of the world).
+            [rad/s] (angular velocity about the z axis of the world), ``phi_x``
+            [rad] (first Cardan angle, about the x axis of the world), ``phi_y``
+            [rad] (second Cardan angle, about the turned y axis), ``phi_z`` [rad]
+            (third Cardan angle, about the own z axis), ``wx_local`` [rad/s]
+            (angular velocity about the own x axis), ``wy_local`` [rad/s] (angular
+            velocity about the own y axis), ``wz_local`` [rad/s] (angular velocity
+            about the own z axis), ``p0`` (quaternion, scalar part), ``p1``
+            (quaternion, x part), ``p2`` (quaternion, y part), ``p3`` (quaternion, z
+            part).
 
         Raises
         ------
@@ -220,6 +265,10 @@ class SpatialBuilder(Builder):
         frame_a: Place | None = None,
         frame_b: Place | None = None,
         n: Vector = (0.0, 0.0, 1.0),
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        w_x: Start | None = None,
+        w_y: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -237,6 +286,8 @@ class SpatialBuilder(Builder):
             The same frames by name.
         n : (3,) numbers or str, optional
             Direction of the shafts, in both frames.
+        phi_x, phi_y, w_x, w_y : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -245,11 +296,15 @@ class SpatialBuilder(Builder):
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``fx`` [N]
-            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
-            frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
-            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+            The component; its attributes are its ports, and its signals ``phi_x``
+            [rad] (bend of the shaft of frame_b about the x axis of the joint in
+            frame_a), ``phi_y`` [rad] (bend about the y axis, which phi_x has
+            turned), ``w_x`` [rad/s] (rate of phi_x), ``w_y`` [rad/s] (rate of
+            phi_y), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
+            on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
+            about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
+            frame_b).
 
         Raises
         ------
@@ -279,6 +334,16 @@ class SpatialBuilder(Builder):
         wy: Start | None = None,
         wz: Start | None = None,
         w: Start | None = None,
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        phi_z: Start | None = None,
+        wx_local: Start | None = None,
+        wy_local: Start | None = None,
+        wz_local: Start | None = None,
+        p0: Start | None = None,
+        p1: Start | None = None,
+        p2: Start | None = None,
+        p3: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -302,8 +367,10 @@ class SpatialBuilder(Builder):
         n : (3,) numbers or str, optional
             Direction of the axis.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -319,7 +386,15 @@ class SpatialBuilder(Builder):
             world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
             (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
             world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
-            [rad/s] (angular velocity about the z axis of the world).
+            [rad/s] (angular velocity about the z axis of the world), ``phi_x``
+            [rad] (first Cardan angle, about the x axis of the world), ``phi_y``
+            [rad] (second Cardan angle, about the turned y axis), ``phi_z`` [rad]
+            (third Cardan angle, about the own z axis), ``wx_local`` [rad/s]
+            (angular velocity about the own x axis), ``wy_local`` [rad/s] (angular
+            velocity about the own y axis), ``wz_local`` [rad/s] (angular velocity
+            about the own z axis), ``p0`` (quaternion, scalar part), ``p1``
+            (quaternion, x part), ``p2`` (quaternion, y part), ``p3`` (quaternion, z
+            part).
 
         Raises
         ------
@@ -646,7 +721,9 @@ class SpatialBuilder(Builder):
         n : (3,) numbers or str, optional
             Direction of gravity, of length 1.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -788,7 +865,9 @@ class SpatialBuilder(Builder):
         n : (3,) numbers or str, optional
             Direction of gravity, of length 1.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -1212,6 +1291,16 @@ class SpatialBuilder(Builder):
         wy: Start | None = None,
         wz: Start | None = None,
         w: Start | None = None,
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        phi_z: Start | None = None,
+        wx_local: Start | None = None,
+        wy_local: Start | None = None,
+        wz_local: Start | None = None,
+        p0: Start | None = None,
+        p1: Start | None = None,
+        p2: Start | None = None,
+        p3: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -1227,8 +1316,10 @@ class SpatialBuilder(Builder):
         length : number or str [m]
             Distance of the frames a and b; positive.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -1244,7 +1335,15 @@ class SpatialBuilder(Builder):
             world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
             (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
             world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
-            [rad/s] (angular velocity about the z axis of the world).
+            [rad/s] (angular velocity about the z axis of the world), ``phi_x``
+            [rad] (first Cardan angle, about the x axis of the world), ``phi_y``
+            [rad] (second Cardan angle, about the turned y axis), ``phi_z`` [rad]
+            (third Cardan angle, about the own z axis), ``wx_local`` [rad/s]
+            (angular velocity about the own x axis), ``wy_local`` [rad/s] (angular
+            velocity about the own y axis), ``wz_local`` [rad/s] (angular velocity
+            about the own z axis), ``p0`` (quaternion, scalar part), ``p1``
+            (quaternion, x part), ``p2`` (quaternion, y part), ``p3`` (quaternion, z
+            part).
 
         Raises
         ------
@@ -1606,6 +1705,16 @@ class SpatialBuilder(Builder):
         wy: Start | None = None,
         wz: Start | None = None,
         w: Start | None = None,
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        phi_z: Start | None = None,
+        wx_local: Start | None = None,
+        wy_local: Start | None = None,
+        wz_local: Start | None = None,
+        p0: Start | None = None,
+        p1: Start | None = None,
+        p2: Start | None = None,
+        p3: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -1624,8 +1733,10 @@ class SpatialBuilder(Builder):
         bore : number or str, optional [m]
             Inner radius, of a shell; at least 0.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w : mapping, optional
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -1641,7 +1752,15 @@ class SpatialBuilder(Builder):
             world), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s], ``wx`` [rad/s]
             (angular velocity, in world axes), ``wy`` [rad/s] (angular velocity, in
             world axes), ``wz`` [rad/s] (angular velocity, in world axes), ``w``
-            [rad/s] (angular velocity about the z axis of the world).
+            [rad/s] (angular velocity about the z axis of the world), ``phi_x``
+            [rad] (first Cardan angle, about the x axis of the world), ``phi_y``
+            [rad] (second Cardan angle, about the turned y axis), ``phi_z`` [rad]
+            (third Cardan angle, about the own z axis), ``wx_local`` [rad/s]
+            (angular velocity about the own x axis), ``wy_local`` [rad/s] (angular
+            velocity about the own y axis), ``wz_local`` [rad/s] (angular velocity
+            about the own z axis), ``p0`` (quaternion, scalar part), ``p1``
+            (quaternion, x part), ``p2`` (quaternion, y part), ``p3`` (quaternion, z
+            part).
 
         Raises
         ------
@@ -1655,6 +1774,12 @@ class SpatialBuilder(Builder):
         *frames: Place,
         frame_a: Place | None = None,
         frame_b: Place | None = None,
+        phi_x: Start | None = None,
+        phi_y: Start | None = None,
+        phi_z: Start | None = None,
+        w_x: Start | None = None,
+        w_y: Start | None = None,
+        w_z: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -1670,6 +1795,8 @@ class SpatialBuilder(Builder):
             two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
+        phi_x, phi_y, phi_z, w_x, w_y, w_z : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -1678,9 +1805,14 @@ class SpatialBuilder(Builder):
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``fx`` [N]
-            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``fz`` [N] (force along z on frame_b).
+            The component; its attributes are its ports, and its signals ``phi_x``
+            [rad] (first Cardan angle of frame_b, about the x axis of frame_a),
+            ``phi_y`` [rad] (second Cardan angle, about the turned y axis),
+            ``phi_z`` [rad] (third Cardan angle, about the z axis of frame_b),
+            ``w_x`` [rad/s] (rate of phi_x), ``w_y`` [rad/s] (rate of phi_y),
+            ``w_z`` [rad/s] (rate of phi_z), ``fx`` [N] (force along x on frame_b),
+            ``fy`` [N] (force along y on frame_b), ``fz`` [N] (force along z on
+            frame_b).
 
         Raises
         ------
@@ -2021,6 +2153,10 @@ class SpatialBuilder(Builder):
         frame_b: Place | None = None,
         n_a: Vector = (1.0, 0.0, 0.0),
         n_b: Vector = (0.0, 1.0, 0.0),
+        phi_a: Start | None = None,
+        phi_b: Start | None = None,
+        w_a: Start | None = None,
+        w_b: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -2040,6 +2176,8 @@ class SpatialBuilder(Builder):
             Axis of the cross in frame_a.
         n_b : (3,) numbers or str, optional
             Axis of the cross in frame_b.
+        phi_a, phi_b, w_a, w_b : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -2048,11 +2186,14 @@ class SpatialBuilder(Builder):
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``fx`` [N]
-            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
-            frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
-            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+            The component; its attributes are its ports, and its signals ``phi_a``
+            [rad] (angle of the cross about n_a), ``phi_b`` [rad] (angle of frame_b
+            about n_b), ``w_a`` [rad/s] (rate of phi_a), ``w_b`` [rad/s] (rate of
+            phi_b), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
+            on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
+            about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
+            frame_b).
 
         Raises
         ------
@@ -2116,7 +2257,9 @@ class SpatialBuilder(Builder):
         n : (3,) numbers or str, optional
             Direction of gravity, of length 1.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point.
+            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
+            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
+            z), "angles": (a, b, c)}}`` [m, rad].
         doc : str, optional
             Description, one line.
         replace : bool, optional

@@ -40,6 +40,20 @@ def of_quaternion(p: Sequence[float]) -> tuple[float, ...]:
     )  # fmt: skip
 
 
+def quaternion_of(axes: Sequence[float]) -> tuple[float, ...]:
+    """The unit quaternion of axes (9), with the scalar part first and not negative."""
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = axes
+    N = (
+        (1.0 + xx + yy + zz, yz - zy, zx - xz, xy - yx),
+        (yz - zy, 1.0 + xx - yy - zz, xy + yx, zx + xz),
+        (zx - xz, xy + yx, 1.0 - xx + yy - zz, yz + zy),
+        (xy - yx, zx + xz, yz + zy, 1.0 - xx - yy + zz),
+    )  # 4 p p^T
+    j = max(range(4), key=lambda k: N[k][k])
+    size = hypot(*N[j])
+    return tuple(x / (-size if N[j][0] < 0.0 else size) for x in N[j])
+
+
 def product(a: Sequence[float], b: Sequence[float]) -> list[float]:
     """a x b."""
     return [a[j] * b[k] - a[k] * b[j] for j, k in ((1, 2), (2, 0), (0, 1))]

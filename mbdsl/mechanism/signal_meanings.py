@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.mechanism.scene import ENERGIES, Component, Scene
 
 #: meanings of signals that a kind does not describe, by the last part of their names
@@ -23,6 +24,8 @@ MEANINGS = {
     "dq": "elastic coordinate, its rate",
     "friction": "friction",
 }
+IN_SPACE = spatial_coordinates.MEANINGS | {f"a{i}": f"acceleration along {i}" for i in "xyz"}
+IN_SPACE |= {f"alpha{i}": f"angular acceleration about the {i} axis of the world" for i in "xyz"}
 OF_ENERGIES = dict(zip(ENERGIES, ("kinetic energy", "energy of gravity and springs", "total energy"), strict=True))
 
 
@@ -35,6 +38,8 @@ def meaning(scene: Scene, name: str) -> str:
     owner, _, key = name.rpartition(".")
     component = scene.components.get(owner)
     said = _described(component, key) if component is not None else ""
+    if scene.spatial:
+        said = said or IN_SPACE.get(key, "")
     return said or MEANINGS.get(key.partition("[")[0], "")
 
 
@@ -43,4 +48,4 @@ def _described(c: Component, key: str) -> str:
     reactions = kind.reactions if isinstance(kind, JointKind) else ()
     known = {p.name: p.doc for p in kind.parameters if p.law} | {s.name: s.doc for s in (*kind.signals, *reactions)}
     said = known.get(key, "").removesuffix(", a number or an expression")
-    return f"{said}, {key}" if said and isinstance(kind, BodyKind) and key in ("x", "y") else said
+    return f"{said}, {key}" if said and isinstance(kind, BodyKind) and key in ("x", "y", "z") else said

@@ -16,8 +16,10 @@ from mbdsl.results.selection import matching
 
 UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
+ACCELERATIONS_IN_SPACE = {f"a{i}": "m/s2" for i in "xyz"} | {f"alpha{i}": "rad/s2" for i in "xyz"}
 #: coordinates of frames in space among the signals: without the components of axes
 SPATIAL_UNITS = {k: unit for k, unit in spatial_coordinates.UNITS.items() if k not in spatial_coordinates.AXES}
+QUATERNION = spatial_coordinates.QUATERNION
 
 
 class SignalNames:
@@ -45,11 +47,13 @@ class SignalNames:
         found: dict[str, tuple[Expr, str]] = {}
         for c in scene.components.values():
             for key, expression in scene.signals_of(c).items():
-                found[f"{c.name}.{key}"] = (expression, c.kind.unit_of(key) or "")
+                if not (scene.spatial and key in QUATERNION):
+                    found[f"{c.name}.{key}"] = (expression, c.kind.unit_of(key) or "")
         units, of_frame = (SPATIAL_UNITS, spatial_coordinates.named) if scene.spatial else (UNITS, coordinate)
-        for name, frame in ({name: name for name in scene.frames} | dict(scene.aliases)).items():
+        for name, frame in self._frames.items():
             for key, unit in units.items():
-                found.setdefault(f"{name}.{key}", (of_frame(frame, key), unit))
+                if key not in QUATERNION:
+                    found.setdefault(f"{name}.{key}", (of_frame(frame, key), unit))
         for name, expression in scene.variables.items():
             unit = scene.inputs[name].unit if name in scene.inputs else ""
             found.setdefault(name, (expression, unit))
@@ -58,11 +62,17 @@ class SignalNames:
                 found[name] = (energy, "J")
         return found
 
+    @property
+    def _frames(self) -> dict[str, str]:
+        """Names and other names of frames -> their names."""
+        return {name: name for name in self.scene.frames} | dict(self.scene.aliases)
+
     @cached_property
     def computed(self) -> dict[str, str]:
         """Signal name -> unit, of signals without an expression.
 
-        These are accelerations, residuals of constraints, elastic coordinates, and energies of bodies that deform.
+        These are accelerations, residuals of constraints, elastic coordinates, energies of bodies that deform, and
+        quaternions, whose sign does not jump as that of the expression does.
         """
         found = {}
         for c in self.scene.components.values():
@@ -78,6 +88,8 @@ class SignalNames:
                     found[f"{c.name}.dPhi[{k + 1}]"] = ""
                 for k in range(len(c.velocity_constraints)):
                     found[f"{c.name}.Gam[{k + 1}]"] = ""
+        if self.scene.spatial:
+            found |= {f"{name}.{key}": "1" for name in self._frames for key in QUATERNION}
         return found | (dict.fromkeys(ENERGIES, "J") if self.flexible else {})
 
     @property
@@ -143,7 +155,7 @@ def accelerations(kind: BodyKind) -> dict[str, str]:
     if not kind.spatial:
         return {key: unit for key, unit in ACCELERATIONS.items() if key != "alpha" or "phi" in kind.coordinates}
     rotates = len(kind.coordinates) > 3
-    return {f"a{i}": "m/s2" for i in "xyz"} | ({f"alpha{i}": "rad/s2" for i in "xyz"} if rotates else {})
+    return {key: unit for key, unit in ACCELERATIONS_IN_SPACE.items() if rotates or not key.startswith("alpha")}
 
 
 def _spatial(body: Component, level: str) -> list[str]:

@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.expressions.spatial_coordinates import QUATERNION
+from mbdsl.mechanism import poses_in_space
 from mbdsl.mechanism.energies import energies
+from mbdsl.mechanism.scene import SpatialFrame
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
@@ -89,23 +92,31 @@ def centre_accelerations(system: System, name: str, q: Array, v: Array, a: Array
     return found
 
 
-def of_spatial_body(
-    system: System, name: str, key: str, q: Array, v: Array, a: Callable[[], Array]
-) -> dict[str, Array]:
-    """Signals (N,) of a body in space at N states: its quaternion, or its accelerations in world axes."""
+def accelerations_in_space(system: System, name: str, q: Array, a: Callable[[], Array]) -> dict[str, Array]:
+    """Accelerations (N,) of a body in space at N states, in world axes, as signals."""
     d, body = system.tables.coordinates[name], system.tables.models[name]
-    if key.startswith("p"):
-        p = rotation_arrays.quaternions(q[:, d + 3 : d + 6])
-        for i in range(1, len(p)):  # p and -p are the same attitude
-            if p[i] @ p[i - 1] < 0.0:
-                p[i] = -p[i]
-        return {f"{name}.p{k}": p[:, k] for k in range(4)}
     own = a()[:, d : d + body.n]
     found = {f"{name}.a{i}": own[:, k] for k, i in enumerate("xyz")}
     if body.n > 3:
         R = rotation_arrays.matrices(q[:, d + 3 : d + 6])
         found |= {f"{name}.alpha{i}": (R[:, k] * own[:, 3:]).sum(axis=1) for k, i in enumerate("xyz")}
     return found
+
+
+def quaternion(system: System, name: str, q: Array) -> dict[str, Array]:
+    """The quaternion (N,) of a body or frame in space at N successive states, as signals."""
+    frames, of = system.scene.frames, system.scene.aliases.get(name, name)
+    frame = frames[of if of in frames else f"{of}.c"]
+    p = np.tile(poses_in_space.quaternion_of(frame.pose[3:]), (len(q), 1))
+    body = system.tables.models.get(frame.body)
+    if body is not None and body.n > 3:
+        d = system.tables.coordinates[frame.body]
+        own = rotation_arrays.quaternions(q[:, d + 3 : d + 6])
+        p = own if frame.pose[3:] == SpatialFrame.axes else rotation_arrays.times(own, p)
+    for i in range(1, len(p)):  # p and -p are the same attitude
+        if p[i] @ p[i - 1] < 0.0:
+            p[i] = -p[i]
+    return {f"{name}.{key}": p[:, k] for k, key in enumerate(QUATERNION)}
 
 
 def flexible_energies(

@@ -11,7 +11,7 @@ from mbdsl.errors import ModelError, UsageError
 from mbdsl.expressions.symbolic import Expr, der
 from mbdsl.lang.given_values import value
 from mbdsl.lang.initial_values import check_target
-from mbdsl.mechanism.planar_only import planar_only
+from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.scene import InitialValue, Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.state_signals import StateSignals
@@ -23,7 +23,8 @@ Initial = Mapping[str, Any] | StateSignals
 
 
 def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
-    """Initial values as a mapping; the final state of a run is a guess for the positions and velocities of all bodies.
+    """Initial values as a mapping; the final state of a run is a guess for the positions and velocities of all bodies,
+    in space also for the angles that count turns.
 
     The assembly changes them by the residuals of the constraints at the end of the run.
 
@@ -46,9 +47,12 @@ def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
             f"initial: `{bent[0]}` deforms, and a run of it cannot begin at the final state of another run",
             hint="`mbdsl.Simulation` saves and restores its `state`",
         )
-    names = SignalNames(scene).defaults
+    known = SignalNames(scene)
+    names = list(known.defaults)
     if lacking := [name for name in names if name not in initial]:
         raise UsageError(f"initial: the run of {initial.scene.name} has no signal `{lacking[0]}`")
+    if scene.spatial:  # attitudes do not contain the turns
+        names += [name for name, (e, _) in known.expressions.items() if e.op == "angle" and name in initial]
     return {FINAL: {name: float(initial._signal(name)[-1]) for name in names}}
 
 
@@ -60,8 +64,6 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     UsageError
         If a signal is unknown or has no initial value, or a value has the wrong dimension.
     """
-    if isinstance(initial, StateSignals):
-        planar_only(scene, "initial values from another run", "give a mapping of signals to values")
     if initial is None:
         return scene
     fixed = as_mapping(scene, initial)
@@ -73,7 +75,12 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     given += [_value(known, name, x, True) for name, x in fixed.items()]
     new = {item.target: item for item in given}
     kept = [] if final else [new.pop(item.target, item) for item in scene.initial]
-    return replace(scene, initial=(*kept, *new.values()))
+    found = replace(scene, initial=(*kept, *new.values()))
+    try:
+        given_attitudes(found.initial)  # it checks them
+    except ModelError as problem:
+        raise UsageError(f"initial: {problem.message}", hint=problem.hint) from None
+    return found
 
 
 def _value(known: SignalNames, name: str, given: str | float, fixed: bool) -> InitialValue:

@@ -13,7 +13,7 @@ from mbdsl.expressions.symbolic import leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import ENERGIES, Scene
-from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
+from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION, SignalNames
 from mbdsl.simulation import derived_signals
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
@@ -170,8 +170,11 @@ class StateSignals:
             found = derived_signals.flexible_energies(self.system, self.t, self.q, self.v, self.inputs)
             self._known.update(zip(ENERGIES, found, strict=True))
             return
+        if self.scene.spatial and key in QUATERNION:
+            self._known.update(derived_signals.quaternion(self.system, owner, self.q))
+            return
         if self.scene.spatial and owner in self.system.tables.models:
-            self._known.update(derived_signals.of_spatial_body(self.system, owner, key, self.q, self.v, lambda: self.a))
+            self._known.update(derived_signals.accelerations_in_space(self.system, owner, self.q, lambda: self.a))
             return
         if key in ACCELERATIONS:
             d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]

@@ -9,15 +9,17 @@ from collections.abc import Mapping
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
 from mbdsl.elements.in_space.vectors import UNTURNED
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
+from mbdsl.expressions.spatial_coordinates import CARDAN, LOCAL, MEANINGS, QUATERNION, UNITS
 
 #: position of the centre of mass, and the rotation vector of the attitude
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 SIGNALS = (
     *(Signal(key, "m", f"c.{key}", "centre of mass") for key in ("x", "y", "z")),
-    Signal("phi", "rad", "c.phi", "angle of the x axis about the z axis of the world"),
+    Signal("phi", "rad", "c.phi", MEANINGS["phi"]),
     *(Signal(key, "m/s", f"c.{key}") for key in ("vx", "vy", "vz")),
     *(Signal(key, "rad/s", f"c.{key}", "angular velocity, in world axes") for key in ("wx", "wy", "wz")),
-    Signal("w", "rad/s", "c.wz", "angular velocity about the z axis of the world"),
+    Signal("w", "rad/s", "c.wz", MEANINGS["w"]),
+    *(Signal(key, UNITS[key], f"c.{key}", MEANINGS[key]) for key in (*CARDAN, *LOCAL, *QUATERNION)),
 )
 
 

@@ -28,6 +28,7 @@ KIND = JointKind(
     check=direction,
     axes=both("x"),
     along=("s",),
+    moves=(("s", "x"), ("phi", "rx")),
     aligned=dot(X_A, X_B),
     spatial=True,
 )

@@ -20,6 +20,7 @@ KIND = JointKind(
     check=direction,
     axes=both("z"),
     angle=("phi",),
+    moves=(("s_x", "x"), ("s_y", "y"), ("phi", "rz")),
     aligned=dot(Z_A, Z_B),
     spatial=True,
 )

@@ -21,6 +21,7 @@ KIND = JointKind(
     reactions=reactions(total(("-lam[1]", Z_A)), None),
     check=direction,
     axes=lambda v: {"frame_a": turned_to("z", v["n"])},
+    moves=(("s_x", "x"), ("s_y", "y")),
     spatial=True,
 )
 

@@ -82,6 +82,21 @@ def turned_to(default: str, n: Sequence[float]) -> tuple[float, ...]:
     return about(tuple(a / size for a in along), angle) if angle else UNTURNED
 
 
+def cardan_angles() -> tuple[Signal, ...]:
+    """The Cardan angles of frame_b relative to frame_a, the angles about x, y and z, and their rates."""
+    (xa, ya, za), (xb, yb, zb) = ([axis(port, i) for i in "xyz"] for port in ("frame_a", "frame_b"))
+    zx, zy, zz = (dot(a, zb) for a in (xa, ya, za))  # components of z_b in the axes of frame_a
+    c, s = (
+        f"(cos(phi_x)*{dot(ya, b)} + sin(phi_x)*{dot(za, b)})" for b in (yb, xb)
+    )  # as of the Cardan angles of a frame, in mbdsl.expressions.spatial_coordinates
+    return (
+        Signal("phi_x", "rad", f"atan2(-{zy}, {zz})", "first Cardan angle of frame_b, about the x axis of frame_a"),
+        Signal("phi_y", "rad", f"atan2({zx}, hypot({zy}, {zz}))", "second Cardan angle, about the turned y axis"),
+        Signal("phi_z", "rad", f"atan2({s}, {c})", "third Cardan angle, about the z axis of frame_b"),
+        *(Signal(f"w_{i}", "rad/s", f"der(phi_{i})", f"rate of phi_{i}") for i in "xyz"),
+    )
+
+
 def gradient_of_angle() -> Vector:
     """The direction m for which the angle of x_b about z_a has the rate m . W: z_a if x_b is normal to z_a."""
     x, y, z = (axis("frame_a", i) for i in "xyz")
