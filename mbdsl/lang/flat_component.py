@@ -227,7 +227,8 @@ class Part:
         for name, modifier in given.inner.items():
             what = f"frame `{name}` of `{self.name}`"
             if modifier.value is None and modifier.inner and self.assembly.spatial:
-                found.append((name, orientations.pose(what, modifier.inner, self.contexts, modifier.at, self.assembly.warn)))
+                pose = orientations.pose(what, modifier.inner, self.contexts, modifier.at, self.assembly.warn)
+                found.append((name, pose))
                 same = same and not self.contexts
                 continue
             if modifier.value is None:

@@ -19,6 +19,7 @@ from mbdsl.lang.unparse import write
 from mbdsl.mechanism.poses_in_space import composed
 from mbdsl.mechanism.scene import Frame, SpatialFrame
 
+
 def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
     """A frame at a given pose on a body, or relative to another frame."""
     if base.scope.namespace.assembly.spatial:

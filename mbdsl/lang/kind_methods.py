@@ -93,7 +93,7 @@ def documentation(name: str, kind: Kind) -> str:
     starts = [x.name for x in kind.signals if kind.parameter(x.name) is None]
     if starts:
         text = 'Initial values of its signals: ``{"start": value, "fixed": True}``.'
-        entries.append((f"{', '.join(starts)} : mapping, optional", text))
+        entries += [(f"{', '.join(names)} : mapping, optional", text) for names in _parts(starts, 12)]
     entries.append(("doc : str, optional", "Description, one line."))
     entries.append(("replace : bool, optional", "True: replaces the component of this name, if there is one."))
     has = [f"``{x.name}``{_unit(x.unit)}{f' ({x.doc})' if x.doc else ''}" for x in kind.signals]
@@ -109,6 +109,10 @@ def documentation(name: str, kind: Kind) -> str:
     lines += ["", "Returns", "-------", "Handle", indent(fill(result, _WIDTH), "    ")]
     lines += ["", "Raises", "------", "ModelError, UsageError", "    If a value is wrong; the model does not change."]
     return "\n".join(lines)
+
+
+def _parts(names: list[str], size: int) -> list[list[str]]:
+    return [names[k : k + size] for k in range(0, len(names), size)]
 
 
 def _words(p: Parameter) -> str:

@@ -101,7 +101,7 @@ def pose(what: str, modifiers: Modifiers, contexts: Contexts, at: At, warn: doub
     return *given.get("r", PARAMETERS["r"].default), *axes
 
 
-def _one_way(what: str, given: Mapping[str, Any], modifiers: Modifiers, at: At) -> None:
+def _one_way(what: str, given: dict[str, Any], modifiers: Modifiers, at: At) -> None:
     """Check that the orientation is given in one way, and completely."""
     ways = [(needed, more) for needed, more in WAYS.items() if any(key in given for key in (*needed, *more))]
     if len(ways) > 1:

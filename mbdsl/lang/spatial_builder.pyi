@@ -74,7 +74,9 @@ class SpatialBuilder(Builder):
             Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
             with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
             z), "angles": (a, b, c)}}`` [m, rad].
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -161,7 +163,9 @@ class SpatialBuilder(Builder):
             Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
             with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
             z), "angles": (a, b, c)}}`` [m, rad].
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -370,7 +374,9 @@ class SpatialBuilder(Builder):
             Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
             with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
             z), "angles": (a, b, c)}}`` [m, rad].
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -1319,7 +1325,9 @@ class SpatialBuilder(Builder):
             Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
             with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
             z), "angles": (a, b, c)}}`` [m, rad].
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -1736,7 +1744,9 @@ class SpatialBuilder(Builder):
             Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
             with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
             z), "angles": (a, b, c)}}`` [m, rad].
-        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x, phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
+        x, y, z, phi, vx, vy, vz, wx, wy, wz, w, phi_x : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        phi_y, phi_z, wx_local, wy_local, wz_local, p0, p1, p2, p3 : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.

@@ -37,8 +37,8 @@ def test_the_motion_goes_on_as_without_a_stop():
     second = mbdsl.simulate(scene, start=0.5, stop=1, initial=first, **given)
     n = len(second.t)
     for name in ("nut.wx", "nut.wy", "nut.wz", "nut.phi_x", "nut.phi_y", "nut.phi_z"):
-        # the free body has no constraints; a start with exact accelerations differs by the error of those of the method,
-        # of order h^2 |w|^4: 1e-2 rad/s2, times the step
+        # a start with exact accelerations differs by the error of those of the method, of order h^2 |w|^4: 1e-2 rad/s2,
+        # times the step
         assert second[name] == pytest.approx(whole[name][-n:], abs=1e-5)
 
 
