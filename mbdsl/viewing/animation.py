@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
@@ -18,6 +18,9 @@ from mbdsl.viewing.saved_page import VECTORS, SavedPage
 from mbdsl.viewing.shapes import Drawing, behind, drawing
 from mbdsl.viewing.signals import signals
 from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, vectors
+
+if TYPE_CHECKING:
+    from mbdsl.viewing.space.motion import SpaceMotion
 
 
 class Animation(SavedPage):
@@ -42,7 +45,7 @@ class Animation(SavedPage):
 
     Attributes
     ----------
-    motion : Motion
+    motion : Motion or SpaceMotion
         The poses of all bodies at the frames of the page.
     """
 
@@ -57,8 +60,10 @@ class Animation(SavedPage):
         arrows: str | Sequence[str] = (FORCES,),
         view: str | None = None,
     ) -> None:
-        self.motion: Motion = _motion(trajectory, view)
-        self._ghost = None if ghost is None else _motion(ghost, view)
+        self._view = _checked(trajectory.scene, view)
+        self.motion: Motion | SpaceMotion = _motion(trajectory)
+        self._other = ghost
+        self._ghost = None if ghost is None else _motion(ghost)
         self._trajectory, self._patterns = trajectory, None if patterns is None else _several(patterns)
         self._arrows = tuple(_several(arrows))
         for group in self._arrows:
@@ -74,7 +79,11 @@ class Animation(SavedPage):
     @cached_property
     def html(self) -> str:  # type: ignore[override]
         """The page as the text of one HTML file."""
+        more: dict[str, Any] = {"arrows": self._arrows, "pale": self._pale, "mark": self._mark()}
+        if self.scene.spatial:
+            return self._in_space(more)
         drawn, arrows = self._drawing(), self._vectors()
+        assert isinstance(self.motion, Motion)
         data = page.document(
             self.motion,
             drawn,
@@ -84,21 +93,68 @@ class Animation(SavedPage):
             self._about(),
             None if self._ghost is None else (self._ghost, behind(drawing(self._ghost), drawn)),
         )
-        more: dict[str, Any] = {"arrows": self._arrows, "pale": self._pale, "largest": largest(arrows, self._one_scale)}
-        more["mark"] = self._mark()
-        if self.scene.spatial:
-            more["spatial"] = True
-        return page.html(data | more)
+        return page.html(data | more | {"largest": largest(arrows, self._one_scale)})
+
+    def _in_space(self, more: dict[str, Any]) -> str:
+        """The page of a model in space, with a projected picture for browsers without WebGL."""
+        from mbdsl.viewing.space import page, shapes, vectors
+
+        arrows = self._vectors()
+        data = page.document(
+            self.motion,
+            shapes.drawing(self.motion),
+            signals(self._trajectory, self._patterns),
+            arrows,
+            vectors.largest(arrows, self._one_scale),
+            self._traced,
+            None if self._ghost is None else (self._ghost, shapes.drawing(self._ghost)),
+            self._view,
+        )
+        about = [list(item) for item in self._about()]
+        return page.html(data | more | {"about": about, "picture": self._still()})
+
+    def _still(self) -> str:
+        """The first frame as SVG."""
+        from mbdsl.viewing.projection import projected
+        from mbdsl.viewing.svg_picture import still
+
+        return still(projected(self._trajectory, self._view, 2), 0, "still", f"{self.scene.name} at the start")
+
+    @cached_property
+    def _flat(self) -> Motion:
+        """The motion in the plane of films and pictures."""
+        if not self.scene.spatial:
+            return self.motion  # type: ignore[return-value]
+        from mbdsl.viewing.projection import projected
+
+        return projected(self._trajectory, self._view)
+
+    @cached_property
+    def _flat_ghost(self) -> Motion | None:
+        if self._other is None or not self.scene.spatial:
+            return self._ghost
+        from mbdsl.viewing.projection import projected
+
+        return projected(self._other, self._view)
 
     def _drawing(self) -> Drawing:
-        return drawing(self.motion)
+        return drawing(self._flat)
 
-    def _vectors(self) -> list[Vector]:
+    def _vectors(self) -> list[Any]:
+        """Arrows: in space, with three components."""
         if self.scene.spatial:
-            from mbdsl.viewing import projection
+            from mbdsl.viewing.space import vectors as in_space
 
-            return projection.vectors(self._trajectory, self.motion)  # type: ignore[arg-type]
+            return in_space.vectors(self._trajectory, self.motion)
         return vectors(self._trajectory, self.motion)
+
+    def _flat_vectors(self) -> list[Vector]:
+        """Arrows in the plane of films and pictures."""
+        if not self.scene.spatial:
+            return self._vectors()
+        from mbdsl.viewing.projection import projected_vectors
+
+        return projected_vectors(self._vectors(), self._flat, self.motion)
 
     @property
     def _pale(self) -> str:
@@ -135,16 +191,16 @@ class Animation(SavedPage):
         return self.motion.scene
 
     def _content(self, suffix: str, width: int, height: int) -> bytes:
-        shown = [v for v in self._vectors() if v.group in self._arrows] if self._arrows else []
+        shown = [v for v in self._flat_vectors() if v.group in self._arrows] if self._arrows else []
         drawn = self._drawing()
-        overlays = Overlays(self._traced or drawn.paths, shown, self._ghost, self._one_scale)
+        overlays = Overlays(self._traced or drawn.paths, shown, self._flat_ghost, self._one_scale)
         if suffix in VECTORS:
             from mbdsl.viewing.vector_picture import VectorPicture, content
 
-            return content(VectorPicture(self.motion, drawn, width, height, overlays), suffix)
+            return content(VectorPicture(self._flat, drawn, width, height, overlays), suffix)
         from mbdsl.viewing.film import film
 
-        return film(self.motion, suffix, width, height, overlays, drawn)
+        return film(self._flat, suffix, width, height, overlays, drawn)
 
 
 def animate(
@@ -186,13 +242,23 @@ def animate(
     return Animation(trajectory, signals, traces, ghost, arrows, view)
 
 
-def _motion(trajectory: Trajectory, view: str | None) -> Motion:
-    if trajectory.scene.spatial:
-        from mbdsl.viewing.projection import projected
+def _checked(scene: Scene, view: str | None) -> str:
+    """The name of a view, "" of a planar model."""
+    if scene.spatial:
+        from mbdsl.viewing import projection
 
-        return projected(trajectory, view or "iso")
+        projection.view(scene, view or "iso")
+        return view or "iso"
     if view is not None:
-        raise UsageError(f"{trajectory.scene.name} is a planar model, and views are of models in space")
+        raise UsageError(f"{scene.name} is a planar model, and views are of models in space")
+    return ""
+
+
+def _motion(trajectory: Trajectory) -> Any:
+    if trajectory.scene.spatial:
+        from mbdsl.viewing.space import motion as in_space
+
+        return in_space.motion(trajectory)
     return motion(trajectory)
 
 
@@ -200,7 +266,7 @@ def _several(names: str | Iterable[str]) -> list[str]:
     return [names] if isinstance(names, str) else list(names)
 
 
-def _point(motion: Motion, name: str) -> str:
+def _point(motion: Motion | SpaceMotion, name: str) -> str:
     """The name of a frame, from its own, another name of it, or that of its body."""
     name_ = motion.scene.aliases.get(name, name)
     for known in (name_, f"{name_}.c"):

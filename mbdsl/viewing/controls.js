@@ -1,4 +1,4 @@
-// What the user does: buttons, lists, keys, pointers; and the start of the page.
+// What the user does: buttons, lists, keys.
 function speeds() {
   if (data.modes) {
     for (const speed of [0.1, 0.2, 0.5, 1, 2, 5])
@@ -62,6 +62,10 @@ function fill() {
   const names = Object.keys(data.bodies);
   const listed = `${names.slice(0, 12).join(", ")}${names.length > 12 ? " and more" : ""}`;
   canvas.setAttribute("aria-label", `Picture of ${data.name}: ${listed}`);
+  for (const words of Motion.columns) {
+    const heading = $("values").querySelector("thead tr").appendChild(document.createElement("th"));
+    Object.assign(heading, { scope: "col", textContent: words });
+  }
   speeds();
   if (data.modes) fillModes();
   if (last === first) {
@@ -119,8 +123,8 @@ const KEYS = {
   " ": () => play(!playing),
   ArrowLeft: (event) => step(event.shiftKey ? -10 : -1),
   ArrowRight: (event) => step(event.shiftKey ? 10 : 1),
-  ArrowUp: () => ((view.y += 40), (fitted = false), redraw()),
-  ArrowDown: () => ((view.y -= 40), (fitted = false), redraw()),
+  ArrowUp: () => drag(0, 40),
+  ArrowDown: () => drag(0, -40),
   Home: () => (play(false), seek(first)),
   End: () => (play(false), seek(last)),
   "[": () => pick($("speed"), -1),
@@ -160,74 +164,3 @@ addEventListener("keydown", (event) => {
   event.preventDefault();
   KEYS[key](event);
 });
-
-// -- pointers on the picture: drag, pinch, wheel, click ------------------------------------------------------------
-const held = new Map();
-let moved = 0;
-
-function nearest(x, y, reach) {
-  let found = null;
-  for (const [name, at] of Object.entries(data.points)) {
-    const [px, py] = painter.place(at);
-    const distance = Math.hypot(px - x, py - y);
-    if (distance < reach) [found, reach] = [[name, px, py, at], distance];
-  }
-  return found;
-}
-
-function hover(event) {
-  const found = held.size ? null : nearest(event.offsetX, event.offsetY, 14);
-  $("tip").hidden = !found;
-  canvas.style.cursor = found ? "pointer" : "";
-  if (!found) return;
-  const [x, y] = motion.pose(found[3]);
-  $("tip").textContent = `${found[0]}  x = ${written(x + data.origin[0])} m, y = ${written(y + data.origin[1])} m`;
-  $("tip").style.left = `${Math.max(0, Math.min(found[1] + 14, canvas.clientWidth - $("tip").offsetWidth - 4))}px`;
-  $("tip").style.top = `${Math.max(0, found[2] - 34)}px`;
-}
-
-canvas.addEventListener("pointerdown", (event) => {
-  canvas.setPointerCapture(event.pointerId);
-  held.set(event.pointerId, [event.offsetX, event.offsetY]);
-  if (held.size === 1) moved = 0;
-});
-canvas.addEventListener("pointermove", (event) => {
-  const from = held.get(event.pointerId);
-  if (!from) return hover(event);
-  const to = [event.offsetX, event.offsetY];
-  const other = [...held].find(([id]) => id !== event.pointerId);
-  moved += Math.hypot(to[0] - from[0], to[1] - from[1]);
-  if (other) {
-    const [p] = [other[1]];
-    const spread = (q) => Math.max(8, Math.hypot(q[0] - p[0], q[1] - p[1]));
-    zoom(spread(to) / spread(from), p[0], p[1]);
-  } else if (moved > 3) {
-    if (follow !== null) followBody("");
-    view.x += to[0] - from[0];
-    view.y += to[1] - from[1];
-    fitted = false;
-    redraw();
-  }
-  held.set(event.pointerId, to);
-});
-for (const end of ["pointerup", "pointercancel"]) {
-  canvas.addEventListener(end, (event) => {
-    held.delete(event.pointerId);
-    const found = moved <= 3 && end === "pointerup" && nearest(event.offsetX, event.offsetY, 14);
-    if (found && found[3][0] >= 0) trace(found[0], !traces.has(found[0]));
-  });
-}
-canvas.addEventListener("pointerleave", () => ($("tip").hidden = true));
-canvas.addEventListener("wheel", (event) => {
-  event.preventDefault();
-  const lines = event.deltaMode === 1 ? 20 : 1;
-  zoom(Math.exp(-0.0015 * lines * Math.max(-300, Math.min(300, event.deltaY))), event.offsetX, event.offsetY);
-}, { passive: false });
-
-fill();
-bind();
-readTheme();
-fit();
-const asked = /[#&]t=([-+.\de]+)/.exec(location.hash);
-if (asked) seek(Number(asked[1]));
-else if (!matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);

@@ -1,6 +1,7 @@
 // Shapes of a mechanism on a canvas. World coordinates are in metres, y up; `view` maps them to CSS pixels, y down.
 // Sizes of symbols are multiples of U, a length in pixels that follows the zoom within limits.
 const TAU = 2 * Math.PI;
+const MANY = 600; // number of shapes from which links are drawn together
 
 class Painter {
   constructor(data, motion) {
@@ -191,21 +192,6 @@ class Painter {
 
   draw_backdrop(shape, places) {
     this.draw_outline(shape, places);
-  }
-
-  // The mark of a centre of mass.
-  centre(p) {
-    const radius = Math.max(3, 0.34 * this.U);
-    this.circle(p[0], p[1], radius, this.theme.paper);
-    this.at(p, (g) => {
-      g.fillStyle = this.theme.ink;
-      for (const from of [0, Math.PI]) {
-        g.beginPath();
-        g.moveTo(0, 0);
-        g.arc(0, 0, radius, from, from + Math.PI / 2);
-        g.fill();
-      }
-    });
   }
 
   draw_block(shape, [p, axis]) {

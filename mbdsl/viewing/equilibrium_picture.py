@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.version import __version__
 from mbdsl.viewing.animation import Animation
 from mbdsl.viewing.saved_page import PAGES, PICTURES
 from mbdsl.viewing.shapes import Drawing
-from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, loads
+from mbdsl.viewing.vectors import FORCES, REACTIONS, loads
 
 ROOM = 0.12  #: around the mechanism, of its larger side
 
@@ -44,7 +45,11 @@ class EquilibriumPicture(Animation):
     def _pale(self) -> str:
         return "" if self._ghost is None else "initial positions"
 
-    def _vectors(self) -> list[Vector]:
+    def _vectors(self) -> list[Any]:
+        if self.scene.spatial:
+            from mbdsl.viewing.space import vectors as in_space
+
+            return [*super()._vectors(), *in_space.loads(self._trajectory, self.motion)]
         return [*super()._vectors(), *loads(self._trajectory, self.motion)]
 
     def _drawing(self) -> Drawing:

@@ -20,9 +20,12 @@ from mbdsl.viewing.vectors import Vector, largest
 
 HERE = Path(__file__).parent
 #: the script is the files in this order
-SCRIPTS = ("motion.js", "drawing.js", "elements.js", "gears.js", "plots.js", "player.js", "controls.js")
-SPACE = "space.js"  #: after the others, in pages of models in space
-MODES = "modes.js"  #: after the first, in pages of mode shapes
+SCRIPTS = (
+    *("data.js", "motion.js", "drawing.js", "elements.js", "gears.js", "plots.js", "player.js", "marks.js", "view.js"),
+    *("controls.js", "pointers.js", "start.js"),
+)
+STYLE = "player.css"
+MODES = "modes.js"  #: after `motion.js`, in pages of mode shapes
 #: number of stored numbers from which poses are integers of 16 bits: a 32,767th of the extent, and of half a turn
 MANY = 400_000
 MOST_POINTS = 400  #: frames that can be traced
@@ -42,13 +45,14 @@ def html(data: dict[str, Any]) -> str:
     str
         HTML. Its policy allows this script and this style by their digests, and nothing else.
     """
-    style = (HERE / "player.css").read_text(encoding="utf-8")
-    names = (SCRIPTS[0], MODES, *SCRIPTS[1:]) if "modes" in data else SCRIPTS
-    if data.get("spatial"):
-        at = names.index("player.js")
-        names = (*names[:at], SPACE, *names[at:])
-    script = _script(names)
-    policy = f"default-src 'none'; style-src {_digest(style)}; script-src {_digest(script)}"
+    names = (*SCRIPTS[:2], MODES, *SCRIPTS[2:]) if "modes" in data else SCRIPTS
+    return assembled(data, (HERE / STYLE).read_text(encoding="utf-8"), [script_of(names)])
+
+
+def assembled(data: dict[str, Any], style: str, scripts: Sequence[str]) -> str:
+    """A page of these data, this style and these scripts, which are allowed by their digests."""
+    allowed = " ".join(_digest(script) for script in scripts)
+    policy = f"default-src 'none'; style-src {_digest(style)}; script-src {allowed}"
     # `<` would let a text end the element; as an escape it is the same JSON.
     text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return "\n".join(
@@ -59,14 +63,15 @@ def html(data: dict[str, Any]) -> str:
             f"<title>{escape(data['name'])}</title>\n<style>{style}</style>\n</head>\n<body>",
             (HERE / "page.html").read_text(encoding="utf-8"),
             f'<script type="application/json" id="data">{text.replace("<", chr(92) + "u003c")}</script>',
-            f"<script>{script}</script>\n</body>\n</html>\n",
+            *(f"<script>{script}</script>" for script in scripts),
+            "</body>\n</html>\n",
         )
     )
 
 
-def _script(names: Sequence[str]) -> str:
-    """Files of the script as one, without comment lines and indentation; no text in it spans lines."""
-    lines = [line.strip() for name in names for line in (HERE / name).read_text(encoding="utf-8").splitlines()]
+def script_of(names: Sequence[str], folder: Path = HERE) -> str:
+    """Files of a script as one, without comment lines and indentation; no text in it spans lines."""
+    lines = [line.strip() for name in names for line in (folder / name).read_text(encoding="utf-8").splitlines()]
     return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
@@ -114,26 +119,32 @@ def document(
     origin = (bounds[:2] + bounds[2:]) / 2 if far else np.zeros(2)
     bounds = bounds - np.tile(origin, 2)
     pack = _Packing(origin, motion, float(np.abs(bounds).max()))
-    times = plots.times
     return {
         "name": motion.scene.name,
         "doc": motion.scene.doc,
         "origin": origin.tolist(),
-        "bounds": [_short(x) for x in bounds.tolist()],
-        "times": None if np.array_equal(times, motion.t) else array(times, "f8"),
+        "bounds": [short(x) for x in bounds.tolist()],
+        **plotted(plots, motion.t),
         **_mechanism(pack, drawing),
         "points": {name: pack.spot(spot) for name, spot in list(motion.spots.items())[:MOST_POINTS]},
+        "traced": list(traced),
+        "vectors": [_vector(v, pack) for v in vectors],
+        "largest": largest(vectors),
+        "strain": largest_strain(motion.curves),
+        "about": [list(item) for item in about],
+        "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach, False), ghost[1]),
+    }
+
+
+def plotted(plots: Plots, t: NDArray[np.float64]) -> dict[str, Any]:
+    """Signals of a page whose frames have the times t (N,) [s]."""
+    return {
+        "times": None if np.array_equal(plots.times, t) else array(plots.times, "f8"),
         "signals": [
             {"name": s.name, "unit": s.unit, "low": _finite(s.low), "high": _finite(s.high), "y": _line(s)}
             for s in plots.signals
         ],
         "shown": plots.shown,
-        "traced": list(traced),
-        "vectors": [_vector(v, pack) for v in vectors],
-        "largest": largest(vectors),
-        "strain": largest_strain(motion.curves),
-        "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach, False), ghost[1]),
-        "about": [list(item) for item in about],
     }
 
 
@@ -141,13 +152,13 @@ def _mechanism(pack: _Packing, drawing: Drawing) -> dict[str, Any]:
     """Poses and shapes of one motion."""
     motion = pack.motion
     return {
-        "unit": _short(drawing.unit),
+        "unit": short(drawing.unit),
         "t": array(motion.t, "f8"),
         "tracks": motion.tracks,
         "poses": pack.poses(),
         "curves": pack.curves(),
         "shapes": [
-            {"draw": s.draw, "name": s.name, "at": [pack.spot(spot) for spot in s.at], **_numbers(s.data)}
+            {"draw": s.draw, "name": s.name, "at": [pack.spot(spot) for spot in s.at], **numbers(s.data)}
             for s in drawing.shapes
         ],
         "bodies": {c.name: pack.spot(motion.spots[f"{c.name}.c"]) for c in motion.scene.bodies()},
@@ -171,7 +182,7 @@ class _Packing:
 
     def spot(self, spot: Spot) -> list[float]:
         shift = self.origin if spot.track == GROUND else (0.0, 0.0)
-        numbers = [_short(spot.x - shift[0]), _short(spot.y - shift[1]), _short(spot.phi)]
+        numbers = [short(spot.x - shift[0]), short(spot.y - shift[1]), short(spot.phi)]
         while numbers and numbers[-1] == 0.0:
             numbers.pop()
         return [spot.track, *numbers]
@@ -182,13 +193,13 @@ class _Packing:
         if not self.small:
             return {**array(poses, "f4"), "scale": [1.0, 1.0]}
         poses[:, :, 2] = np.angle(np.exp(1j * poses[:, :, 2]))
-        return {**_levels(poses / (self.level, self.level, np.pi / 32767)), "scale": [self.level, np.pi / 32767]}
+        return {**levels(poses / (self.level, self.level, np.pi / 32767)), "scale": [self.level, np.pi / 32767]}
 
     def curves(self) -> list[dict[str, Any]]:
         found, most = [], largest_strain(self.motion.curves)
         for curve in self.motion.curves:
             shades = np.nan_to_num(255 * curve.strain() / (most or 1.0) * self.strained).round()
-            points = {**_levels((curve.points - self.origin) / self.level), "scale": self.level}
+            points = {**levels((curve.points - self.origin) / self.level), "scale": self.level}
             found.append({"points": points, "count": len(curve.along), "colours": array(shades, "u1")})
         return found
 
@@ -200,7 +211,7 @@ def array(values: Any, kind: str) -> dict[str, str]:
     return {"kind": kind, "data": base64.b64encode(stored.tobytes()).decode()}
 
 
-def _levels(values: NDArray[np.float64]) -> dict[str, str]:
+def levels(values: NDArray[np.float64]) -> dict[str, str]:
     """Numbers between -32767 and 32767 as integers of 16 bits."""
     return array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
 
@@ -213,7 +224,7 @@ def _line(signal: Signal) -> dict[str, str]:
     return array(np.where(np.isfinite(levels), levels, -32768), "i2")
 
 
-def _short(value: float) -> float:
+def short(value: float) -> float:
     """A number of at most nine digits."""
     return float(f"{value:.9g}")
 
@@ -222,12 +233,12 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _numbers(data: dict[str, Any]) -> dict[str, Any]:
+def numbers(data: dict[str, Any]) -> dict[str, Any]:
     """Numbers of a shape's data with at most nine digits."""
 
-    def short(x: Any) -> Any:
+    def all_short(x: Any) -> Any:
         if isinstance(x, float | np.floating):
-            return _short(float(x))
-        return [short(y) for y in x] if isinstance(x, list | tuple) else x
+            return short(float(x))
+        return [all_short(y) for y in x] if isinstance(x, list | tuple) else x
 
-    return {key: short(value) for key, value in data.items()}
+    return {key: all_short(value) for key, value in data.items()}

@@ -6,7 +6,7 @@ upwards: unit vectors with r x u = c. In the isometric view the three axes make 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import asin, cos, pi, radians, sin, sqrt
 from typing import NamedTuple
 
@@ -22,7 +22,9 @@ from mbdsl.system.body_models import body_pose
 from mbdsl.system.tables import gravity
 from mbdsl.viewing.motion import GROUND, MOST_FRAMES, MOST_NUMBERS, Motion, Spot, chosen_rows
 from mbdsl.viewing.shape import Shape
-from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector
+from mbdsl.viewing.space.motion import SpaceMotion
+from mbdsl.viewing.space.vectors import FORCE, SpaceVector
+from mbdsl.viewing.vectors import Vector
 
 Array = NDArray[np.float64]
 
@@ -240,20 +242,13 @@ def _element(c: Component, motion: SpatialMotion) -> Iterator[Shape]:
         yield Shape("mark", c.name, (b, a))
 
 
-def vectors(trajectory: Trajectory, motion: SpatialMotion) -> list[Vector]:
-    """Forces with components in world axes, and reactions of joints, in the plane of the picture."""
-    found = []
-    for c in motion.scene.components.values():
-        if len(c.ports) != 2 or isinstance(c.kind, BodyKind):
-            continue
-        names = [f"{c.name}.f{i}" for i in "xyz"]
-        if not all(name in trajectory for name in names):
-            continue
-        applied = c.kind.name == "Force"
-        if applied and motion.scene.frames[c.ports["frame_a"]].body != "ground":
-            continue  # components in axes that turn
-        force = np.stack([np.asarray(trajectory[name])[motion.rows] for name in names], axis=-1)
-        values = motion.seen.of(force)[:, :2]
-        if np.isfinite(values).any() and np.nanmax(np.abs(values)) > 0.0:
-            found.append(Vector(c.name, FORCES if applied else REACTIONS, motion.spot_of(c.ports["frame_b"]), values))
-    return found
+def projected_vectors(found: Sequence[SpaceVector], motion: SpatialMotion, solid: SpaceMotion) -> list[Vector]:
+    """Forces in the plane of the picture, at the rows of the projected motion."""
+    rows = np.searchsorted(solid.t, motion.t).clip(0, len(solid.t) - 1)
+    names = {place: name for name, place in solid.spots.items()}
+    values = [motion.seen.of(v.values[rows])[:, :2] for v in found]
+    return [
+        Vector(v.name, v.group, motion.spots[names[v.at]], flat)
+        for v, flat in zip(found, values, strict=True)
+        if v.kind == FORCE and np.isfinite(flat).any() and np.nanmax(np.abs(flat)) > 0.0
+    ]

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl import load
+from mbdsl import load, parse
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import build
 
@@ -55,6 +55,20 @@ def slider_crank():
     return made(load(MODELS / "slider_crank.mbd"), t, states)
 
 
+@pytest.fixture(scope="session")
+def arm_in_space():
+    """An arm of 1 m hinged at its end a, at the angle 2 t about z, and a mass on a helix: their motion in closed form."""
+    scene = parse(
+        """spatial model Arm "an arm and a mass"
+          Ground ground(n = {0, 0, -1}); Rod arm(m = 1 kg, length = 1 m); PointMass ball(m = 1 kg);
+          Revolute pin(ground, arm.a); FreeMotion free(ground, ball); end Arm;"""
+    )
+    t = np.linspace(0.0, 4.0, 201)
+    phi = np.angle(np.exp(2j * t))  # rotation vectors are up to pi long
+    arm = np.column_stack([0.5 * np.cos(phi), 0.5 * np.sin(phi), 0 * t, 0 * t, 0 * t, phi])
+    return made(scene, t, {"arm": arm, "ball": np.column_stack([np.cos(t), np.sin(t), 0.3 * t])})
+
+
 class Browser:
     """A page in a headless browser, with what it loads and writes to its console."""
 
@@ -62,7 +76,7 @@ class Browser:
         ours, theirs = os.pipe(), os.pipe()
         ends = [fcntl.fcntl(fd, fcntl.F_DUPFD, 50) for fd in (ours[0], theirs[1])]
         flags = ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--remote-debugging-pipe")
-        flags += ("--disable-dev-shm-usage",)
+        flags += ("--disable-dev-shm-usage", "--enable-unsafe-swiftshader")  # WebGL without a graphics card
         quiet = [(os.POSIX_SPAWN_OPEN, fd, os.devnull, os.O_WRONLY, 0) for fd in (1, 2)]
         moves = [(os.POSIX_SPAWN_DUP2, ends[0], 3), (os.POSIX_SPAWN_DUP2, ends[1], 4)]
         arguments = [program, *flags, f"--user-data-dir={folder}", "--no-first-run", "about:blank"]

@@ -1,0 +1,180 @@
+"""Symbols of joints and forces in space: what is drawn at or between the two frames of an element, by its kind.
+
+``KNOWN`` maps the names of kinds to their symbols. A kind of another file, or of another package, names one of
+``SYMBOLS`` in its file, ``DRAWING = "spring"``; without it an element is drawn as a small cube.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from mbdsl.elements import declaring
+from mbdsl.mechanism.scene import Component
+from mbdsl.viewing.motion import GROUND
+from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
+
+JOINT, FORCE, DRIVE, SUPPORT, BODY = "joint", "force", "drive", "support", "body"
+HALF = sqrt(0.5)
+#: quaternions that turn the z axis to the x or y axis: cylinders, rings and coils have the axis z
+TO_X, TO_Y = (HALF, 0.0, HALF, 0.0), (HALF, -HALF, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A shape of unit size that is scaled by ``size`` along its axes.
+
+    ``draw`` names its geometry in the page, ``role`` is "body", "joint", "force", "drive" or "support". With two places
+    it extends along its z axis from the first to the second.
+    """
+
+    draw: str
+    role: str
+    name: str
+    at: tuple[Place, ...]
+    size: tuple[float, ...]
+    data: dict[str, Any] = field(default_factory=dict)
+
+
+Symbol = Callable[[Component, Place, Place, SpaceMotion, float], Iterator[Solid]]
+
+
+def symbol(c: Component, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """The symbol of an element between two frames; ``unit`` is the size of symbols [m]."""
+    a, b = (motion.spot_of(frame) for frame in c.ports.values())
+    name = getattr(declaring(c.kind), "DRAWING", None) or KNOWN.get(c.kind.name, "mark")
+    yield from SYMBOLS.get(name, _mark)(c, a, b, motion, unit)
+
+
+def _one(draw: str, role: str, size: Sequence[float], p: tuple[float, ...] = UNTURNED, on_b: bool = False) -> Symbol:
+    """A symbol at frame_a or frame_b; ``size`` is in units."""
+
+    def solids(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+        yield Solid(draw, role, c.name, ((b if on_b else a).moved(p=p),), tuple(unit * x for x in size))
+
+    return solids
+
+
+def _cross(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """The cross of a Cardan joint: its axes are z of frame_a and x of frame_b."""
+    size = (0.32 * unit, 0.32 * unit, 2.0 * unit)
+    yield Solid("cylinder", JOINT, c.name, (a,), size)
+    yield Solid("cylinder", JOINT, c.name, (b.moved(p=TO_X),), size)
+
+
+def _guide(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Solid:
+    """The part of the x axis of frame_a that frame_b travels on."""
+    apart = motion.positions(b) - motion.positions(a)
+    s = (apart * motion.turned(a, np.array([1.0, 0.0, 0.0]))).sum(axis=1)
+    low, high = (float(np.nanmin(s)), float(np.nanmax(s))) if np.isfinite(s).any() else (0.0, 0.0)
+    low, high = low - 1.2 * unit, high + 1.2 * unit
+    size = (0.25 * unit, 0.25 * unit, high - low)
+    return Solid("cylinder", JOINT, c.name, (a.moved(((low + high) / 2, 0.0, 0.0), TO_X),), size)
+
+
+def _slider(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    yield _guide(c, a, b, motion, unit)
+    yield Solid("box", JOINT, c.name, (b,), (1.5 * unit, unit, unit))
+
+
+def _sleeve(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    yield _guide(c, a, b, motion, unit)
+    yield Solid("cylinder", JOINT, c.name, (b.moved(p=TO_X),), (0.5 * unit, 0.5 * unit, 1.6 * unit))
+
+
+def _bead(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    yield _guide(c, a, b, motion, unit)
+    yield Solid("ball", JOINT, c.name, (b,), (0.5 * unit,) * 3)
+
+
+def _plate(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    yield Solid("box", JOINT, c.name, (a,), (3.0 * unit, 3.0 * unit, 0.12 * unit))
+    yield Solid("ball", JOINT, c.name, (b,), (0.4 * unit,) * 3)
+
+
+def _between(*parts: tuple[str, float], role: str = FORCE, ends: float = 0.0) -> Symbol:
+    """Shapes (name, radius in units) from frame_a to frame_b, with balls at the ends."""
+
+    def solids(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+        for draw, radius in parts:
+            yield Solid(draw, role, c.name, (a, b), (radius * unit, radius * unit))
+        if ends:
+            for place in (a, b):
+                yield Solid("ball", JOINT, c.name, (place,), (ends * unit,) * 3)
+
+    return solids
+
+
+def _spring_damper(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """A coil, a dashpot or both, by the constants that are not zero."""
+    k, damping = (c.values.get(name) for name in ("k", "c"))
+    parts = [] if damping and not k else [("coil", 0.8)]
+    parts += [("piston", 0.36)] if damping else []
+    yield from _between(*parts)(c, a, b, motion, unit)
+
+
+def _nothing(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    yield from ()
+
+
+def support(place: Place, unit: float) -> Solid:
+    """The mark of a frame of the ground that an element is attached to."""
+    assert place.track == GROUND
+    return Solid("box", SUPPORT, "", (place,), (1.1 * unit,) * 3)
+
+
+_mark = _one("box", JOINT, (0.7, 0.7, 0.7), on_b=True)
+
+SYMBOLS: dict[str, Symbol] = {
+    "hinge": _one("cylinder", JOINT, (0.55, 0.55, 1.7)),
+    "ball": _one("ball", JOINT, (0.6, 0.6, 0.6)),
+    "cross": _cross,
+    "slider": _slider,
+    "sleeve": _sleeve,
+    "bead": _bead,
+    "plate": _plate,
+    "point": _one("ball", JOINT, (0.4, 0.4, 0.4), on_b=True),
+    "weld": _one("box", JOINT, (0.8, 0.8, 0.8), on_b=True),
+    "blade": _one("box", JOINT, (3.0, 0.12, 1.2), on_b=True),
+    "rod": _between(("cylinder", 0.22), role=BODY, ends=0.34),
+    "actuator": _between(("piston", 0.36), role=DRIVE, ends=0.36),
+    "spring": _spring_damper,
+    "spiral": _one("spiral", FORCE, (1.2, 1.2, 1.2)),
+    "turning": _one("ring", DRIVE, (1.0, 1.0, 1.0)),
+    "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
+    "mark": _mark,
+    "nothing": _nothing,
+}
+KNOWN = {
+    "Revolute": "hinge",
+    "Spherical": "ball",
+    "ConstantVelocity": "ball",
+    "Universal": "cross",
+    "Prismatic": "slider",
+    "Cylindrical": "sleeve",
+    "PointOnLine": "bead",
+    "PointOnPlane": "point",
+    "PointOnCurve": "point",
+    "Planar": "plate",
+    "Fixed": "weld",
+    "KnifeEdge": "blade",
+    "Distance": "rod",
+    "DistanceDriver": "actuator",
+    "TranslationalDriver": "actuator",
+    "TranslationalVelocityDriver": "actuator",
+    "SpringDamper": "spring",
+    "TranslationalSpringDamper": "spring",
+    "RotationalSpringDamper": "spiral",
+    "RotationalDriver": "turning",
+    "RotationalVelocityDriver": "turning",
+    "Bushing": "bushing",
+    "RollingDisc": "nothing",  # its body is drawn as a wheel
+    "Force": "nothing",  # an arrow of its size, among the vectors
+    "Torque": "nothing",
+    "FreeMotion": "nothing",
+    "VelocityConstraint": "nothing",
+}
