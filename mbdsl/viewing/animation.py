@@ -17,9 +17,10 @@ from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.saved_page import VECTORS, SavedPage
 from mbdsl.viewing.shapes import Drawing, behind, drawing
 from mbdsl.viewing.signals import signals
-from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, vectors
+from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, loads, vectors
 
 if TYPE_CHECKING:
+    from mbdsl.viewing.space.animation import InSpace
     from mbdsl.viewing.space.motion import SpaceMotion
 
 
@@ -50,6 +51,7 @@ class Animation(SavedPage):
     """
 
     _one_scale = False  #: whether arrows of forces and reactions have one scale
+    _with_loads = False  #: whether weights and forces of springs are among the arrows
 
     def __init__(
         self,
@@ -60,10 +62,18 @@ class Animation(SavedPage):
         arrows: str | Sequence[str] = (FORCES,),
         view: str | None = None,
     ) -> None:
-        self._view = _checked(trajectory.scene, view)
-        self.motion: Motion | SpaceMotion = _motion(trajectory)
-        self._other = ghost
-        self._ghost = None if ghost is None else _motion(ghost)
+        self._has_ghost = ghost is not None
+        self._space: InSpace | None = None
+        if trajectory.scene.spatial:
+            from mbdsl.viewing.space.animation import InSpace
+
+            self._space = InSpace(trajectory, ghost, view)
+            self.motion: Motion | SpaceMotion = self._space.motion
+        else:
+            if view is not None:
+                raise UsageError(f"{trajectory.scene.name} is a planar model, and views are of models in space")
+            self._flat = self.motion = motion(trajectory)
+            self._flat_ghost = None if ghost is None else motion(ghost)
         self._trajectory, self._patterns = trajectory, None if patterns is None else _several(patterns)
         self._arrows = tuple(_several(arrows))
         for group in self._arrows:
@@ -80,81 +90,39 @@ class Animation(SavedPage):
     def html(self) -> str:  # type: ignore[override]
         """The page as the text of one HTML file."""
         more: dict[str, Any] = {"arrows": self._arrows, "pale": self._pale, "mark": self._mark()}
-        if self.scene.spatial:
-            return self._in_space(more)
+        more["about"] = [list(item) for item in self._about()]
+        if self._space is not None:
+            return self._space.html(self._patterns, self._traced, self._with_loads, self._one_scale, more)
         drawn, arrows = self._drawing(), self._vectors()
-        assert isinstance(self.motion, Motion)
         data = page.document(
-            self.motion,
+            self._flat,
             drawn,
             signals(self._trajectory, self._patterns),
             arrows,
             self._traced or drawn.paths,
-            self._about(),
-            None if self._ghost is None else (self._ghost, behind(drawing(self._ghost), drawn)),
+            ghost=None if self._flat_ghost is None else (self._flat_ghost, behind(drawing(self._flat_ghost), drawn)),
         )
-        return page.html(data | more | {"largest": largest(arrows, self._one_scale)})
+        return page.html(data | {"largest": largest(arrows, self._one_scale)} | more)
 
-    def _in_space(self, more: dict[str, Any]) -> str:
-        """The page of a model in space, with a projected picture for browsers without WebGL."""
-        from mbdsl.viewing.space import page, shapes, vectors
-
-        arrows = self._vectors()
-        data = page.document(
-            self.motion,
-            shapes.drawing(self.motion),
-            signals(self._trajectory, self._patterns),
-            arrows,
-            vectors.largest(arrows, self._one_scale),
-            self._traced,
-            None if self._ghost is None else (self._ghost, shapes.drawing(self._ghost)),
-            self._view,
-        )
-        about = [list(item) for item in self._about()]
-        return page.html(data | more | {"about": about, "picture": self._still()})
-
-    def _still(self) -> str:
-        """The first frame as SVG."""
-        from mbdsl.viewing.projection import projected
-        from mbdsl.viewing.svg_picture import still
-
-        return still(projected(self._trajectory, self._view, 2), 0, "still", f"{self.scene.name} at the start")
-
+    # -- in the plane of the model, or of films and pictures ----------------------------------------------------------
     @cached_property
     def _flat(self) -> Motion:
-        """The motion in the plane of films and pictures."""
-        if not self.scene.spatial:
-            return self.motion  # type: ignore[return-value]
-        from mbdsl.viewing.projection import projected
-
-        return projected(self._trajectory, self._view)
+        assert self._space is not None
+        return self._space.flat
 
     @cached_property
     def _flat_ghost(self) -> Motion | None:
-        if self._other is None or not self.scene.spatial:
-            return self._ghost
-        from mbdsl.viewing.projection import projected
-
-        return projected(self._other, self._view)
+        assert self._space is not None
+        return self._space.flat_ghost
 
     def _drawing(self) -> Drawing:
         return drawing(self._flat)
 
-    def _vectors(self) -> list[Any]:
-        """Arrows: in space, with three components."""
-        if self.scene.spatial:
-            from mbdsl.viewing.space import vectors as in_space
-
-            return in_space.vectors(self._trajectory, self.motion)
-        return vectors(self._trajectory, self.motion)
-
-    def _flat_vectors(self) -> list[Vector]:
-        """Arrows in the plane of films and pictures."""
-        if not self.scene.spatial:
-            return self._vectors()
-        from mbdsl.viewing.projection import projected_vectors
-
-        return projected_vectors(self._vectors(), self._flat, self.motion)
+    def _vectors(self) -> list[Vector]:
+        if self._space is not None:
+            return self._space.flat_vectors(self._with_loads)
+        found = vectors(self._trajectory, self._flat)
+        return [*found, *loads(self._trajectory, self._flat)] if self._with_loads else found
 
     @property
     def _pale(self) -> str:
@@ -191,7 +159,7 @@ class Animation(SavedPage):
         return self.motion.scene
 
     def _content(self, suffix: str, width: int, height: int) -> bytes:
-        shown = [v for v in self._flat_vectors() if v.group in self._arrows] if self._arrows else []
+        shown = [v for v in self._vectors() if v.group in self._arrows] if self._arrows else []
         drawn = self._drawing()
         overlays = Overlays(self._traced or drawn.paths, shown, self._flat_ghost, self._one_scale)
         if suffix in VECTORS:
@@ -240,26 +208,6 @@ def animate(
         If the trajectory is empty or a name is unknown, or a view is given for a planar model.
     """
     return Animation(trajectory, signals, traces, ghost, arrows, view)
-
-
-def _checked(scene: Scene, view: str | None) -> str:
-    """The name of a view, "" of a planar model."""
-    if scene.spatial:
-        from mbdsl.viewing import projection
-
-        projection.view(scene, view or "iso")
-        return view or "iso"
-    if view is not None:
-        raise UsageError(f"{scene.name} is a planar model, and views are of models in space")
-    return ""
-
-
-def _motion(trajectory: Trajectory) -> Any:
-    if trajectory.scene.spatial:
-        from mbdsl.viewing.space import motion as in_space
-
-        return in_space.motion(trajectory)
-    return motion(trajectory)
 
 
 def _several(names: str | Iterable[str]) -> list[str]:

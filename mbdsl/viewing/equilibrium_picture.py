@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.version import __version__
 from mbdsl.viewing.animation import Animation
 from mbdsl.viewing.saved_page import PAGES, PICTURES
 from mbdsl.viewing.shapes import Drawing
-from mbdsl.viewing.vectors import FORCES, REACTIONS, loads
+from mbdsl.viewing.vectors import FORCES, REACTIONS
 
 ROOM = 0.12  #: around the mechanism, of its larger side
 
@@ -32,7 +31,7 @@ class EquilibriumPicture(Animation):
     """
 
     suffixes = (*PAGES, *PICTURES)
-    _one_scale = True
+    _one_scale = _with_loads = True
 
     def __init__(self, point: Trajectory, start: Trajectory | None, stability: str) -> None:
         super().__init__(point, None, (), start, (FORCES, REACTIONS))
@@ -43,14 +42,7 @@ class EquilibriumPicture(Animation):
 
     @cached_property
     def _pale(self) -> str:
-        return "" if self._ghost is None else "initial positions"
-
-    def _vectors(self) -> list[Any]:
-        if self.scene.spatial:
-            from mbdsl.viewing.space import vectors as in_space
-
-            return [*super()._vectors(), *in_space.loads(self._trajectory, self.motion)]
-        return [*super()._vectors(), *loads(self._trajectory, self.motion)]
+        return "initial positions" if self._has_ghost else ""
 
     def _drawing(self) -> Drawing:
         """The shapes, with room for the arrows."""

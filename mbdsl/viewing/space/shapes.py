@@ -25,7 +25,9 @@ BAR, MASS = 0.34, 0.8  #: radius of bars and of bodies without dimensions, in un
 FLAT = 1.2  #: ratio of moments of inertia up to which a body counts as a thin disc
 THIN = 0.08  #: thickness of a disc relative to its radius
 LARGE, DISCS = 0.25, 1.5  #: largest radius of solids and discs by moments of inertia, relative to the mechanism
-TRAVELS = 6.0  #: extent of the motion relative to the mechanism from which the camera follows a body at first
+TRAVELS = 4.5  #: extent of the motion relative to the mechanism from which the camera follows a body at first
+#: kinds of elements for which no point of the ground is special
+UNATTACHED = {"RollingDisc", "KnifeEdge", "PointOnPlane", "Force", "Torque", "FreeMotion", "VelocityConstraint"}
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     ports = {frame for c in scene.components.values() for frame in c.ports.values()}
     wheels = dict(_wheels(motion))
     attached = dict.fromkeys(motion.spot_of(frame) for frame in sorted(ports))
-    held = [place for place in attached if place.track == GROUND and not _is_floor(place, motion)]
+    held = [place for place in attached if place.track == GROUND and _is_held(place, motion)]
     shown = [*held, *(place for place in motion.spots.values() if place.track != GROUND)]
     low, high = motion.extremes(shown)
     within = _size(low, high)
@@ -150,7 +152,7 @@ def _of_inertia(c: Component, centre: Place, bare: bool) -> Solid | None:
         return Solid("ball", BODY, c.name, (centre,), (sqrt(2.5 * low / m),) * 3)
     if middle < FLAT * low and high > (low + middle) / FLAT:  # as of a thin disc: C = A + B
         radius = sqrt(2.0 * high / m)
-        at = centre.moved(p=_axis_along(axes[:, int(np.argmax(moments))]))
+        at = centre.moved(p=_axis_along(axes[:, int(np.argmax(moments))].tolist()))
         return Solid("cylinder", BODY, c.name, (at,), (radius, radius, THIN * radius))
     if not bare:
         return None
@@ -158,7 +160,7 @@ def _of_inertia(c: Component, centre: Place, bare: bool) -> Solid | None:
     edges = np.sqrt(np.maximum(square, 1e-4 * square.max()))
     if np.linalg.det(axes) < 0.0:
         axes = axes * (1.0, 1.0, -1.0)
-    return Solid("box", BODY, c.name, (centre.moved(p=quaternions(of_matrix(axes))),), tuple(edges.tolist()))
+    return Solid("box", BODY, c.name, (centre.moved(p=quaternions(of_matrix(axes)).tolist()),), tuple(edges.tolist()))
 
 
 def _is_bare(c: Component, motion: SpaceMotion) -> bool:
@@ -250,13 +252,12 @@ def _floor(motion: SpaceMotion, bounds: Array, size: float) -> Floor | None:
     return Floor(tuple(below.tolist()), _axis_along(up.tolist()))
 
 
-def _is_floor(place: Place, motion: SpaceMotion) -> bool:
-    """Whether a frame of the ground is a plane for discs only, of which no point is special."""
-    ports = [
-        (c.kind.name, port)
+def _is_held(place: Place, motion: SpaceMotion) -> bool:
+    """Whether an element is attached to a frame of the ground, unlike planes and free motions."""
+    kinds = {
+        c.kind.name
         for c in motion.scene.components.values()
         if len(c.ports) == 2 and not isinstance(c.kind, BodyKind)
-        for port, frame in c.ports.items()
-        if motion.spot_of(frame) == place
-    ]
-    return all(kind in ("RollingDisc", "KnifeEdge", "PointOnPlane", "Force") for kind, _ in ports)
+        if any(motion.spot_of(frame) == place for frame in c.ports.values())
+    }
+    return bool(kinds - UNATTACHED)

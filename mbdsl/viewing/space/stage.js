@@ -1,11 +1,12 @@
 // The scene of three.js: solids, floor, lights, arrows, paths and frames, seen by a camera.
 const FIELD = Math.PI / 6; // angle of view of the perspective camera
-const SHADOWS = 2048; // pixels of the map of shadows
+const SHADOWS = 1024; // pixels of the map of shadows
 
 class Stage {
   constructor(canvas, data, motion, ghost) {
     Object.assign(this, { canvas, data, motion, ghost, theme: null, lines: new Map() });
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    canvas.removeAttribute("data-engine"); // its attributes are the state of the view
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.scene = new THREE.Scene();

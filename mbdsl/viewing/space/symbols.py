@@ -96,6 +96,15 @@ def _plate(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -
     yield Solid("ball", JOINT, c.name, (b,), (0.4 * unit,) * 3)
 
 
+def _stop(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """Walls at the limits on the x axis of frame_a."""
+    for name in ("s_min", "s_max"):
+        limit = c.values.get(name)
+        if limit is not None and np.isfinite(limit):
+            place = a.moved((float(limit), 0.0, 0.0))
+            yield Solid("box", FORCE, c.name, (place,), (0.2 * unit, 2.0 * unit, 2.0 * unit))
+
+
 def _between(*parts: tuple[str, float], role: str = FORCE, ends: float = 0.0) -> Symbol:
     """Shapes (name, radius in units) from frame_a to frame_b, with balls at the ends."""
 
@@ -145,6 +154,7 @@ SYMBOLS: dict[str, Symbol] = {
     "spring": _spring_damper,
     "spiral": _one("spiral", FORCE, (1.2, 1.2, 1.2)),
     "turning": _one("ring", DRIVE, (1.0, 1.0, 1.0)),
+    "stop": _stop,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,
     "nothing": _nothing,

@@ -71,13 +71,22 @@ function measure() {
   view.scale = (canvas.clientHeight || 1) / view.height;
 }
 
+// Points of a solid, each with its distance from the edge.
+function hull({ draw, at, size: [x, y, z] }) {
+  if (at.length > 1) return at.map((place) => [place, x]);
+  const corners = draw === "box" ? [-0.5, 0.5].flatMap((i) => [-0.5, 0.5].map((j) => [i * x, j * y])) : [[0, 0]];
+  const long = ["box", "bar", "cylinder", "tube"].includes(draw);
+  const matrix = matrixOf(at[0].slice(1));
+  const points = (long ? [-0.5 * z, 0.5 * z] : [0]).flatMap((c) => corners.map(([a, b]) => [a, b, c]));
+  return points.map((p) => {
+    const moved = new THREE.Vector3(...p).applyMatrix4(matrix);
+    return [[at[0][0], moved.x, moved.y, moved.z], draw === "box" ? 0 : x];
+  });
+}
+
 // Points of the mechanism with their distances from the edges of solids, at several times; `only`: around a body.
 function cloud(only) {
-  const radius = ([x, y, z], draw) => {
-    if (draw === "box") return Math.hypot(x, y, z) / 2;
-    return ["bar", "cylinder", "tube"].includes(draw) && z ? Math.hypot(x, z / 2) : x;
-  };
-  const places = data.solids.flatMap(({ at, size, draw }) => at.map((place) => [place, radius(size, draw)]));
+  const places = data.solids.flatMap(hull);
   const skip = Math.ceil(places.length / 400);
   const some = [...Object.values(data.bodies).map((at) => [at, 0]), ...places.filter((_, k) => k % skip === 0)];
   const { time } = motion;
@@ -85,7 +94,7 @@ function cloud(only) {
   for (let k = 0; k <= 20; k += 1) {
     motion.seek(first + (k / 20) * (last - first));
     const from = only === null ? [0, 0, 0] : motion.point([only, 0, 0, 0]);
-    for (const [at, reach] of some) found.push([sum([1, motion.point(at)], [-1, from]), reach + data.unit]);
+    for (const [at, reach] of some) found.push([sum([1, motion.point(at)], [-1, from]), reach]);
   }
   motion.seek(time);
   return found.filter(([point]) => point.every(Number.isFinite));
@@ -107,7 +116,7 @@ function fit() {
   view.height = 0;
   points.forEach(([, reach], k) => {
     const wide = Math.max(Math.abs(up[k]) + reach, (Math.abs(right[k]) + reach) / aspect);
-    view.height = Math.max(view.height, 2.15 * (wide + tangent * near[k]));
+    view.height = Math.max(view.height, 2.2 * (wide + tangent * near[k]));
   });
   view.height = view.height > 0 ? view.height : data.size;
   fitted = true;

@@ -57,7 +57,7 @@ def slider_crank():
 
 @pytest.fixture(scope="session")
 def arm_in_space():
-    """An arm of 1 m hinged at its end a, at the angle 2 t about z, and a mass on a helix: their motion in closed form."""
+    """An arm of 1 m that turns about z by 2 t, and a mass on a helix: their motion in closed form."""
     scene = parse(
         """spatial model Arm "an arm and a mass"
           Ground ground(n = {0, 0, -1}); Rod arm(m = 1 kg, length = 1 m); PointMass ball(m = 1 kg);

@@ -103,20 +103,24 @@ def test_pages_of_planar_models_do_without_the_library(slider_crank):
     assert "WebGLRenderer" not in slider_crank.animate().html
 
 
-def test_far_reaching_motions_are_followed():
+@pytest.fixture(scope="module")
+def bicycle():
+    return drawing(motion(mbdsl.simulate(SPACE / "bicycle.mbd", stop=2.0, step=0.01)))
+
+
+def test_far_reaching_motions_are_followed(bicycle, arm_in_space):
     """The bicycle rides 10 m, and is 1.7 m long; the camera follows the rider, the heaviest body."""
-    run = mbdsl.simulate(SPACE / "bicycle.mbd", stop=2.0, step=0.01)
-    drawn = drawing(motion(run))
+    drawn = bicycle
     assert drawn.followed == "rider"
     assert 1.02 + 0.3 + 0.35 < drawn.size < 2.2  # from wheel to wheel; with the height of the frame
     wheels = {s.name: s.size[0] for s in drawn.solids if s.draw == "wheel"}
     assert wheels == {"rear": 0.3, "front": 0.35}
-    assert drawing(motion(mbdsl.simulate(SPACE / "heavy_top.mbd", stop=0.1, step=1e-3))).followed == ""
+    assert drawing(motion(arm_in_space)).followed == ""
 
 
-def test_the_floor_is_that_of_rolling_discs_or_below_everything():
+def test_the_floor_is_that_of_rolling_discs_or_below_everything(bicycle):
     """The bicycle's plane is z = 0 with z downwards; below the gyroscope, which reaches down to its wheel's rim."""
-    floor = drawing(motion(mbdsl.simulate(SPACE / "bicycle.mbd", stop=0.02, step=0.01))).floor
+    floor = bicycle.floor
     assert floor.r == pytest.approx((0, 0, 0))
     assert rotated(np.array(floor.p), np.array([0.0, 0.0, 1.0])) == pytest.approx([0, 0, -1])
     drawn = drawing(motion(mbdsl.simulate(SPACE / "gyroscope.mbd", stop=0.02)))
@@ -189,16 +193,3 @@ def test_springs_pull_along_their_line(trajectory_of):
     run = trajectory_of(scene, [0.0], {"b": np.array([[3.0, 4.0, 0.0]])})
     (spring,) = loads(run, motion(run))
     assert spring.values[0] == pytest.approx([-24.0, -32.0, 0.0])
-
-
-@pytest.mark.parametrize("path", sorted(SPACE.glob("*.mbd")), ids=lambda path: path.stem)
-def test_every_model_has_a_page(path):
-    """Each body has a solid of a finite size on its own track."""
-    run = mbdsl.simulate(path, stop=0.01, interval=0.005)
-    data, _, _ = parts(run.animate().html)
-    for name, at in data["bodies"].items():
-        own = [s for s in data["solids"] if s["name"] == name and s["role"] == "body"]
-        assert own, name
-        assert all(spot[0] == at[0] for s in own for spot in s["at"])
-    numbers = [x for s in data["solids"] for x in (*s["size"], *(y for spot in s["at"] for y in spot))]
-    assert np.isfinite(numbers).all() and all(min(s["size"]) > 0.0 for s in data["solids"])
