@@ -38,13 +38,13 @@ from mbdsl.compilation.buffer_layout_in_space import (
     WRENCH,
 )
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.numerics.rotation import BASE, attitude, inverse_tangent, product, turned, turned_back
+from mbdsl.numerics.rotation import BASE, INVERSE_INERTIA, attitude, inverse_tangent, product, turned, turned_back
 
 RECORD = 6  #: ints of a body in layout
 POINT = 12  #: floats of a frame in numbers: s, then the columns of R_m
 #: floats of a rotation in numbers: R, row by row; the quaternion of R_0; R at the start of the step; moments of inertia
 #: J, row by row, and their inverse; scratch
-R, PAST, J, INVERSE_J, SCRATCH = 0, 13, 22, 31, 40
+R, PAST, J, SCRATCH = 0, 13, 22, 40
 ROTATION = SCRATCH + 27
 MASS = 1  #: the mass matrix is constant in body axes
 MODEL = "mbdsl.bodies.spatial_rigid_body"
@@ -250,7 +250,7 @@ def inertia(block, task, row, target, vectors, numbers, layout):
             vectors[target, d + 1] += own[J + 3] * x + own[J + 5] * z
             vectors[target, d + 2] += own[J + 6] * x + own[J + 7] * y
         else:
-            ax, ay, az = turned(own[INVERSE_J:], x, y, z)
+            ax, ay, az = turned(own[INVERSE_INERTIA:], x, y, z)
             vectors[target, d], vectors[target, d + 1], vectors[target, d + 2] = ax, ay, az
 
 
@@ -259,7 +259,8 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     """matrix += R [cM J + cD (Omega~ J - (J Omega)~)] T^{-1} R^T - cM diag(J), of rotations in world axes.
 
     T(psi), the tangent of the exponential, relates the rotation to the change of psi. In matrices without forces (cK
-    and cD are zero), which have to be symmetric, and outside of a step, T is the unit matrix.
+    and cD are zero), which have to be symmetric, outside of a step, and for methods with accelerations psi'' instead of
+    Omega', T is the unit matrix.
     """
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
@@ -275,7 +276,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
         S[1], S[2] = S[1] + cD * hz, S[2] - cD * hy
         S[3], S[5] = S[3] - cD * hz, S[5] + cD * hx
         S[6], S[7] = S[6] + cD * hy, S[7] - cD * hx
-        if layout[CHART] and (cK != 0.0 or cD != 0.0):
+        if layout[CHART] == 1 and (cK != 0.0 or cD != 0.0):
             inverse_tangent(vectors[POSITION, d:], own[SCRATCH + 18 :])
             product(S, own[SCRATCH + 18 :], P)
             S, P = own[SCRATCH + 9 :], own[SCRATCH:]

@@ -102,7 +102,8 @@ COUPLED, N_COUPLED = 44, 45  #: offset in layout of the records of couplings, an
 COUPLING = 2  #: ints of such a record: offset in numbers of f or one of its derivatives, and its register
 # rotations of bodies in space: offset in layout of (first coordinate, offset in numbers) of each; number
 ROTATIONS, N_ROTATIONS = 46, 47
-CHART = 48  #: 1 in a run of a method, whose unknowns are changes of rotation vectors
+# in a run of a method, whose unknowns are changes of rotation vectors: 1, or 2 if its accelerations are psi''; else 0
+CHART = 48
 PAST_POSITIONS = 49  #: row with the position at the start of the previous step, of methods that have one; else 0
 # angles between frames in space: offset in layout of (offset in numbers of the angle at the end of the last accepted
 # step, which precedes that of the last evaluation) of each; number

@@ -127,6 +127,7 @@ class Method:
     longest: float = 0.02
     diverges: str = ""
     planar: bool = False  #: whether it serves models in the plane only
+    second_rates: bool = False  #: whether accelerations of rotations are those of rotation vectors, psi''
     past_positions: int = 0  #: row of ``vectors`` with the positions at the start of the previous step; 0: none
     rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones
     older: int = 0  #: 2: unknowns are predicted from the last six steps instead of the last four

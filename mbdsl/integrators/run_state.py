@@ -128,7 +128,8 @@ class RunState:
         layout[buffer_layout.ACCELERATION] = method.acceleration_row
         layout[buffer_layout.PSI_ROW] = buffer_layout.UNKNOWN
         layout[buffer_layout.KEEP] = kept
-        layout[buffer_layout.CHART], layout[buffer_layout.PAST_POSITIONS] = 1, method.past_positions
+        layout[buffer_layout.CHART] = 2 if method.second_rates else 1
+        layout[buffer_layout.PAST_POSITIONS] = method.past_positions
         count = method.matrices + 2 * self.controlled
         self.matrices = np.zeros((count, length + 1))  # the method may use the last entry of each
         self.pivots = np.zeros((count, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries

@@ -21,8 +21,9 @@ from mbdsl.compilation.marks import kernel
 
 #: below this angle [rad], series replace quotients of small numbers
 SMALL = 1e-2
-#: offset of the quaternion of R_0 from R = R_0 exp(psi~), of a rotation in the buffer ``numbers``
-BASE = 9
+#: offsets in the buffer ``numbers`` from the R of a rotation R = R_0 exp(psi~): of the quaternion of R_0, and of the
+#: inverse of the body's moments of inertia, which is zero if they are singular
+BASE, INVERSE_INERTIA = 9, 31
 
 
 @kernel
@@ -131,6 +132,14 @@ def untangled(psi, x, y, z):
 
 
 @kernel
+def untangled_back(psi, x, y, z):
+    """T(psi)^{-T} (x, y, z) = T(psi)^{-1} d - psi x d."""
+    a, b, c = psi[0], psi[1], psi[2]
+    i, j, k = untangled(psi, x, y, z)
+    return i - (b * z - c * y), j - (c * x - a * z), k - (a * y - b * x)
+
+
+@kernel
 def tangent_coefficients(t2):
     """b = (1 - cos t)/t^2 and c = (t - sin t)/t^3, the factors of -psi~ and psi~^2 in T, and their derivatives with
     respect to t^2."""
@@ -161,15 +170,41 @@ def tangled(psi, x, y, z):
 
 
 @kernel
-def chart_acceleration(psi, spin, x, y, z):
-    """psi'' = T(psi)^{-1} (Omega' - (T(psi))' psi') from the angular velocity ``spin`` and Omega' = (x, y, z)."""
+def tangled_back(psi, x, y, z):
+    """T(psi)^T (x, y, z) = T(psi) d + 2 b psi x d."""
     p, q, r = psi[0], psi[1], psi[2]
-    i, j, k = untangled(psi, spin[0], spin[1], spin[2])
+    b, _, _, _ = tangent_coefficients(p * p + q * q + r * r)
+    b = 2.0 * b
+    i, j, k = tangled(psi, x, y, z)
+    return i + b * (q * z - r * y), j + b * (r * x - p * z), k + b * (p * y - q * x)
+
+
+@kernel
+def turning(psi, i, j, k):
+    """(T(psi))' psi' with psi' = (i, j, k)."""
+    p, q, r = psi[0], psi[1], psi[2]
     _, c, b1, c1 = tangent_coefficients(p * p + q * q + r * r)
     rate = 2.0 * (p * i + q * j + r * k)  # of t^2
     b1, c1 = rate * b1, rate * c1
     u, v, w = q * k - r * j, r * i - p * k, p * j - q * i
-    x -= c1 * (q * w - r * v) - b1 * u + c * (j * w - k * v)
-    y -= c1 * (r * u - p * w) - b1 * v + c * (k * u - i * w)
-    z -= c1 * (p * v - q * u) - b1 * w + c * (i * v - j * u)
-    return untangled(psi, x, y, z)
+    return (
+        c1 * (q * w - r * v) - b1 * u + c * (j * w - k * v),
+        c1 * (r * u - p * w) - b1 * v + c * (k * u - i * w),
+        c1 * (p * v - q * u) - b1 * w + c * (i * v - j * u),
+    )
+
+
+@kernel
+def chart_acceleration(psi, spin, x, y, z):
+    """psi'' = T(psi)^{-1} (Omega' - (T(psi))' psi') from the angular velocity ``spin`` and Omega' = (x, y, z)."""
+    i, j, k = untangled(psi, spin[0], spin[1], spin[2])
+    u, v, w = turning(psi, i, j, k)
+    return untangled(psi, x - u, y - v, z - w)
+
+
+@kernel
+def spin_acceleration(psi, rate, x, y, z):
+    """Omega' = T(psi) psi'' + (T(psi))' psi' from psi' = ``rate`` and psi'' = (x, y, z)."""
+    u, v, w = turning(psi, rate[0], rate[1], rate[2])
+    x, y, z = tangled(psi, x, y, z)
+    return x + u, y + v, z + w

@@ -319,7 +319,6 @@ def test_free_bodies_are_named_a_kind_that_exists_in_space():
 @pytest.mark.parametrize(
     ("arguments", "what"),
     [
-        (("simulate", "--method", "radau5"), "runs with radau5"),
         (("simulate", "--method", "scipy-radau"), "runs with scipy-radau"),
     ],
 )

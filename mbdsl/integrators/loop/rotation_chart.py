@@ -15,17 +15,30 @@ from __future__ import annotations
 
 from math import sqrt
 
-from mbdsl.compilation.buffer_layout import N_ROTATIONS, PAST_POSITIONS, POSITION, POSITION0, ROTATIONS, VELOCITY
+from mbdsl.compilation.buffer_layout import (
+    N_Q,
+    N_ROTATIONS,
+    PAST_POSITIONS,
+    POSITION,
+    POSITION0,
+    ROTATIONS,
+    UNKNOWN,
+    UNKNOWN2,
+    VELOCITY,
+)
 from mbdsl.compilation.marks import kernel
 from mbdsl.numerics.rotation import (
     BASE,
     chart_acceleration,
     composed,
     logarithm,
+    spin_acceleration,
     tangled,
+    tangled_back,
     turned,
     turned_back,
     untangled,
+    untangled_back,
 )
 
 
@@ -72,6 +85,53 @@ def to_second_rates(row, run):
     for k in range(layout[N_ROTATIONS]):
         d = layout[layout[ROTATIONS] + 2 * k]
         y[d], y[d + 1], y[d + 2] = chart_acceleration(q[d:], v[d:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def from_chart(run):
+    """Convert POSITION, VELOCITY, UNKNOWN and UNKNOWN2 of a stage: replace psi' by the angular velocity Omega =
+    T(psi) psi', psi'' by Omega', and a further rate w of psi by T(psi) w."""
+    layout, vectors = run.layout, run.vectors
+    q, v, a, w = vectors[POSITION], vectors[VELOCITY], vectors[UNKNOWN], vectors[UNKNOWN2]
+    for k in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * k]
+        a[d], a[d + 1], a[d + 2] = spin_acceleration(q[d:], v[d:], a[d], a[d + 1], a[d + 2])
+        v[d], v[d + 1], v[d + 2] = tangled(q[d:], v[d], v[d + 1], v[d + 2])
+        w[d], w[d + 1], w[d + 2] = tangled(q[d:], w[d], w[d + 1], w[d + 2])
+
+
+@kernel
+def into_chart(row, run):
+    """Convert generalised forces in a row of ``vectors`` to those on psi: multiply their torques by T(psi)^T."""
+    layout, y = run.layout, run.vectors[row]
+    for k in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * k]
+        y[d], y[d + 1], y[d + 2] = tangled_back(run.vectors[POSITION, d:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def out_of_chart(row, run):
+    """The inverse of ``into_chart``."""
+    layout, y = run.layout, run.vectors[row]
+    for k in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * k]
+        y[d], y[d + 1], y[d + 2] = untangled_back(run.vectors[POSITION, d:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def with_rates(q, v, other, run):
+    """The row with the velocities of row ``v`` at the coordinates of row ``q``, with psi' in the place of angular
+    velocities: in the plane v itself, in space the row ``other``."""
+    layout, vectors = run.layout, run.vectors
+    if layout[N_ROTATIONS] == 0:
+        return v
+    for i in range(layout[N_Q]):
+        vectors[other, i] = vectors[v, i]
+    for k in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * k]
+        y = vectors[other, d:]
+        y[0], y[1], y[2] = untangled(vectors[q, d:], y[0], y[1], y[2])
+    return other
 
 
 @kernel

@@ -9,9 +9,20 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90. The splitting is
 
 from math import inf
 
-from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION, POSITION0, UNKNOWN0, VELOCITY, VELOCITY0
+from mbdsl.compilation.buffer_layout import (
+    N_ALL,
+    N_Q,
+    N_ROTATIONS,
+    POSITION,
+    POSITION0,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
+)
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.loop_state import HISTORY, NODES, NOW, STEP_END, TOL
+from mbdsl.integrators.loop.rotation_chart import from_rates, with_rates
 from mbdsl.integrators.methods.radau5_coefficients import NODES as STAGES
 from mbdsl.integrators.methods.radau5_stages import (
     MATRICES,
@@ -19,6 +30,7 @@ from mbdsl.integrators.methods.radau5_stages import (
     PAST,
     PAST2,
     QB,
+    RATES,
     STAGE,
     STAGE2,
     VB,
@@ -27,6 +39,7 @@ from mbdsl.integrators.methods.radau5_stages import (
     estimate,
     finish,
     matrices,
+    motion,
     predict,
     residuals,
 )
@@ -45,14 +58,15 @@ def interpolate(k, x, h, out, run):
     """q and v at the part x of the step, by the polynomial of degree 5 with the values of both at the ends of the last
     two steps; in the first step, with the accelerations at both ends."""
     vectors, n, r = run.vectors, run.layout[N_Q], run.memory[LAST] / h
+    now, before = with_rates(POSITION, VELOCITY, RATES, run), with_rates(QB, VB, RATES + 1, run)
     for i in range(n):
         q0, v0 = vectors[POSITION0, i], h * vectors[VELOCITY0, i]
-        q1, v1 = vectors[POSITION, i], h * vectors[VELOCITY, i]
+        q1, v1 = vectors[POSITION, i], h * vectors[now, i]
         c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
         if run.integers[HISTORY] > 1:
             g, dg = (r * (1.0 + r)) ** 2, -2.0 * r * (1.0 + r) * (1.0 + 2.0 * r)
             off = vectors[QB, i] - (q0 - r * (v0 - r * (c2 - r * c3)))
-            slope = h * vectors[VB, i] - (v0 - r * (2.0 * c2 - r * 3.0 * c3))
+            slope = h * vectors[before, i] - (v0 - r * (2.0 * c2 - r * 3.0 * c3))
             b1 = (slope - dg * off / g) / g
             b0 = off / g + b1 * r
         else:
@@ -61,12 +75,20 @@ def interpolate(k, x, h, out, run):
         g, dg, b = (x * (1.0 - x)) ** 2, 2.0 * x * (1.0 - x) * (1.0 - 2.0 * x), b0 + b1 * x
         out[k, i] = q0 + x * (v0 + x * (c2 + x * c3)) + g * b
         out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3) + dg * b + g * b1) / h
+    from_rates(out[k], out[k, n:], run)
 
 
 @kernel
 def store(h, run):
     """Store the step as the last one."""
     reals, vectors, layout = run.reals, run.vectors, run.layout
+    for k in range(3):
+        row = STAGE + k
+        if layout[N_ROTATIONS] > 0:
+            motion(k, h, run)
+            row = UNKNOWN
+        for i in range(layout[N_ALL]):
+            vectors[PAST + k, i], vectors[PAST2 + k, i] = vectors[row, i], vectors[STAGE2 + k, i]
     for i in range(layout[N_Q]):
         vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (
             vectors[POSITION0, i],
@@ -75,9 +97,7 @@ def store(h, run):
             vectors[VELOCITY, i],
         )
     for i in range(layout[N_ALL]):
-        vectors[UNKNOWN0 + 1, i] = vectors[STAGE + 1, i]
-        vectors[UNKNOWN0, i] = vectors[STAGE + 2, i]
-        for k in range(3):
-            vectors[PAST + k, i], vectors[PAST2 + k, i] = vectors[STAGE + k, i], vectors[STAGE2 + k, i]
+        vectors[UNKNOWN0 + 1, i] = vectors[PAST + 1, i]
+        vectors[UNKNOWN0, i] = vectors[PAST + 2, i]
     if reals[TOL] > 0.0:
         reals[NODES], reals[NODES + 1] = reals[STEP_END], reals[NOW] + STAGES[1] * h

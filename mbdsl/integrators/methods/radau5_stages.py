@@ -28,6 +28,11 @@ Because R2 is weighted with the mass, K and M drop out of the coupling, however 
 D dw and Gam_v dw/s, for which e is corrected afterwards if dampers are stiff or constraints nonholonomic; and for
 (M w)_q and (Phi_q^T mu)_q dQ, which are left to the next iteration, because w and mu vanish with the discretisation
 error.
+
+In space these formulas are those of the rotation vectors psi from the attitudes at the start of the step: v is psi',
+and a is psi''. Equations contain Omega = T(psi) v, Omega' and T(psi) w, and Newton's equations their products with T
+and T^T, of whose derivatives with respect to psi only those in N remain. Where stages are compared with those of
+another step, a is Omega'.
 """
 
 from __future__ import annotations
@@ -44,9 +49,11 @@ from mbdsl.compilation.buffer_layout import (
     N_GAM,
     N_PHI,
     N_Q,
+    N_ROTATIONS,
     NEW_MASS,
     POSITION,
     POSITION0,
+    ROTATIONS,
     ROWS,
     SCALE,
     SIZE,
@@ -62,6 +69,16 @@ from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
 from mbdsl.integrators.loop.linear_solve import clear, compress, factor, has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.newton import EPS
+from mbdsl.integrators.loop.rotation_chart import (
+    from_chart,
+    from_rates,
+    into_chart,
+    out_of_chart,
+    to_body,
+    to_rates,
+    to_second_rates,
+    to_world,
+)
 from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
 from mbdsl.integrators.methods.radau5_coefficients import (
@@ -81,6 +98,7 @@ from mbdsl.integrators.methods.radau5_coefficients import (
     SQUARE,
 )
 from mbdsl.integrators.methods.radau5_coefficients import A as W
+from mbdsl.numerics.rotation import INVERSE_INERTIA
 
 #: own rows of ``vectors``: two for intermediate results; G of the coordinates without mass, otherwise 0; q and v at the
 #: start of the last step
@@ -88,7 +106,9 @@ ERROR, ERROR2, METRIC, QB, VB = range(ROWS, ROWS + 5)
 #: three rows each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and [R2; R4; 0], corrections, the
 #: stages of the last step, and corrections of v
 STAGE, STAGE2, RESIDUAL, RESIDUAL2, CHANGE, PAST, PAST2, DV = range(ROWS + 5, ROWS + 29, 3)
-OWN_ROWS = 29
+#: velocities with psi' in the place of Omega, at the ends of this step and of the last one
+RATES = ROWS + 29
+OWN_ROWS = 31
 #: matrices: that of the real s (0); the projection; [K'; N; Gam_q] in the columns of q; [D; 0; Gam_v], empty if
 #: negligible; real and imaginary part of that of the complex s
 PROJECTION, COUPLING, DAMPING, COMPLEX = 1, 2, 3, 4
@@ -101,21 +121,26 @@ MASSLESS = 1e-6
 
 @rare
 def set_metric(run):
-    """Set row METRIC: G of the coordinates without mass."""
+    """Set row METRIC: G of the coordinates without mass, and of the rotations of a body without inertia about some
+    axis, as a thin rod."""
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
     largest = 0.0
     for i in range(layout[N_Q]):
         largest = max(largest, numbers[layout[MASS] + i] * vectors[SCALE, i] * vectors[SCALE, i])
-    for i in range(layout[N_Q]):
         vectors[METRIC, i] = 0.0
+    least = MASSLESS * (largest if largest > 0.0 else 1.0)
+    for i in range(layout[N_Q]):
         if not numbers[layout[MASS] + i] > 0.0:
-            vectors[METRIC, i] = (
-                MASSLESS * (largest if largest > 0.0 else 1.0) / (vectors[SCALE, i] * vectors[SCALE, i])
-            )
+            vectors[METRIC, i] = least / (vectors[SCALE, i] * vectors[SCALE, i])
+    for k in range(layout[N_ROTATIONS]):
+        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
+        if numbers[at + INVERSE_INERTIA] == 0.0:  # the same about all axes: matrices are in those of the world
+            for i in range(d, d + 3):
+                vectors[METRIC, i] = least / (vectors[SCALE, i] * vectors[SCALE, i])
 
 
 @rare
-def predict(ratio, steps_behind, run):
+def predict(ratio, steps_behind, h, run):
     """The stages extrapolated by the polynomials of the last step; ``ratio``: of the new to the last step length.
 
     With ``steps_behind`` = 0, accelerations and multipliers are those at the start of the step; if it is negative,
@@ -138,6 +163,10 @@ def predict(ratio, steps_behind, run):
             if steps_behind < 0:
                 for i in range(layout[N_Q]):
                     vectors[STAGE + k, i] = 0.0
+    if layout[N_ROTATIONS] > 0:
+        for k in (0, 2, 1):
+            motion(k, h, run)
+            to_second_rates(STAGE + k, run)
 
 
 @kernel
@@ -154,6 +183,7 @@ def motion(k, h, run):
         vectors[POSITION, i] = vectors[POSITION0, i] + c * vectors[VELOCITY0, i] + b0 * x + b1 * y + b2 * z + drift
     for i in range(layout[N_ALL]):
         vectors[UNKNOWN, i], vectors[UNKNOWN2, i] = vectors[STAGE + k, i], vectors[STAGE2 + k, i]
+    from_chart(run)
 
 
 @kernel
@@ -171,6 +201,8 @@ def residual(k, run):
         vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[FORCE, i], vectors[FORCE2, i]
     for i in range(n + m, layout[N_ALL]):
         vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[FORCE, i], 0.0
+    into_chart(RESIDUAL + k, run)
+    into_chart(RESIDUAL2 + k, run)
 
 
 @kernel
@@ -283,6 +315,7 @@ def correct(h, unit, run):
             largest = larger(abs(vectors[ERROR, i]) * vectors[SCALE, i], largest)
         for i in range(n, size):
             vectors[ERROR2, i] = 0.0
+        from_rates(vectors[POSITION], vectors[ERROR], run)
         multiply(COUPLING, ERROR, ERROR2, run)
         a0, a1, a2 = INVERSE[k][0] / h, INVERSE[k][1] / h, INVERSE[k][2] / h
         for i in range(n):
@@ -292,7 +325,7 @@ def correct(h, unit, run):
             vectors[RESIDUAL2 + k, i] -= (
                 a0 * vectors[RESIDUAL, i] + a1 * vectors[RESIDUAL + 1, i] + a2 * vectors[RESIDUAL + 2, i]
             )
-        solve(PROJECTION, RESIDUAL2 + k, run)
+        solve_in_chart(PROJECTION, RESIDUAL2 + k, run)
     for k in range(3):
         a0, a1, a2 = INVERSE[k][0] / h, INVERSE[k][1] / h, INVERSE[k][2] / h
         b0, b1, b2 = h * W[k][0], h * W[k][1], h * W[k][2]
@@ -314,17 +347,36 @@ def correct(h, unit, run):
 
 
 @kernel
+def solve_in_chart(k, row, run):
+    """``solve`` for a row with forces on psi, which becomes a change of psi; T is that at POSITION."""
+    out_of_chart(row, run)
+    solve(k, row, run)
+    to_rates(row, run)
+
+
+@kernel
+def solve_complex(k, real, imag, run):
+    """The same with the complex matrix in the matrices k and k + 1, for the rows ``real`` + i ``imag``."""
+    vectors, matrices = run.vectors, run.matrices
+    for row in (real, imag):
+        out_of_chart(row, run)
+        to_world(row, run)
+    complex_solve(matrices[k], matrices[k + 1], run.pivots[k], run.layout, vectors[real], vectors[imag])
+    for row in (real, imag):
+        to_body(row, run)
+        to_rates(row, run)
+
+
+@kernel
 def solve_stages(h, run):
     """e and kappa of all stages, in CHANGE, from the residuals."""
-    vectors, layout, matrices, pivots = run.vectors, run.layout, run.matrices, run.pivots
+    vectors, layout = run.vectors, run.layout
     n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
     transform(0, n, h, 0, run)
     transform(n, n + m, h, 2, run)
     transform(n + m, size, h, 1, run)
-    solve(0, CHANGE, run)
-    complex_solve(
-        matrices[COMPLEX], matrices[COMPLEX + 1], pivots[COMPLEX], layout, vectors[CHANGE + 1], vectors[CHANGE + 2]
-    )
+    solve_in_chart(0, CHANGE, run)
+    solve_complex(COMPLEX, CHANGE + 1, CHANGE + 2, run)
     for i in range(size):
         u, v, w = vectors[CHANGE, i], 2.0 * vectors[CHANGE + 1, i], 2.0 * vectors[CHANGE + 2, i]
         for k in range(3):
@@ -342,7 +394,9 @@ def couple(h, run):
                 0.0,
                 0.0,
             )
+        from_rates(vectors[POSITION], vectors[ERROR], run)
         multiply(DAMPING, ERROR, RESIDUAL + k, run)
+        into_chart(RESIDUAL + k, run)
     solve_stages(h, run)
     for k in range(3):
         for i in range(layout[N_ALL]):
@@ -366,6 +420,8 @@ def estimate(h, speed, run):
         w = E1[0] * vectors[STAGE2, i] + E1[1] * vectors[STAGE2 + 1, i] + E1[2] * vectors[STAGE2 + 2, i]
         vectors[ERROR, i] = h * (h * (E2[0] * a + E2[1] * b + E2[2] * c) + w)
         vectors[CHANGE, i] = h * (REAL * vectors[UNKNOWN0, i] + E1[0] * a + E1[1] * b + E1[2] * c)
+    from_rates(vectors[POSITION], vectors[ERROR], run)
+    from_rates(vectors[POSITION], vectors[CHANGE], run)
     for i in range(layout[N_ALL]):
         vectors[ERROR2, i], vectors[MX, i] = 0.0, 0.0
     multiply(COUPLING, ERROR, ERROR2, run)

@@ -117,5 +117,5 @@ def solve_step(attempt, t, h, stages, run):
     if memory[OF_MATRICES] != h:
         integers[FRESH] = 0
     steps_behind = integers[HISTORY] - 1 if attempt == 0 else 1 - attempt
-    stages.predict(h / memory[LAST] if integers[HISTORY] > 1 else 1.0, steps_behind, run)
+    stages.predict(h / memory[LAST] if integers[HISTORY] > 1 else 1.0, steps_behind, h, run)
     return newton(t, h, size, stages, run)

@@ -20,6 +20,7 @@ from mbdsl.compilation.buffer_layout import (
     N_ALL,
     N_PHI,
     N_Q,
+    N_ROTATIONS,
     NEW_MASS,
     POSITION,
     POSITION0,
@@ -35,10 +36,11 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY0,
 )
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
+from mbdsl.integrators.loop.complex_lu import complex_factor
 from mbdsl.integrators.loop.linear_solve import compress, factor, has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.loop_state import NODES as AT
 from mbdsl.integrators.loop.loop_state import NOW, STEP_END, TOL
+from mbdsl.integrators.loop.rotation_chart import from_chart, from_rates, into_chart, to_second_rates
 from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
 from mbdsl.integrators.methods.radau5_stages import (
@@ -52,6 +54,8 @@ from mbdsl.integrators.methods.radau5_stages import (
     QB,
     VB,
     prepare_damping,
+    solve_complex,
+    solve_in_chart,
 )
 from mbdsl.integrators.methods.radau_coefficients import (
     BACK,
@@ -109,7 +113,7 @@ def clear_row(row, first, last, run):
 
 
 @rare
-def predict(ratio, steps_behind, run):
+def predict(ratio, steps_behind, h, run):
     """The stages extrapolated by the polynomials of the last step; ``ratio``: of the new to the last step length.
 
     With ``steps_behind`` = 0, accelerations and multipliers are those at the start of the step; if it is negative,
@@ -140,6 +144,10 @@ def predict(ratio, steps_behind, run):
                 vectors[stage, i], vectors[stage2, i] = vectors[UNKNOWN0, i], 0.0
             if steps_behind < 0:
                 clear_row(stage, 0, layout[N_Q], run)
+    if layout[N_ROTATIONS] > 0:
+        for k in range(stages):
+            motion(k, h, run)
+            to_second_rates(STAGE + STAGE_ROWS * k, run)
 
 
 @kernel
@@ -158,6 +166,7 @@ def motion(k, h, run):
         vectors[POSITION, i] += vectors[ERROR, i]
     for i in range(layout[N_ALL]):
         vectors[UNKNOWN, i], vectors[UNKNOWN2, i] = vectors[stage, i], vectors[stage + 1, i]
+    from_chart(run)
 
 
 @kernel
@@ -173,6 +182,8 @@ def residual(k, run):
         vectors[first, i], vectors[second, i] = vectors[FORCE, i], vectors[FORCE2, i]
     for i in range(n + m, layout[N_ALL]):
         vectors[first, i], vectors[second, i] = vectors[FORCE, i], 0.0
+    into_chart(first, run)
+    into_chart(second, run)
 
 
 @kernel
@@ -284,13 +295,14 @@ def correct(h, unit, run):
         add(INVERSE + MOST * k, 1.0, h, RESIDUAL, ERROR, n, n + m, run)
         for i in range(n):
             largest = larger(abs(vectors[ERROR, i]) * vectors[SCALE, i], largest)
+        from_rates(vectors[POSITION], vectors[ERROR], run)
         multiply(COUPLING, ERROR, ERROR2, run)
         for i in range(n):
             vectors[row, i] = -vectors[row, i]
         for i in range(n, n + m):
             vectors[row, i] += vectors[ERROR2, i]
             vectors[row, i] -= vectors[ERROR, i]
-        solve(PROJECTION, row, run)
+        solve_in_chart(PROJECTION, row, run)
     for k in range(stages):
         stage, change, w = STAGE + STAGE_ROWS * k, CHANGE + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
         dv = DV + STAGE_ROWS * k
@@ -317,15 +329,15 @@ def correct(h, unit, run):
 @kernel
 def solve_stages(h, run):
     """e and kappa of all stages, in CHANGE, from the residuals."""
-    vectors, layout, matrices, pivots = run.vectors, run.layout, run.matrices, run.pivots
+    layout = run.layout
     n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
     transform(0, n, h, 0, run)
     transform(n, n + m, h, 2, run)
     transform(n + m, size, h, 1, run)
-    solve(0, SPECTRUM, run)
+    solve_in_chart(0, SPECTRUM, run)
     for j in range(1, count(run), 2):
         real, row = COMPLEX + j - 1, SPECTRUM + STAGE_ROWS * j
-        complex_solve(matrices[real], matrices[real + 1], pivots[real], layout, vectors[row], vectors[row + STAGE_ROWS])
+        solve_complex(real, row, row + STAGE_ROWS, run)
     for k in range(count(run)):
         change = CHANGE + STAGE_ROWS * k
         clear_row(change, 0, size, run)
@@ -341,7 +353,9 @@ def couple(h, run):
         first, second = RESIDUAL + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
         for i in range(layout[N_ALL]):
             vectors[ERROR, i], vectors[first, i], vectors[second, i] = -vectors[second, i], 0.0, 0.0
+        from_rates(vectors[POSITION], vectors[ERROR], run)
         multiply(DAMPING, ERROR, first, run)
+        into_chart(first, run)
     solve_stages(h, run)
     for k in range(stages):
         stage, change, dv = STAGE + STAGE_ROWS * k, CHANGE + STAGE_ROWS * k, DV + STAGE_ROWS * k
@@ -370,6 +384,8 @@ def estimate(h, speed, run):
     for i in range(n):
         vectors[ERROR, i] = h * (h * vectors[ERROR2, i] + vectors[ERROR, i])
         vectors[CHANGE, i] = h * vectors[CHANGE, i]
+    from_rates(vectors[POSITION], vectors[ERROR], run)
+    from_rates(vectors[POSITION], vectors[CHANGE], run)
     for i in range(layout[N_ALL]):
         vectors[ERROR2, i], vectors[MX, i] = 0.0, 0.0
     multiply(COUPLING, ERROR, ERROR2, run)
@@ -408,12 +424,20 @@ def interpolate(k, x, h, out, run):
         for i in range(n):
             out[k, n + i] += once * vectors[stage, i]
             out[k, i] += twice * vectors[stage, i] + once * vectors[stage + 1, i]
+    from_rates(out[k], out[k, n:], run)
 
 
 @kernel
 def store(h, run):
     """Store the step as the last one."""
-    reals, vectors, layout = run.reals, run.vectors, run.layout
+    reals, vectors, layout, stages = run.reals, run.vectors, run.layout, count(run)
+    for k in range(stages):
+        at, source = STAGE_ROWS * k, STAGE + STAGE_ROWS * k
+        if layout[N_ROTATIONS] > 0:
+            motion(k, h, run)
+            source = UNKNOWN
+        for i in range(layout[N_ALL]):
+            vectors[PAST + at, i], vectors[PAST2 + at, i] = vectors[source, i], vectors[STAGE2 + at, i]
     for i in range(layout[N_Q]):
         vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (
             vectors[POSITION0, i],
@@ -421,13 +445,8 @@ def store(h, run):
             vectors[POSITION, i],
             vectors[VELOCITY, i],
         )
-    stages = count(run)
-    last = STAGE + STAGE_ROWS * (stages - 1)
+    last = PAST + STAGE_ROWS * (stages - 1)
     for i in range(layout[N_ALL]):
         vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[last - STAGE_ROWS, i], vectors[last, i]
-    for k in range(stages):
-        row = STAGE_ROWS * k
-        for i in range(layout[N_ALL]):
-            vectors[PAST + row, i], vectors[PAST2 + row, i] = vectors[STAGE + row, i], vectors[STAGE2 + row, i]
     if reals[TOL] > 0.0:
         reals[AT], reals[AT + 1] = reals[STEP_END], reals[NOW] + run.coefficients[NODES + stages - 2] * h

@@ -48,7 +48,7 @@ from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.methods.radau5_stages import set_metric
+from mbdsl.integrators.methods.radau5_stages import QB, set_metric
 from mbdsl.integrators.methods.radau_newton import CONTRACTION, ERROR, EXPONENT, KNOWN, LAST, SPEED, solve_step, strict
 from mbdsl.system.switches import signature
 
@@ -72,7 +72,8 @@ def method(stages, rows, matrices, coefficients):
         own_reactions=False,
         steps=("controlled", "fixed"),
         rows=rows,
-        planar=True,
+        past_positions=QB,
+        second_rates=True,
     )
 
 

@@ -311,4 +311,5 @@ def test_stages_do_not_overlap():
     rows += [radau5_stages.PAST, radau5_stages.PAST2, radau5_stages.DV]
     rows = [row + k for row in rows for k in range(3)]
     rows += [radau5_stages.ERROR, radau5_stages.ERROR2, radau5_stages.METRIC, radau5_stages.QB, radau5_stages.VB]
+    rows += [radau5_stages.RATES, radau5_stages.RATES + 1]
     assert sorted(rows) == list(range(buffer_layout.ROWS, buffer_layout.ROWS + radau5_stages.OWN_ROWS))

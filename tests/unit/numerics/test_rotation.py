@@ -87,3 +87,12 @@ def test_second_rates_of_charts(plain, angle):
     turning = (of[0] - 8 * of[1] + 8 * of[2] - of[3]) / (12 * h)
     found = plain(rotation.chart_acceleration)(psi, np.array(tangled(psi, *rate)), *turning)
     np.testing.assert_allclose(found, second, atol=1e-6)
+    np.testing.assert_allclose(plain(rotation.spin_acceleration)(psi, rate, *second), turning, atol=1e-6)
+
+
+def test_forces_on_rotation_vectors(plain):
+    """The power of a torque is that of T(psi)^T torque on psi'; the inverse returns the torque."""
+    for psi, rate, torque in zip(vectors(), vectors(ANGLES[::-1]), vectors(ANGLES[3:] + ANGLES[:3]), strict=True):
+        force = np.array(plain(rotation.tangled_back)(psi, *torque))
+        assert force @ rate == pytest.approx(torque @ plain(rotation.tangled)(psi, *rate), abs=1e-14)
+        np.testing.assert_allclose(plain(rotation.untangled_back)(psi, *force), torque, atol=1e-14)
