@@ -94,6 +94,9 @@ class Kind:
     #: of kinds in space: whether its kernels count the turns of an angle: ``table`` begins with two numbers, the angle
     #: at the end of the last accepted step and that of the last evaluation
     counts_turns: bool = False
+    #: of kinds in space, "rotation" or "translation": attached to a joint, and unless n is given, their axis n is that
+    #: of the joint's free motion of this sort
+    follows: str = ""
     #: values (with defaults; of laws only: None or not) -> error text or None, for conditions that declarations lack
     check: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
@@ -217,6 +220,9 @@ class JointKind(PairKind):
     #: in space, for the same purpose: motions of frame_b from frame_a, one after the other, as (signal, way), along the
     #: axes x, y, z of the frame moved so far, or about them: rx, ry, rz; by default those of ``along`` and ``angle``
     moves: tuple[tuple[str, str], ...] = ()
+    #: in space, of free motions with one axis, "rotation" or "translation": the parameter that is this axis. For None,
+    #: the axes of the joint's own frames are used: x of frame_b turns about z of frame_a, or its origin moves along x
+    free_axes: Mapping[str, str | None] = field(default_factory=dict)
     #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
     #: constraints hold as well because axes have opposite senses
     aligned: str = ""

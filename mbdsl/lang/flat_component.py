@@ -109,6 +109,7 @@ class Part:
         "contexts",
         "doc",
         "drawn",
+        "joint",
         "kind",
         "lacks",
         "name",
@@ -126,6 +127,7 @@ class Part:
         self.contexts = contexts
         self.at = at
         self.doc = doc
+        self.joint: Part | None = None  #: whose own frames it uses
         self.nodes = {port: Node(f"{name}.{port}", at) for port in template.kind.ports}
         self._values: dict | None = None
         self._frames: dict[str, Frame] | None = None
@@ -308,8 +310,21 @@ class Part:
             }
         return self._frames
 
+    def follow(self, joint: Part) -> None:
+        """Take the axis of a joint that it is attached to, unless it has its own."""
+        kind, follows = joint.kind, self.kind.follows
+        if not isinstance(kind, JointKind) or follows not in kind.free_axes or self._modifier("n"):
+            return
+        axis = kind.free_axes[follows]
+        if axis is None:
+            self.joint = joint
+        else:
+            self._values = FrozenDict({**self.values, "n": joint.values[axis]})
+
     def own_frame(self, port: str) -> Frame:
         """The frame that its kernels use for a port: that of the port, or one with other axes."""
+        if self.joint is not None:
+            return self.joint.own_frame(port)
         base = self.port_frame(port)
         axes = self.kind.axes(self.values).get(port) if self.kind.spatial else None
         if axes is None or axes == SpatialFrame.axes:

@@ -209,6 +209,7 @@ class Assembly:
                 raise ModelError(
                     f"`{other.name}` is a {other.kind.name} and has no frames, expected those of a joint", span_of(at)
                 )
+            part.follow(other)
             for port in kind.ports:
                 connect(part.nodes[port], other.nodes[port], at)
             return

@@ -65,3 +65,116 @@ def test_turns_of_a_thread_follow_from_its_position():
 def test_a_thread_without_pitch_is_refused():
     with pytest.raises(mbdsl.ModelError, match="the joint is a Revolute"):
         mbdsl.parse(nut(pitch=0.0))
+
+
+# -- drivers on the free coordinates of joints -------------------------------------------------------------------------
+
+N = "{2, 3, 6}"  #: a skew axis of length 7
+JOINTS = {
+    "Revolute": (f"Revolute joint(ground, body.c, n = {N})", ("phi",)),
+    "Prismatic": (f"Prismatic joint(ground, body.c, n = {N})", ("s",)),
+    "PointOnLine": (f"PointOnLine joint(ground, body.c, n = {N})", ("s",)),
+    "Cylindrical": (f"Cylindrical joint(ground, body.c, n = {N})", ("s", "phi")),
+    "Planar": (f"Planar joint(ground, body.c, n = {N})", ("s_x", "phi")),
+    "Screw by its angle": (f"Screw joint(ground, body.c, n = {N}, pitch = 0.05 m)", ("phi",)),
+    "Screw by its position": (f"Screw joint(ground, body.c, n = {N}, pitch = 0.05 m)", ("s",)),
+}
+ANGLE, LENGTH = "4 rad/s*time + 3 rad/s^2*time^2", "0.5 m/s*time + 0.2 m/s^2*time^2"
+RATES = {"phi": "4 rad/s + 6 rad/s^2*time", "s": "0.5 m/s + 0.4 m/s^2*time"}
+
+
+def driven(joint, coordinates, of_velocity):
+    """A body of which ``coordinates`` are driven by drivers on the joint: without n, they have its axis."""
+    drivers, start = "", ""
+    for name in coordinates:
+        kind = "Rotational" if name == "phi" else "Translational"
+        key = name[:3].removesuffix("_x")
+        if of_velocity:
+            rate = "w" if name == "phi" else "v"
+            drivers += f"{kind}VelocityDriver drive_{key}(joint, {rate} = {RATES[key]});\n"
+            start += f"joint.{name} = 0 {'rad' if name == 'phi' else 'm'};\n"
+        else:
+            drivers += f"{kind}Driver drive_{key}(joint, {key} = {ANGLE if name == 'phi' else LENGTH});\n"
+    return f"""spatial model Driven
+      Ground ground(g = 0 m/s2);
+      Body body(m = {M}, I = {{0.1, 0.1, 0.1}});
+      {joint};
+      {drivers}
+    initial equation
+      {start}
+    end Driven;"""
+
+
+@pytest.mark.parametrize("of_velocity", [False, True], ids=["position", "velocity"])
+@pytest.mark.parametrize("name", JOINTS)
+def test_drivers_on_joints(name, of_velocity):
+    """Angles of several turns and positions as prescribed; force m a and torque I alpha along the joint's axis.
+
+    Positions that follow from velocities of degree 1 are exact; accelerations start with an error that decays."""
+    joint, coordinates = JOINTS[name]
+    t = mbdsl.simulate(mbdsl.parse(driven(joint, coordinates, of_velocity)), step=1e-3, stop=1.5, interval=0.1)
+    expected = {"phi": 4 * t.t + 3 * t.t**2, "s": 0.5 * t.t + 0.2 * t.t**2}
+    along = np.array([2, 3, 6]) / 7
+    for coordinate in coordinates:
+        key = coordinate.removesuffix("_x")
+        np.testing.assert_allclose(t[f"joint.{coordinate}"], expected[key], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(t[f"drive_{key}.{key}"], expected[key], rtol=0, atol=1e-6)
+        effort = [t[f"drive_{key}.{'t' if key == 'phi' else 'f'}{i}"][-1] for i in "xyz"]
+        if name.startswith("Screw"):
+            h = 0.05 / (2 * np.pi)
+            size = (0.1 + M * h * h) * 6 if key == "phi" else (M + 0.1 / h**2) * 0.4
+        else:
+            size = 0.1 * 6 if key == "phi" else M * 0.4
+        if coordinate != "s_x":
+            np.testing.assert_allclose(effort, size * along, rtol=0, atol=1e-4 * size)
+        else:
+            assert np.linalg.norm(effort) == pytest.approx(size, rel=1e-4)
+            assert effort @ along == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("of_velocity", [False, True], ids=["position", "velocity"])
+def test_a_driver_turns_the_cross_of_a_cardan_joint(of_velocity):
+    """The arm n_b of the cross turns about n_a as prescribed, whatever the body does about n_b.
+
+    An angle that follows from its rate has the error of the method in attitudes, of order 2: a quarter with half steps.
+    """
+    drive = f"RotationalVelocityDriver motor(cross, w = {RATES['phi']})" if of_velocity else ""
+    text = f"""spatial model Cross
+      Ground ground(g = 0 m/s2);
+      Body body(m = {M}, I = {{0.1, 0.2, 0.3}}, frames(arm = {{0, 1, 0}} m, side = {{1, 0, 0}} m));
+      Universal cross(ground, body.c, n_a = {{1, 0, 0}}, n_b = {{0, 1, 0}});
+      {drive or f"RotationalDriver motor(cross, phi = {ANGLE})"};
+    initial equation
+      motor.phi = 0 rad; body.wy = 2 rad/s;
+    end Cross;"""
+    if not of_velocity:
+        text = text.replace("motor.phi = 0 rad; ", "")
+    errors = []
+    for step in (1e-3, 5e-4):
+        t = mbdsl.simulate(mbdsl.parse(text), step=step, stop=1.0, interval=0.1)
+        phi = 4 * t.t + 3 * t.t**2
+        errors.append(np.abs(t["motor.phi"] - phi).max())
+        np.testing.assert_allclose(t["body.arm.y"] + 1j * t["body.arm.z"], np.exp(1j * t["motor.phi"]), atol=1e-8)
+    assert np.ptp(t["body.side.x"]) > 0.5
+    if of_velocity:
+        assert errors[1] < 1e-5 and errors[0] / errors[1] == pytest.approx(4.0, abs=0.1)
+    else:
+        assert max(errors) < 1e-8
+
+
+def test_an_axis_that_is_given_is_kept():
+    """Springs, stops and torques have the joint's axis as well, unless n is given."""
+    elements = "RotationalSpringDamper spring(joint, k = 1 N.m/rad{0}); Torque torque(joint, tau = 1 N.m{0});"
+    elements += " RotationalStop stop(joint, k = 1 N.m/rad, phi_max = 1 rad{0});"
+    text = f"""spatial model Axes
+      Ground ground;
+      Body body(m = 1 kg, I = {{1, 1, 1}} kg.m2);
+      Cylindrical joint(ground, body.c, n = {N});
+      TranslationalSpringDamper slide(joint, k = 1 N/m); TranslationalStop end_stop(joint, k = 1 N/m, s_max = 1 m);
+      {elements}
+    end Axes;"""
+    names = ("spring", "torque", "stop")
+    found = mbdsl.parse(text.replace("{0}", "")).components
+    assert {found[name].values["n"] for name in (*names, "slide", "end_stop")} == {(2.0, 3.0, 6.0)}
+    found = mbdsl.parse(text.replace("{0}", ", n = {0, 1, 0}")).components
+    assert {found[name].values["n"] for name in names} == {(0.0, 1.0, 0.0)}

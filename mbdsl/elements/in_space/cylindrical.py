@@ -30,6 +30,7 @@ KIND = JointKind(
     along=("s",),
     moves=(("s", "x"), ("phi", "rx")),
     aligned=dot(X_A, X_B),
+    free_axes={"rotation": "n", "translation": "n"},
     spatial=True,
 )
 

@@ -22,6 +22,7 @@ KIND = JointKind(
     angle=("phi",),
     moves=(("s_x", "x"), ("s_y", "y"), ("phi", "rz")),
     aligned=dot(Z_A, Z_B),
+    free_axes={"rotation": "n", "translation": None},
     spatial=True,
 )
 

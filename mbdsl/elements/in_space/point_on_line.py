@@ -27,6 +27,7 @@ KIND = JointKind(
     effects=friction.EFFECTS,
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
     along=("s",),
+    free_axes={"translation": "n"},
     spatial=True,
 )
 

@@ -22,6 +22,7 @@ KIND = JointKind(
     check=direction,
     axes=lambda v: {"frame_a": turned_to("z", v["n"])},
     moves=(("s_x", "x"), ("s_y", "y")),
+    free_axes={"translation": None},
     spatial=True,
 )
 

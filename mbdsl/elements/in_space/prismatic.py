@@ -58,6 +58,7 @@ KIND = JointKind(
     axes=axes,
     along=("s",),
     aligned=SAME_ATTITUDE,
+    free_axes={"translation": "n"},
     spatial=True,
 )
 

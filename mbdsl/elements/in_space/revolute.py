@@ -41,6 +41,7 @@ KIND = JointKind(
     axes=both("z"),
     angle=("phi",),
     aligned=dot(Z_A, Z_B),
+    free_axes={"rotation": "n"},
     spatial=True,
 )
 

@@ -17,6 +17,7 @@ KIND = in_space(
     reactions=reactions(None, total(("-lam[1]", revolute.GRADIENT))),
     table=lambda v: (0.0, 0.0),
     check=direction,
+    follows="rotation",
     axes=both("z"),
     counts_turns=True,
 )

@@ -16,6 +16,7 @@ KIND = in_space(
     signals=(*revolute.SIGNALS_OF_ANGLE, rotational_spring_damper.KIND.signals[-1]),
     table=lambda v: (0.0, 0.0),
     check=lambda v: rotational_spring_damper.KIND.check(v) or direction(v),
+    follows="rotation",
     axes=both("z"),
     counts_turns=True,
 )

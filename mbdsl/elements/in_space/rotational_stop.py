@@ -17,6 +17,7 @@ KIND = in_space(
     signals=(*revolute.SIGNALS_OF_ANGLE, rotational_stop.KIND.signals[-1]),
     table=lambda v: (0.0, 0.0),
     check=lambda v: rotational_stop.KIND.check(v) or direction(v),
+    follows="rotation",
     axes=both("z"),
     counts_turns=True,
 )

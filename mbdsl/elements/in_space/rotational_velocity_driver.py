@@ -18,5 +18,6 @@ KIND = in_space(
     velocity_rows=(f"{dot(W, revolute.GRADIENT)} - w",),
     reactions=reactions(None, total(("-lam[1]", revolute.GRADIENT))),
     check=direction,
+    follows="rotation",
     axes=both("z"),
 )

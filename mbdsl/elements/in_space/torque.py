@@ -16,6 +16,7 @@ KIND = in_space(
     parameters=(*torque.KIND.parameters, revolute.AXIS),
     signals=revolute.SIGNALS_OF_ANGLE,
     check=direction,
+    follows="rotation",
     axes=both("z"),
 )
 

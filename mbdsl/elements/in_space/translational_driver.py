@@ -16,6 +16,7 @@ KIND = in_space(
     signals=prismatic.SIGNALS,
     reactions=reactions(total(("-lam[1]", prismatic.X_A)), None),
     check=direction,
+    follows="translation",
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
 )
 

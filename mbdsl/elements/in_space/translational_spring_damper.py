@@ -15,6 +15,7 @@ KIND = in_space(
     parameters=(*translational_spring_damper.KIND.parameters, prismatic.AXIS),
     signals=(*prismatic.SIGNALS, translational_spring_damper.KIND.signals[-1]),
     check=lambda v: translational_spring_damper.KIND.check(v) or direction(v),
+    follows="translation",
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
 )
 

@@ -16,6 +16,7 @@ KIND = in_space(
     parameters=(*translational_stop.KIND.parameters, prismatic.AXIS),
     signals=(*prismatic.SIGNALS, translational_stop.KIND.signals[-1]),
     check=lambda v: translational_stop.KIND.check(v) or direction(v),
+    follows="translation",
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
 )
 

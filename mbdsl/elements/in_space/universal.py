@@ -60,6 +60,7 @@ KIND = JointKind(
     check=lambda v: None if any(v["n_a"]) and any(v["n_b"]) else "an axis is zero",
     axes=axes,
     moves=(("phi_a", "rz"), ("phi_b", "rx")),
+    free_axes={"rotation": None},
     spatial=True,
 )
 
