@@ -36,7 +36,7 @@ class Parameter:
     default: object = REQUIRED
     doc: str = ""
     shape: tuple[int, ...] = ()
-    or_shape: tuple[int, ...] | None = None  #: another shape that is accepted
+    or_shapes: tuple[tuple[int, ...], ...] = ()  #: other shapes that are accepted
     law: bool = False
     minimum: float | None = None
     positive: bool = False

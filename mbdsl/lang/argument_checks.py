@@ -84,7 +84,7 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
     if parameter.shape == (3,) and found == (2,) and parameter.unit in ("m", "1"):
         assert isinstance(value, tuple)
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
-    if found not in (parameter.shape, parameter.or_shape):
+    if found not in (parameter.shape, *parameter.or_shapes):
         right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None
         hint = f"a vector of the plane is written `{right}`" if right is not None else None
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
@@ -120,8 +120,7 @@ def spatial_pose(value: Value, what: str) -> tuple[float, ...]:
     if not isinstance(value, tuple) or len(value) not in (2, 3) or any(isinstance(v, tuple) for v in value):
         raise ModelError(f"{what}: found {describe(value)}, expected a position {{x, y, z}}")
     last = value[2] if len(value) == 3 else Quantity(0.0)
-    turned = last.dimension == units.dimension("rad") and last.unit is not None  # type: ignore[union-attr]
-    if turned:
+    if last.dimension == units.dimension("rad"):  # type: ignore[union-attr]  # no number without unit, which adopts one
         x, y, phi = pose(value, what)
         c, s_ = math.cos(phi), math.sin(phi)
         return x, y, 0.0, c, s_, 0.0, -s_, c, 0.0, 0.0, 0.0, 1.0

@@ -47,6 +47,16 @@ def damping_alone(warn: Warn, kind: Kind, owner: str, modifiers: Mapping[str, Mo
         )
 
 
+def one_by_one(warn: Warn, name: str, owner: str, rank: int, e: s.Expression) -> None:
+    """Warn about an array that has a value for each of several components, and is a value of one of them, too."""
+    what = "one value" if rank == 0 else "one row"
+    warn(
+        f"`{name}` of `{owner}`: each component of the array takes {what} of `{name}`",
+        e.at,
+        f"if all of them have the whole of it, write `each {name} = {write(e)}`",
+    )
+
+
 def hidden_pi(warn: Warn, name: str, value: Value | None, at: At) -> None:
     """Warn about a component or value called ``pi``, except for the number itself."""
     if name.rpartition(".")[2].partition("[")[0] != "pi":

@@ -13,7 +13,7 @@ from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, 
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, orientations, units
+from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, orientations, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.evaluate import evaluate, place
@@ -179,7 +179,7 @@ class Part:
                 continue
             value = modifier.evaluate()
             try:
-                picked = modifier.pick(value, len(parameter.shape), self.contexts)
+                picked = modifier.pick(value, self._rank(parameter, modifier, values.shape(value)), self.contexts)
                 found[parameter.name] = argument_checks.argument(parameter, picked, self.name, modifier.value)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
@@ -203,6 +203,17 @@ class Part:
         if same:
             self.template.shared = (found, self._poses(found), self.lacks)
         return found
+
+    def _rank(self, parameter: Parameter, modifier: Modifier, shape: tuple[int, ...]) -> int:
+        """Number of dimensions of the value of one component; of an array, values without `each` are one by one."""
+        accepted, inside = (parameter.shape, *parameter.or_shapes), self.contexts[modifier.level :]
+        if len(accepted) == 1 or shape not in accepted and modifier.each:
+            return len(parameter.shape)
+        if not inside or modifier.each or shape[1:] not in accepted or shape[:1] != (inside[-1][1],):
+            return len(shape)
+        if shape in accepted and modifier.value is not None:
+            doubts.one_by_one(self.assembly.warn, parameter.name, self.name, len(shape) - 1, modifier.value)
+        return len(shape) - 1
 
     def _missing(self, parameter: Parameter) -> ModelError:
         unit = "" if parameter.unit in ("", "1") else f" [{parameter.unit}]"

@@ -32,7 +32,12 @@ def ends(values: Mapping) -> dict[str, tuple[float, ...]]:
 def check(values: Mapping) -> str | None:
     if values["I"] is None and values["length"] is None:
         return "the moments of inertia I are missing; give I = {Ixx, Iyy, Izz}, or the length of a uniform bar"
-    return None if values["I"] is None else _of_a_mass(values["I"])
+    return None if values["I"] is None else _of_a_mass(_about_axes(values["I"]))
+
+
+def _about_axes(I) -> tuple:
+    """A single moment of inertia, of models in the plane, is the same about all axes: that of a ball."""
+    return I if isinstance(I, tuple) else (I, I, I)
 
 
 def _of_a_mass(I) -> str | None:
@@ -65,7 +70,7 @@ def _least_minor(I, size: float) -> float:
 
 def derive(values: Mapping) -> dict:
     bar = 0.0 if values["length"] is None else values["m"] * values["length"] ** 2 / 12
-    return {"I": (0.0, bar, bar)} if values["I"] is None else {}
+    return {"I": (0.0, bar, bar) if values["I"] is None else _about_axes(values["I"])}
 
 
 def inertia(I) -> tuple[float, ...]:
@@ -87,10 +92,11 @@ KIND = BodyKind(
                 "I",
                 "kg.m2",
                 None,
-                "moments of inertia {Ixx, Iyy, Izz} about the centre of mass, or the matrix of inertia",
+                "moments of inertia {Ixx, Iyy, Izz} about the centre of mass, the matrix of inertia, or one moment that is "
+                "the same about all axes",
             ),
             shape=(3,),
-            or_shape=(3, 3),
+            or_shapes=((3, 3), ()),
         ),
         Parameter("length", "m", None, "distance of the frames a and b, reference point halfway", positive=True),
         Parameter("com", "m", (0.0, 0.0, 0.0), "centre of mass, from the reference point", shape=(3,)),
