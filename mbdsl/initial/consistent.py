@@ -22,6 +22,7 @@ from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial import gaps
 from mbdsl.initial.dependent_rows import redundant_rows, without_units
+from mbdsl.initial.in_plane import InPlane
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.mirrored_poses import mirrored, unmirrored
 from mbdsl.initial.placement import place
@@ -36,7 +37,7 @@ from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
-Shape = AsIs | Undeformed
+Shape = AsIs | InPlane | Undeformed
 
 SI = DisplayUnit()
 GUESSED = 1.0  #: weight of a coordinate with a guess
@@ -104,12 +105,15 @@ def initial_state(
 
 def _pose(
     system: System, t: float, shape: Shape, given: list[InitialValue], metric: Metric, until: float = np.inf
-) -> Array:
-    """The y of ``shape`` for the pose; in space with the axes of joints in the intended senses, if that is possible."""
+) -> tuple[Shape, Array]:
+    """Unknowns, and their values for the pose; in space with the axes of joints in the intended senses, if possible."""
     y = _positions(system, t, shape, given, metric, until)
-    if system.scene.spatial:
-        y = unmirrored(system, t, y, lambda q: _positions(system, t, AsIs(system, q), given, metric, until))
-    return y
+    if not system.scene.spatial:
+        return shape, y
+    q = unmirrored(
+        system, t, shape.expand(y), lambda q: _positions(system, t, AsIs(system, q), given, metric, until)
+    )
+    return AsIs(system, q), q
 
 
 def _moved(system: System, t: float, q: Array, v: Array) -> tuple[Moved, ...]:
@@ -143,11 +147,11 @@ def _assembled(
     velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
         try:
-            y = _pose(system, t, shape, for_assembly(system.scene, positions), metric, until)
-            q = shape.expand(y)
+            unknowns, y = _pose(system, t, shape, for_assembly(system.scene, positions), metric, until)
+            q = unknowns.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
-            return q, _velocities(system, t, q, y, shape, velocities, metric)
+            return q, _velocities(system, t, q, y, unknowns, velocities, metric)
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise
@@ -158,7 +162,19 @@ def _shapes(system: System, graph: MechanismGraph, t: float, positions: list[Ini
     """The sets of unknowns for assembly, in the order of the attempts."""
     placed = place(system, graph, t, positions)
     as_is = AsIs(system, placed)
+    if system.scene.spatial:
+        in_plane = InPlane(system, placed)
+        given = for_assembly(system.scene, positions)
+        return [in_plane, as_is] if _flat(system, t, in_plane, given) else [as_is]
     return [Undeformed(system, placed), as_is] if system.tables.flexible else [as_is]
+
+
+def _flat(system: System, t: float, shape: InPlane, given: list[InitialValue]) -> bool:
+    """Whether constraints and initial values are those of a mechanism in the plane, at its guess."""
+    q = shape.expand(shape.start)
+    value, d_q, _v = _stack(system, given, t, q, np.zeros(system.n))
+    r = np.concatenate([system.Phi(t, q), _misses(value, given)])
+    return shape.suits(*without_units(_stacked(system.Phi_q(t, q), d_q), r, system.tables.scale))
 
 
 def initial_position(system: System, graph: MechanismGraph, t: float, metric: Metric | None = None) -> Array:
@@ -173,7 +189,8 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     given = for_assembly(system.scene, positions)
     for shape in _shapes(system, graph, t, positions):
         try:
-            return shape.expand(_pose(system, t, shape, given, metric or Metric(system, {})))
+            unknowns, y = _pose(system, t, shape, given, metric or Metric(system, {}))
+            return unknowns.expand(y)
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise

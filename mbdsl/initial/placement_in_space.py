@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan2, pi
+from math import atan2, hypot, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,27 +51,31 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
             assert isinstance(joint.kind, JointKind)
             a, b = (joint.ports[port] for port in ("frame_a", "frame_b"))
             forward = scene.frames[b].body == body.name
-            ways = joint.kind.moves or _simple(joint.kind)
-            moves = {name: said.get(scene.signal_of(joint, name)) or 0.0 for name, _ in ways}
-            angle = next(iter(joint.kind.angle), None)
-            ends = {scene.frames[a].body, scene.frames[b].body}
-            for driver, u in drivers.items():
-                ports = scene.components[driver].ports.values()
-                if angle and {scene.frames[f].body for f in ports} == ends:
-                    moves[angle] = u if next(scene.frames[f].body for f in ports) == scene.frames[a].body else -u
-            around = turns.get(scene.frames[other_of(a, b, forward)].body, 0.0)
-            if values[3] is not None and angle and not moves[angle]:
-                turned = (values[3] - around) if forward else (around - values[3])
-                moves[angle] = turned - (_turn_of(scene.frames[b]) - _turn_of(scene.frames[a]))
-            if values[3] is None:
-                turned = moves.get(angle, 0.0) if angle else 0.0
-                turn = around + (turned if forward else -turned)
-            relative = _moved(ways, moves)
             other, own = (a, b) if forward else (b, a)
             own_pose = body_pose(body, scene.frames[own])
+            between = turns.get(scene.frames[other].body, 0.0) + _turn_of(scene.frames[other])
+            between -= _turn_of(scene.frames[own])  # the angle of the body if that of the joint is zero
+            ways, angle = joint.kind.moves or _simple(joint.kind), next(iter(joint.kind.angle), None)
+            moves = {name: _known(system, joint, said, name, t) for name, _ in ways}
+            driven = _driven(scene, joint, drivers) if angle else None
+            if angle and driven is not None:
+                values, moves[angle] = [None] * 4, driven  # a driver has priority over a guess
+            elif attitude is None and values[3] is None and values[0] is not None and values[1] is not None:
+                values[3] = _aimed(frame_pose(other), own_pose, values[0], values[1])
+            if values[3] is not None and angle and not moves[angle]:
+                moves[angle] = (values[3] - between) if forward else (between - values[3])
+            if values[3] is None:
+                turned = moves.get(angle, 0.0) if angle else 0.0
+                turn = between + (turned if forward else -turned)
+            else:
+                turn = values[3]
+            relative = _moved(ways, moves)
             target = composed(frame_pose(other), relative if forward else inverse(relative))
-            if attitude is not None:  # the joint fixes the position only
-                target = (*target[:3], *composed((0.0, 0.0, 0.0, *attitude), own_pose)[3:])
+            free = attitude
+            if free is None and values[3] is not None and "tau" not in joint.kind.reaction:
+                free = about(Z, turn)
+            if free is not None:  # the joint fixes the position only
+                target = (*target[:3], *composed((0.0, 0.0, 0.0, *free), own_pose)[3:])
             pose = composed(target, inverse(own_pose))
         if attitude is not None:
             pose = (*pose[:3], *attitude)
@@ -123,9 +127,21 @@ def _nearest(angle: float, to: float) -> float:
     return angle + 2.0 * pi * round((to - angle) / (2.0 * pi))
 
 
-def other_of(a: str, b: str, forward: bool) -> str:
-    """The frame of a joint that is already placed."""
-    return a if forward else b
+def _driven(scene, joint, drivers: dict[str, float]) -> float | None:
+    """The angle of a joint that a driver between the same bodies prescribes."""
+    ends = [scene.frames[joint.ports[port]].body for port in ("frame_a", "frame_b")]
+    for driver, u in drivers.items():
+        own = [scene.frames[scene.components[driver].ports[port]].body for port in ("frame_a", "frame_b")]
+        if own in (ends, ends[::-1]):
+            return u if own == ends else -u
+    return None
+
+
+def _aimed(frame: tuple[float, ...], own: tuple[float, ...], x: float, y: float) -> float | None:
+    """The angle at which a body with a known centre of mass points at its joint, in the plane of x and y."""
+    sx, sy = own[:2]
+    dx, dy = frame[0] - x, frame[1] - y
+    return atan2(dy, dx) - atan2(sy, sx) if hypot(sx, sy) * hypot(dx, dy) > 0.0 else None
 
 
 def _turn_of(frame) -> float:
@@ -157,3 +173,14 @@ def _first_angle(
         return 0.0
     a, b = (scene.frames[c.ports[port]] for port in ("frame_a", "frame_b"))
     return turns.get(b.body, 0.0) + _turn_of(b) - turns.get(a.body, 0.0) - _turn_of(a)
+
+
+def _known(system: System, joint, said, name: str, t: float) -> float:
+    """A coordinate of a joint at the start: as given, as driven, or a length of the joint; else 0."""
+    found = [said.get(system.scene.signal_of(joint, name))]
+    for c in system.scene.components.values():
+        if isinstance(c.kind, JointKind) and c.kind.driver == name and c.ports == joint.ports:
+            found.append(_prescribed(system, c, t))
+    if name in joint.kind.along:
+        found += [x for key in joint.kind.along if isinstance(x := joint.values.get(key), float)]
+    return next((float(value) for value in found if value is not None), 0.0)

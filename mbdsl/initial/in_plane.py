@@ -1,0 +1,95 @@
+"""The unknowns of the assembly of a mechanism in space whose guess lies in the x-y plane: motions in this plane.
+
+A guess that is its own mirror image in the plane often has poses out of the plane nearby, as a disc that may lean or a
+mass on two links. They are not meant, and no direction leads back from them. Therefore poses in the plane are looked
+for first, and others only if there are none.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.numerics import rotation_arrays
+from mbdsl.system.system import DENSE_LIMIT, System
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+
+#: entries of a gradient in the mechanism's size, and residuals, that count as zero
+ZERO = 1e-9
+
+
+class InPlane:
+    """y contains x and y of each body, and its rotation about the z axis of the world from its guess."""
+
+    def __init__(self, system: System, q: Array) -> None:
+        self.system, self._guess, size = system, q, system.tables.scale
+        start, keep, entries = list[float](), list[int](), list[tuple[int, int, float]]()
+        for name, model in system.tables.models.items():
+            d, first = system.tables.coordinates[name], len(start)
+            entries += [(d, first, 1.0), (d + 1, first + 1, 1.0)]
+            start += [q[d], q[d + 1]]
+            keep += [d, d + 1]
+            if model.n > 3:
+                about_z = rotation_arrays.matrices(q[None, d + 3 : d + 6])[0][2]
+                entries += [(d + 3 + i, first + 2, about_z[i]) for i in range(3)]
+                start.append(0.0)
+                keep.append(d + 5)
+        self.start, self._of = np.array(start), np.array(keep, int)
+        self.scale = size[self._of]
+        self.angles = np.array([name.endswith(".rz") for name in system.names()], bool)[self._of]
+        rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
+        shape = (system.n, len(start))
+        if system.unknowns > DENSE_LIMIT:
+            from scipy.sparse import csr_array
+
+            self.directions: Array | csr_array = csr_array((values, (rows, columns)), shape=shape)
+        else:
+            self.directions = np.zeros(shape)
+            self.directions[list(rows), list(columns)] = values
+
+    def begin(self) -> None:
+        pass
+
+    def expand(self, y: Array) -> Array:
+        """q (n,)"""
+        return self.system.moved(self._guess, self.directions @ (y - self.start))
+
+    def reduce(self, y: Array, J: Array | csr_array, q: Array | None = None) -> Array | csr_array:
+        """J dq/dy for a Jacobian J with respect to q."""
+        return J @ self.directions
+
+    def rates(self, y: Array, w: Array, q: Array) -> Array:
+        """v (n,) for the rates w of y."""
+        return self.directions @ w
+
+    def weights(self, weight: Array) -> Array:
+        return weight[self._of]
+
+    def moved(self, y: Array, d: Array) -> Array:
+        return y + d
+
+    def difference(self, y: Array, y0: Array) -> Array:
+        return y - y0
+
+    def suits(self, J: Array | csr_array, r: Array) -> bool:
+        """Whether rows with the gradients J (k, n) and residuals r (k,), in the mechanism's size, are those of a plane.
+
+        Each of them must depend on motions in the plane only, or on others only and be satisfied.
+        """
+        T = self.directions
+        out = J - (J @ T) @ T.T
+        inside, outside = _largest(J @ T), _largest(out)
+        return not ((outside > ZERO) & ((inside > ZERO) | (np.abs(r) > ZERO))).any()
+
+
+def _largest(J: Array | csr_array) -> Array:
+    """The largest magnitude of each row."""
+    if isinstance(J, np.ndarray):
+        return np.abs(J).max(axis=1, initial=0.0)
+    return abs(J).max(axis=1).toarray().ravel() if J.shape[1] else np.zeros(J.shape[0])
