@@ -16,7 +16,7 @@ from mbdsl.results.selection import matching
 
 UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
-ACCELERATIONS_IN_SPACE = {f"a{i}": "m/s2" for i in "xyz"} | {f"alpha{i}": "rad/s2" for i in "xyz"}
+ACCELERATIONS_IN_SPACE = {f"a{i}": "m/s2" for i in "xyz"} | {f"alpha{i}": "rad/s2" for i in ("x", "y", "z", "")}
 #: coordinates of frames in space among the signals: without the components of axes
 SPATIAL_UNITS = {k: unit for k, unit in spatial_coordinates.UNITS.items() if k not in spatial_coordinates.AXES}
 QUATERNION = spatial_coordinates.QUATERNION
@@ -151,7 +151,7 @@ class SignalNames:
 
 
 def accelerations(kind: BodyKind) -> dict[str, str]:
-    """The accelerations of a body and their units, in world axes."""
+    """The accelerations of a body and their units, in world axes; alpha is about the z axis."""
     if not kind.spatial:
         return {key: unit for key, unit in ACCELERATIONS.items() if key != "alpha" or "phi" in kind.coordinates}
     rotates = len(kind.coordinates) > 3

@@ -100,6 +100,7 @@ def accelerations_in_space(system: System, name: str, q: Array, a: Callable[[], 
     if body.n > 3:
         R = rotation_arrays.matrices(q[:, d + 3 : d + 6])
         found |= {f"{name}.alpha{i}": (R[:, k] * own[:, 3:]).sum(axis=1) for k, i in enumerate("xyz")}
+        found[f"{name}.alpha"] = found[f"{name}.alphaz"]
     return found
 
 

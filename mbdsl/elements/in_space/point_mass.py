@@ -10,7 +10,9 @@ KIND = BodyKind(
     parameters=point_mass.KIND.parameters,
     signals=(
         *(Signal(key, "m", f"c.{key}", "centre of mass") for key in ("x", "y", "z")),
+        Signal("phi", "rad", "c.phi", "always 0"),
         *(Signal(key, "m/s", f"c.{key}") for key in ("vx", "vy", "vz")),
+        Signal("w", "rad/s", "c.wz", "always 0"),
     ),
     coordinates=("x", "y", "z"),
     com=lambda v: (0.0, 0.0, 0.0),

@@ -10,7 +10,8 @@ from mbdsl.elements import friction
 from mbdsl.elements.in_space import prismatic
 from mbdsl.elements.in_space.coordinates import Y, Z, dot2, dot2_hessian
 from mbdsl.elements.in_space.prismatic import Y_A, Z_A
-from mbdsl.elements.in_space.vectors import direction, reactions, total, turned_to
+from mbdsl.elements.in_space.revolute import SIGNALS_OF_ANGLE
+from mbdsl.elements.in_space.vectors import both, direction, reactions, total
 from mbdsl.elements.kind import JointKind
 
 KIND = JointKind(
@@ -18,14 +19,15 @@ KIND = JointKind(
     doc="A pin in a slot: the origin of frame_b stays on the line along n through the origin of frame_a.",
     rows=2,
     parameters=(prismatic.AXIS, *friction.parameters("v", "m/s", 1e-3)),
-    signals=prismatic.SIGNALS,
+    signals=(*prismatic.SIGNALS, *SIGNALS_OF_ANGLE),
     reactions=reactions(total(("-lam[1]", Y_A), ("-lam[2]", Z_A)), None),
     friction=prismatic.FRICTION,
     friction_along="translational_spring_damper",
     check=lambda v: direction(v) or friction.check(v),
     derive=friction.derive,
     effects=friction.EFFECTS,
-    axes=lambda v: {"frame_a": turned_to("x", v["n"])},
+    axes=both("x"),
+    angle=("phi",),
     along=("s",),
     free_axes={"translation": "n"},
     spatial=True,

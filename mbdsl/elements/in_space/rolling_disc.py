@@ -16,15 +16,19 @@ from math import sqrt
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import rolling_disc
+from mbdsl.elements.in_space import universal
 from mbdsl.elements.in_space.coordinates import X, Z, dot1, dot1_hessian, dot2, dot2_hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.revolute import X_A, X_B, Z_A
-from mbdsl.elements.in_space.vectors import D, W, cross, dot, reactions, slip, total, turned_to
+from mbdsl.elements.in_space.prismatic import Y_A, Y_B
+from mbdsl.elements.in_space.revolute import X_B, Z_A, Z_B
+from mbdsl.elements.in_space.vectors import D, W, cross, dot, reactions, slip, total
 from mbdsl.elements.kind import Parameter, Signal
 
 U = dot(Z_A, X_B)
 LOWEST = total((f"(-radius/sqrt(1 - {U}*{U}))", Z_A), (f"(radius*{U}/sqrt(1 - {U}*{U}))", X_B))
 FORWARD, SIDEWARD = cross(X_B, Z_A), total(("1", X_B), (f"(-{U})", Z_A))
+#: rate of the angle of the disc from the normal, about its axis
+ROLL = f"({dot(SIDEWARD, W)}/(1 - {U}*{U}))"
 V = total(("1", slip()), ("1", cross(W, LOWEST)))
 FORCE = total(("-lam[1]", Z_A), ("-lam[2]", FORWARD), ("-lam[3]", SIDEWARD))
 
@@ -42,15 +46,16 @@ KIND = in_space(
         Parameter("normal", "1", (0.0, 1.0, 0.0), "normal of the plane, in frame_a, towards the disc", shape=(3,)),
     ),
     signals=(
-        Signal("s", "m", dot(X_A, D), "position of the centre along the x axis of the plane"),
+        Signal("s", "m", dot(Y_A, D), "position of the centre along the direction normal x n at the start"),
         Signal("v", "m/s", "der(s)", "its rate"),
+        Signal("phi", "rad", f"angle({dot(Z_A, Y_B)}, {dot(Z_A, Z_B)}, {ROLL})", "angle about the disc's axis"),
         Signal("w", "rad/s", dot(W, X_B), "angular velocity about the disc's axis"),
     ),
     velocity_rows=(dot(FORWARD, V), dot(SIDEWARD, V)),
     reactions=reactions(FORCE, cross(LOWEST, FORCE)),
     check=check,
-    # where both frames coincide, the disc is upright
-    axes=lambda v: {"frame_a": turned_to("z", v["normal"]), "frame_b": turned_to("x", v["n"])},
+    # where both frames coincide, the disc is upright, with its axis n in the direction n of the plane's frame
+    axes=lambda v: universal.axes({"n_a": v["normal"], "n_b": v["n"]}),
     angle=(),
     along=(),
 )
