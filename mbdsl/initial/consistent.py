@@ -110,9 +110,7 @@ def _pose(
     y = _positions(system, t, shape, given, metric, until)
     if not system.scene.spatial:
         return shape, y
-    q = unmirrored(
-        system, t, shape.expand(y), lambda q: _positions(system, t, AsIs(system, q), given, metric, until)
-    )
+    q = unmirrored(system, t, shape.expand(y), lambda q: _positions(system, t, AsIs(system, q), given, metric, until))
     return AsIs(system, q), q
 
 

@@ -61,8 +61,14 @@ class InPlane:
         return self.system.moved(self._guess, self.directions @ (y - self.start))
 
     def reduce(self, y: Array, J: Array | csr_array, q: Array | None = None) -> Array | csr_array:
-        """J dq/dy for a Jacobian J with respect to q."""
-        return J @ self.directions
+        """J dq/dy for a Jacobian J with respect to q; zero in rows that hold in the plane, without their rounding."""
+        found = J @ self.directions
+        keep = _largest(found) > ZERO * _largest(J)
+        if isinstance(found, np.ndarray):
+            return found * keep[:, None]
+        from scipy.sparse import diags_array
+
+        return (diags_array(keep.astype(float)) @ found).tocsr()
 
     def rates(self, y: Array, w: Array, q: Array) -> Array:
         """v (n,) for the rates w of y."""

@@ -207,7 +207,7 @@ class Part:
     def _rank(self, parameter: Parameter, modifier: Modifier, shape: tuple[int, ...]) -> int:
         """Number of dimensions of the value of one component; of an array, values without `each` are one by one."""
         accepted, inside = (parameter.shape, *parameter.or_shapes), self.contexts[modifier.level :]
-        if len(accepted) == 1 or shape not in accepted and modifier.each:
+        if len(accepted) == 1 or (shape not in accepted and modifier.each):
             return len(parameter.shape)
         if not inside or modifier.each or shape[1:] not in accepted or shape[:1] != (inside[-1][1],):
             return len(shape)

@@ -64,8 +64,8 @@ class SpatialBuilder(Builder):
         m : number or str [kg]
             Mass; at least 0.
         I : (3,) numbers or str, optional [kg.m2]
-            Moments of inertia {Ixx, Iyy, Izz} about the centre of mass, or the
-            matrix of inertia.
+            Moments of inertia {Ixx, Iyy, Izz} about the centre of mass, the matrix
+            of inertia, or one moment, which is the same about all axes.
         length : number or str, optional [m]
             Distance of the frames a and b, reference point halfway; positive.
         com : (3,) numbers or str, optional [m]
@@ -898,9 +898,11 @@ class SpatialBuilder(Builder):
         x: Start | None = None,
         y: Start | None = None,
         z: Start | None = None,
+        phi: Start | None = None,
         vx: Start | None = None,
         vy: Start | None = None,
         vz: Start | None = None,
+        w: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -913,7 +915,7 @@ class SpatialBuilder(Builder):
             Name of the component.
         m : number or str [kg]
             Mass; positive.
-        x, y, z, vx, vy, vz : mapping, optional
+        x, y, z, phi, vx, vy, vz, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -925,7 +927,8 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its frames, and its signals ``x`` [m]
             (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
-            mass), ``vx`` [m/s], ``vy`` [m/s], ``vz`` [m/s].
+            mass), ``phi`` [rad] (always 0), ``vx`` [m/s], ``vy`` [m/s], ``vz``
+            [m/s], ``w`` [rad/s] (always 0).
 
         Raises
         ------
@@ -1003,6 +1006,8 @@ class SpatialBuilder(Builder):
         v_st: Number | None = None,
         s: Start | None = None,
         v: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
@@ -1028,7 +1033,7 @@ class SpatialBuilder(Builder):
             Speed over which friction changes its sign: tanh(v/v_s); positive.
         v_st : number or str, optional [m/s]
             Stribeck speed; default 40 v_s; positive.
-        s, v : mapping, optional
+        s, v, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -1039,9 +1044,10 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
-            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
-            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``fz`` [N] (force along z on frame_b).
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
+            on frame_b), ``fz`` [N] (force along z on frame_b).
 
         Raises
         ------
@@ -1370,6 +1376,7 @@ class SpatialBuilder(Builder):
         normal: Vector = (0.0, 1.0, 0.0),
         s: Start | None = None,
         v: Start | None = None,
+        phi: Start | None = None,
         w: Start | None = None,
         doc: str = "",
         replace: bool = False,
@@ -1392,7 +1399,7 @@ class SpatialBuilder(Builder):
             Axis of the disc, in frame_b.
         normal : (3,) numbers or str, optional
             Normal of the plane, in frame_a, towards the disc.
-        s, v, w : mapping, optional
+        s, v, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -1403,9 +1410,10 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
-            (position of the centre along the x axis of the plane), ``v`` [m/s] (its
-            rate), ``w`` [rad/s] (angular velocity about the disc's axis), ``fx``
-            [N] (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            (position of the centre along the direction normal x n at the start),
+            ``v`` [m/s] (its rate), ``phi`` [rad] (angle about the disc's axis),
+            ``w`` [rad/s] (angular velocity about the disc's axis), ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
             about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).

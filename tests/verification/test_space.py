@@ -1,8 +1,6 @@
-"""Models in space against solutions computed otherwise, and against the same mechanisms in the plane.
+"""Models in space against solutions computed otherwise.
 
-Heavy top and Bricard's linkage, which is over-constrained: every method has its order, and 10 s are right. A planar
-mechanism written as ``spatial model`` is the same mechanism: exponentials about one axis add, so that the numbers are
-those of the planar equations up to the errors that Newton's iteration leaves.
+Heavy top and Bricard's linkage, which is over-constrained: every method has its order, and 10 s are right.
 """
 
 import json
@@ -179,35 +177,6 @@ def test_bricards_redundant_row_is_named(capsys):
     text = capsys.readouterr().out
     assert "mobility 0 = 30 coordinates - 30 constraint rows" in text
     assert re.search(r"redundant: J\d.Phi\[\d\] follows from the other constraints", text)
-
-
-# -- planar models in space ------------------------------------------------------------------------------------------
-
-PLANAR = ("double_pendulum", "slider_crank", "chain", "pendulum")
-
-
-def in_space(name):
-    text = (ROOT / "models" / f"{name}.mbd").read_text(encoding="utf-8")
-    return mbdsl.parse(re.sub(r"^(partial )?model", "spatial model", text, flags=re.MULTILINE))
-
-
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", PLANAR)
-def test_planar_mechanism_in_space(name, method):
-    """All common signals, relative to their largest value and to 1; Newton's iteration leaves 1e-7 of reactions."""
-    if modules()[method].METHOD.inverts_mass and name != "pendulum":
-        pytest.skip("rods have no moment of inertia about their axis in space, and this method divides by it")
-    given = {"method": method, "step": 1e-3, "stop": 0.1, "interval": 0.01}
-    flat = mbdsl.simulate(ROOT / "models" / f"{name}.mbd", **given)
-    solid = mbdsl.simulate(in_space(name), **given)
-    compared = 0
-    for signal in flat.signals:
-        key = signal.rpartition(".")[2]
-        if signal in solid and key in ("x", "y", "phi", "vx", "vy", "w", "fx", "fy", "s", "v"):
-            scale = max(1.0, np.abs(flat[signal]).max())
-            np.testing.assert_allclose(solid[signal], flat[signal], rtol=0, atol=1e-6 * scale, err_msg=signal)
-            compared += 1
-    assert compared > 10
 
 
 def test_accelerations_at_many_times():

@@ -92,8 +92,8 @@ KIND = BodyKind(
                 "I",
                 "kg.m2",
                 None,
-                "moments of inertia {Ixx, Iyy, Izz} about the centre of mass, the matrix of inertia, or one moment that is "
-                "the same about all axes",
+                "moments of inertia {Ixx, Iyy, Izz} about the centre of mass, the matrix of inertia, or one moment, "
+                "which is the same about all axes",
             ),
             shape=(3,),
             or_shapes=((3, 3), ()),

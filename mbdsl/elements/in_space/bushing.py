@@ -45,8 +45,12 @@ KIND = in_space(
     parameters=(
         Parameter("k", "N/m", NONE, "stiffness along x, y and z of frame_a", shape=(3,)),
         Parameter("c", "N.s/m", NONE, "damping along x, y and z of frame_a", shape=(3,)),
-        Parameter("k_phi", "N.m/rad", NONE, "stiffness about x, y and z; a number: about z", shape=(3,), or_shape=()),
-        Parameter("c_phi", "N.m.s/rad", NONE, "damping about x, y and z; a number: about z", shape=(3,), or_shape=()),
+        Parameter(
+            "k_phi", "N.m/rad", NONE, "stiffness about x, y and z; a number: about z", shape=(3,), or_shapes=((),)
+        ),
+        Parameter(
+            "c_phi", "N.m.s/rad", NONE, "damping about x, y and z; a number: about z", shape=(3,), or_shapes=((),)
+        ),
         Parameter("phi0", "rad", 0.0, "twist without torque"),
     ),
     signals=(
