@@ -6,7 +6,6 @@ import pytest
 
 import mbdsl
 
-
 MATRIX = ((2, 0, 0), (0, 3, 0), (0, 0, 4))
 
 
