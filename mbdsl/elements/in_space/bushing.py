@@ -34,8 +34,9 @@ NONE = (0.0, 0.0, 0.0)
 
 
 def derive(v: Mapping) -> dict:
-    """A torsional stiffness or damping that is a number acts about z, as in the plane."""
-    return {name: (0.0, 0.0, v[name]) for name in ("k_phi", "c_phi") if not isinstance(v[name], tuple)}
+    """Stiffness and damping of the plane: two along x and y, and one about z."""
+    found: dict = {name: (*v[name], 0.0) for name in ("k", "c") if len(v[name]) == 2}
+    return found | {name: (0.0, 0.0, v[name]) for name in ("k_phi", "c_phi") if not isinstance(v[name], tuple)}
 
 
 KIND = in_space(
@@ -43,8 +44,8 @@ KIND = in_space(
     doc="A compliant joint: spring and damper along and about x, y and z of frame_a.",
     rows=6,
     parameters=(
-        Parameter("k", "N/m", NONE, "stiffness along x, y and z of frame_a", shape=(3,)),
-        Parameter("c", "N.s/m", NONE, "damping along x, y and z of frame_a", shape=(3,)),
+        Parameter("k", "N/m", NONE, "stiffness along x, y and z of frame_a", shape=(3,), or_shapes=((2,),)),
+        Parameter("c", "N.s/m", NONE, "damping along x, y and z of frame_a", shape=(3,), or_shapes=((2,),)),
         Parameter(
             "k_phi", "N.m/rad", NONE, "stiffness about x, y and z; a number: about z", shape=(3,), or_shapes=((),)
         ),
