@@ -30,14 +30,15 @@ addEventListener("DOMContentLoaded", () => {
 
 
 @pytest.fixture(scope="module")
-def screen(browser, slider_crank, tmp_path_factory):
-    """``screen(width, scheme, part)``: the page at a part of its time, (height, width, 3) from 0 to 255."""
-    path = tmp_path_factory.mktemp("screens") / "crank.html"
-    slider_crank.animate(path, signals=["crank.x", "rod.phi"], traces=["rod.c"])
+def screen(browser, slider_crank, arm_in_space, tmp_path_factory):
+    """``screen(name, width, scheme, part)``: a page at a part of its time, (height, width, 3) from 0 to 255."""
+    folder = tmp_path_factory.mktemp("screens")
+    slider_crank.animate(folder / "crank.html", signals=["crank.x", "rod.phi"], traces=["rod.c"])
+    arm_in_space.animate(folder / "arm.html", signals=["arm.x", "ball.z"], traces=["ball"])
     found = browser.send("Page.addScriptToEvaluateOnNewDocument", source=WITHOUT_TEXT)
 
-    def shot(width, scheme, part=0.2):
-        browser.open(path, width, HEIGHT, scheme)
+    def shot(name, width, scheme, part=0.2):
+        browser.open(folder / f"{name}.html", width, HEIGHT, scheme)
         browser.scrub(part)
         data = base64.b64decode(browser.send("Page.captureScreenshot", format="png")["data"])
         return Image.open(io.BytesIO(data)).convert("RGB").reduce(PART)
@@ -54,8 +55,9 @@ def distance(a, b):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [400, 800, 1400])
-def test_the_page_looks_as_stored(screen, width, scheme):
-    picture, path = screen(width, scheme), STORED / f"crank-{width}-{scheme}.png"
+@pytest.mark.parametrize("name", ["crank", "arm"])
+def test_the_page_looks_as_stored(screen, name, width, scheme):
+    picture, path = screen(name, width, scheme), STORED / f"{name}-{width}-{scheme}.png"
     if os.environ.get("MBDSL_REDRAW"):
         path.parent.mkdir(exist_ok=True)
         picture.save(path, optimize=True)
@@ -66,10 +68,11 @@ def test_the_page_looks_as_stored(screen, width, scheme):
     assert mean < 0.5 and far < 1e-3
 
 
-def test_another_pose_is_another_picture(screen):
-    """The comparison detects a crank that is 0.12 rad further, and a page of the other scheme."""
-    with Image.open(STORED / "crank-800-light.png") as stored:
+@pytest.mark.parametrize("name", ["crank", "arm"])
+def test_another_pose_is_another_picture(screen, name):
+    """The comparison detects a crank or an arm that is 0.12 or 0.16 rad further, and a page of the other scheme."""
+    with Image.open(STORED / f"{name}-800-light.png") as stored:
         picture = stored.convert("RGB")
-    mean, far = distance(picture, screen(800, "light", 0.22))
+    mean, far = distance(picture, screen(name, 800, "light", 0.22))
     assert mean > 0.5 and far > 1e-3
-    assert distance(picture, screen(800, "dark"))[0] > 100
+    assert distance(picture, screen(name, 800, "dark"))[0] > 100
