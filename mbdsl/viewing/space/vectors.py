@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 FORCE, TORQUE = "force", "torque"
 WORLD = "xyz"
+MOST_ROWS = 4000  #: number of rows up to which reactions that are not known are solved for
 
 
 @dataclass(frozen=True)
@@ -119,5 +120,7 @@ def _reactions(c: Component, trajectory: Trajectory, motion: SpaceMotion) -> Ite
 
 
 def _signal(trajectory: Trajectory, motion: SpaceMotion, name: str) -> Array | None:
-    """A signal at the frames of the motion; None if there is none, or all reactions would have to be solved for."""
-    return np.asarray(trajectory[name], float)[motion.rows] if trajectory.is_at_hand(name) else None
+    """A signal at the frames of the motion; None if there is none, or too many reactions would have to be solved for."""
+    if trajectory.is_at_hand(name) or (name in trajectory and len(trajectory.t) <= MOST_ROWS):
+        return np.asarray(trajectory[name], float)[motion.rows]
+    return None
