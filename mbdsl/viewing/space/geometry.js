@@ -38,10 +38,10 @@ function hollow(bore) {
 }
 
 const GEOMETRIES = {
-  bar: () => round(1, -0.5, 0.5, 16),
-  cylinder: () => round(1, -0.5, 0.5),
+  bar: ({ coarse }) => round(1, -0.5, 0.5, coarse ? 7 : 16),
+  cylinder: ({ coarse }) => round(1, -0.5, 0.5, coarse ? 12 : SIDES),
   box: () => new THREE.BoxGeometry(1, 1, 1),
-  ball: () => new THREE.SphereGeometry(1, 32, 20),
+  ball: ({ coarse }) => new THREE.SphereGeometry(1, coarse ? 10 : 32, coarse ? 7 : 20),
   tube: ({ bore }) => hollow(bore),
   wheel,
   ring: () => new THREE.TorusGeometry(1, 0.12, 12, SIDES),

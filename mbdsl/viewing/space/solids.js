@@ -1,5 +1,6 @@
 // The solids of a mechanism: one instanced mesh for each geometry, whose matrices follow the motion.
 const MOST_EDGES = 300; // number of solids up to which edges are drawn
+const MANY = 300; // number of solids of a kind from which they are coarse
 const UNIT = new THREE.Vector3(1, 1, 1);
 const ALONG = new THREE.Vector3(0, 0, 1);
 
@@ -40,7 +41,8 @@ class Solids {
     const paint = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: THREE.DoubleSide };
     if (this.pale) Object.assign(paint, { transparent: true, opacity: 0.28, depthWrite: false });
     const material = new THREE.MeshLambertMaterial(paint);
-    const mesh = new THREE.InstancedMesh(GEOMETRIES[draw](solids[0]), material, solids.length);
+    const geometry = GEOMETRIES[draw]({ ...solids[0], coarse: solids.length > MANY });
+    const mesh = new THREE.InstancedMesh(geometry, material, solids.length);
     mesh.frustumCulled = false;
     mesh.castShadow = mesh.receiveShadow = !this.pale;
     mesh.userData = { solids, body: role === "body" };

@@ -85,7 +85,7 @@ class Stage {
       this.scene.add(mesh);
       return mesh;
     };
-    this.shafts = part(GEOMETRIES.bar(), vectors.length);
+    this.shafts = part(GEOMETRIES.bar({}), vectors.length);
     this.heads = part(upright(new THREE.ConeGeometry(1, 1, 20)), 2 * vectors.length);
   }
 

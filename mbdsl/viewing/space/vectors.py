@@ -120,7 +120,7 @@ def _reactions(c: Component, trajectory: Trajectory, motion: SpaceMotion) -> Ite
 
 
 def _signal(trajectory: Trajectory, motion: SpaceMotion, name: str) -> Array | None:
-    """A signal at the frames of the motion; None if there is none, or too many reactions would have to be solved for."""
+    """A signal at the frames of the motion; None if there is none, or it takes too long to solve for."""
     if trajectory.is_at_hand(name) or (name in trajectory and len(trajectory.t) <= MOST_ROWS):
         return np.asarray(trajectory[name], float)[motion.rows]
     return None

@@ -275,7 +275,8 @@ def test_arrows_are_forces(browser, tmp_path, trajectory_of):
     trajectory_of(scene, t, states).animate(tmp_path / "page.html")
     opened(browser, tmp_path / "page.html")
     browser.scrub(0.5)
-    assert browser.value("data.largest") == pytest.approx({"forces force": 20.0, "forces torque": 4.0}, rel=1e-6)
+    most = browser.value("data.largest")
+    assert (most["forces force"], most["forces torque"]) == pytest.approx((20.0, 4.0), rel=1e-6)
     longest = browser.value("0.22 * Math.min(1, canvas.clientWidth / canvas.clientHeight) * view.height")
     heads = "Array.from({ length: 4 }, (_, k) => { const m = new THREE.Matrix4(); painter.heads.getMatrixAt(k, m);"
     heads += " return [...m.elements]; })"

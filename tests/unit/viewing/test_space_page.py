@@ -174,7 +174,8 @@ def test_a_rod_and_its_frames_are_bars(trajectory_of):
     assert bars[1][1] == pytest.approx((0.3, 0.1, 0.0))
 
 
-def test_weights_and_springs_of_equilibria():
+def test_weights_and_reactions_of_equilibria():
+    """The foot of the top carries its weight, at one scale with it."""
     point = mbdsl.static(SPACE / "heavy_top.mbd")
     text = point.show().html
     data, _, _ = parts(text)
@@ -182,6 +183,10 @@ def test_weights_and_springs_of_equilibria():
     (scene_body,) = load(SPACE / "heavy_top.mbd").bodies()
     mass = scene_body.values["m"]
     assert array(weights[0]["values"]) == pytest.approx([0, 0, -9.81 * mass], rel=1e-6)
+    (foot,) = [v for v in data["vectors"] if v["group"] == "reactions" and v["kind"] == "force"]
+    # the equilibrium is found to 1e-9 of the weight or better; 32-bit numbers
+    assert array(foot["values"]) == pytest.approx([0, 0, 9.81 * mass], rel=1e-6, abs=1e-6 * mass)
+    assert data["largest"]["forces force"] == data["largest"]["reactions force"]
 
 
 def test_springs_pull_along_their_line(trajectory_of):
