@@ -4,6 +4,7 @@ import importlib.util
 import json
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -292,17 +293,42 @@ def test_explicit_method():
     assert re.findall(r"^pendulum +1e-\d\d +[\d.]+ ms +[\d.]+ ms", text, re.MULTILINE)
 
 
-def test_space_against_exudyn():
-    """Our runs of all cases, with few steps; times at equal error follow the lines between logarithms."""
+def test_space_against_exudyn(monkeypatch):
+    """Our runs of all cases, with few steps."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
     benchmark = script("space_against_exudyn")
-    for case in benchmark.CASES[:2]:
+    for case in benchmark.CASES[:4]:
         place, seconds = benchmark.ours(case, 50)
         assert place.shape == (3,) and seconds > 0.0
+
+
+@pytest.mark.filterwarnings("ignore")  # of the other program
+def test_programs_in_space_are_the_same(monkeypatch):
+    """Exudyn and MuJoCo come to the same place, in steps that leave errors of 1e-3 of the size."""
+    if importlib.util.find_spec("exudyn") is None or importlib.util.find_spec("mujoco") is None:
+        pytest.skip("Exudyn or MuJoCo is not installed: pip install 'mbdsl[bench]'")
+    import exudyn
+
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    benchmark = script("space_against_exudyn")
+    names = ("Haug's slider crank", "chain of 8 ball joints")
+    for case in (replace(case, steps=(100, 200)) for case in benchmark.CASES if case.name in names):
+        found = benchmark.compare(exudyn, case, 1)
+        assert found.equal_error() and found.equal_step() > 0.0, "\n".join(found.lines())
+        assert not case.links or found.against_mujoco()
+
+
+def test_times_at_equal_error_in_space(monkeypatch):
+    """Times at equal error follow the lines between logarithms; the fastest run of a program counts."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    benchmark = script("space_against_exudyn")
     # a program of order 2 with 4 us a step, and one that is as accurate with 1 us a step
     one = {100: (1e-4, 1e-4), 200: (2.5e-5, 2e-4)}
     other = {100: (1e-4, 4e-4), 200: (2.5e-5, 8e-4)}
-    assert benchmark.at_equal_error(one, other) == pytest.approx([0.25, 0.25])
+    assert benchmark.at_equal_error([one], [other]) == pytest.approx([0.25] * 9)
+    slow = {n: (error, 3 * seconds) for n, (error, seconds) in one.items()}
+    assert benchmark.at_equal_error([slow, one], [other]) == pytest.approx([0.25] * 9)
     # more accurate with its largest step than the other with its smallest one, which would need 10 times the steps
     best = {100: (2.5e-7, 1e-4)}
-    assert benchmark.at_equal_error(best, other) == pytest.approx([1e-4 / 8e-3])
-    assert benchmark.at_equal_error(one, {100: (1e-4, 1.0), 200: (2e-4, 2.0)}) == []
+    assert benchmark.at_equal_error([best], [other]) == pytest.approx([1e-4 / 8e-3])
+    assert benchmark.at_equal_error([best], []) == []
