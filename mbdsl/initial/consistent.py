@@ -92,6 +92,17 @@ def initial_state(
     """
     metric = Metric(system, members)
     q, v = _assembled(system, graph, t, metric, relax, static, until)
+    return state_at(system, t, q, v)
+
+
+def state_at(system: System, t: float, q: Array, v: Array) -> InitialState:
+    """The state with consistent q and v (n,) at time t, completed by accelerations and multipliers.
+
+    Raises
+    ------
+    InitialisationError
+        If they do not exist.
+    """
     redundant = redundant_rows(system, t, q, v)
     try:
         a, lam = accelerations(system, t, q, v, redundant)

@@ -65,7 +65,7 @@ def check_start(graph: MechanismGraph) -> list[str]:
 
 @blame_extremes
 def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
-    t, reduction = scene.experiment.start, reduce(graph)
+    t, reduction = scene.experiment.start, reduce(graph, planar=False)
     whole = build(scene, graph)
     check_loose(reduction, whole, t)
     moved: list[Moved] = []

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import RATE
-from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
+from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state, state_at
 from mbdsl.initial.shared_loads import undetermined
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
@@ -25,10 +25,11 @@ from mbdsl.integrators.loop.compiled_loop import loop_name
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
-from mbdsl.mechanism.reduction import Note, Part, Reduction, reduce
+from mbdsl.mechanism.reduction import Flattened, Note, Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
-from mbdsl.simulation.plan import Plan
+from mbdsl.simulation.plan import Plan, check_space
+from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build
 from mbdsl.system.bending import first_bend
@@ -43,6 +44,10 @@ GLANCE = 64
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 
 
+#: the planar states of a mechanism in space, and q and v of its planar scene at the start
+Start = tuple[PlanarStates, Array, Array]
+
+
 @dataclass
 class Moving:
     """A part with its equations."""
@@ -52,10 +57,6 @@ class Moving:
     method: str
     initial: InitialState
     integration: Run
-
-    @property
-    def redundant(self) -> list[str]:
-        return [self.system.constraint_names()[k] for k in self.initial.redundant]
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,8 @@ class Motion:
     system : System
         That of the scene as written, to which a trajectory refers. It is that of the only part if nothing was reduced.
     parts : list of Moving
+    assembled : list of (System, InitialState)
+        The initial state of each part, or of the mechanism in space that parts solve in a plane.
     whole : WholeScene
         The map from the states of the parts to that of the scene.
     failed : Moving or None
@@ -99,11 +102,9 @@ class Motion:
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size
         self._widens = self.system.tables.from_start  #: whether the first run may change the size
-        if self.reduction.nothing_done:
-            self._systems = [self.system]
-        else:
-            self._systems = [build(part.scene, part.graph, size=self._size) for part in self.reduction.parts]
+        self._systems, self._spaces = self._built()
         self.parts: list[Moving] = []
+        self.assembled: list[tuple[System, InitialState]] = []
         self.trial_steps = 0
         self.purpose = ""
         self.failed: Moving | None = None
@@ -112,9 +113,21 @@ class Motion:
         self._own_steps = plan.tol is not None or backend(plan.method) is not None  # different for each part
         self._taken = 0
 
+    def _built(self) -> tuple[list[System], list[System]]:
+        """The systems of the parts, and of the mechanisms in space that parts solve in a plane."""
+        reduction, size = self.reduction, self._size
+        if reduction.nothing_done:
+            return [self.system], []
+        alone = [flat.motion.graph for flat in reduction.flattened]
+        return (
+            [build(part.scene, part.graph, size=size) for part in reduction.parts],
+            [self.system if g is reduction.graph else build(g.scene, g, size=size) for g in alone],
+        )
+
     def uncompiled(self) -> list[str]:
         """Descriptions of the code that has to be compiled; [] if none."""
         found = [text for part, system in self._pairs() for text in self._uncompiled(part, system)]
+        found += [text for system in self._spaces for text in system.uncompiled(2)]
         return list(dict.fromkeys(found))
 
     def _pairs(self):
@@ -130,13 +143,40 @@ class Motion:
     def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
         """Compile or load the code, and assemble the initial states; ``lap`` is called after each phase."""
         check_loose(self.reduction, self.system, self.plan.start)
-        for part, system in self._pairs():
-            self.parts.append(self._moving(part, system, lap))
+        planar: list[PlanarStates] = []
+        starts: dict[int, Start] = {}
+        for flat, space in zip(self.reduction.flattened, self._spaces, strict=True):
+            first = initial_state(space, flat.motion.graph, self.plan.start)
+            states = PlanarStates(flat, [self._systems[k] for k in flat.numbers], self._size)
+            try:
+                start = states.of(space, first)
+            except OutOfPlane:
+                self._solve_in_space(flat)
+                self.prepare(lap)
+                return
+            self.system.tables.first_angles |= space.tables.first_angles
+            self.assembled.append((space, first))
+            planar.append(states)
+            starts |= dict.fromkeys(flat.numbers, (states, *start))
+        for k, (part, system) in enumerate(self._pairs()):
+            self.parts.append(self._moving(part, system, lap, starts.get(k)))
+        own = [(p.system, p.initial) for k, p in enumerate(self.parts) if k not in starts]
+        self.assembled += own
         names = self.system.constraint_names()
-        row = {name: k for k, name in enumerate(names)} if any(p.initial.redundant for p in self.parts) else {}
-        self.left_out = tuple(row[name] for p in self.parts for name in p.redundant)
+        row = {name: k for k, name in enumerate(names)} if any(x.redundant for _, x in self.assembled) else {}
+        self.left_out = tuple(row[name] for name in self.redundant)
         solved = [p.method != KINEMATIC for p in self.parts]
-        self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved)
+        self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved, planar)
+
+    def _solve_in_space(self, flat: Flattened) -> None:
+        """Solve all parts in space, because ``flat`` is assembled in another plane than its joints say."""
+        check_space(self.plan.method, self.system.scene)
+        self.reduction = reduce(self.reduction.graph, planar=False)
+        why = "assembled in another plane than that of its joints, or with other turns"
+        note = Note("kept", tuple(flat.motion.graph.bodies), why)
+        self.reduction = replace(self.reduction, notes=(*self.reduction.notes, note))
+        self._systems, self._spaces = self._built()
+        self.assembled = []
 
     def watch(self) -> None:
         """Search fixed steps for peaks of laws between their ends; called after ``prepare``, before the first step."""
@@ -144,13 +184,25 @@ class Motion:
             if isinstance(p.integration, Integration):
                 p.integration.watch()
 
-    def _moving(self, part: Part, system: System, lap: Callable[[str], None]) -> Moving:
+    def _moving(self, part: Part, system: System, lap: Callable[[str], None], start: Start | None = None) -> Moving:
         plan = self.plan
         method = KINEMATIC if part.kinematic else plan.method
         options = {} if part.kinematic else plan.options
         integration = _run(system, method, plan, options)
         lap("compile")
-        members = members_of(self.reduction, system)
+        initial = self._initial(part, system) if start is None else _in_plane(system, plan.start, *start)
+        if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
+            assert part.dynamic is not None
+            self._is_not_kinematic(part)
+            system = build(part.dynamic.scene, part.dynamic, size=self._size)
+            return self._moving(Part(part.dynamic), system, lap, start)
+        integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
+        lap("initialise")
+        return Moving(part, system, method, initial, integration)
+
+    def _initial(self, part: Part, system: System) -> InitialState:
+        """The assembled state of a part."""
+        plan, members = self.plan, members_of(self.reduction, system)
         flexible = [c for c in system.scene.bodies() if c.deforms and len(c.coordinates) > len(RATE)]
         static = [c.name for c in flexible if c.values["shape"] == "static"]
         relax = None
@@ -160,13 +212,7 @@ class Motion:
             relax = partial(relaxed, system, plan.start, static)
         initial = initial_state(system, part.graph, plan.start, members, relax, bool(static))
         check_assembled_shapes(system, initial)
-        if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
-            assert part.dynamic is not None
-            self._is_not_kinematic(part)
-            return self._moving(Part(part.dynamic), build(part.dynamic.scene, part.dynamic, size=self._size), lap)
-        integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
-        lap("initialise")
-        return Moving(part, system, method, initial, integration)
+        return initial
 
     def restart(self, plan: Plan) -> None:
         """Return to the start, for another run of the same scene."""
@@ -212,18 +258,17 @@ class Motion:
     @property
     def redundant(self) -> list[str]:
         """Names of the redundant constraints that are left out."""
-        return [name for p in self.parts for name in p.redundant]
+        return [system.constraint_names()[k] for system, first in self.assembled for k in first.redundant]
 
     @property
     def not_unique(self) -> list[str]:
         """Names of the reactions that the equations of motion do not determine, as "pin.fz"."""
-        firsts = [(p.system, p.initial) for p in self.parts]
-        return [name for system, first in firsts for name in undetermined(system, first.t, first.q, first.redundant)]
+        return [name for system, first in self.assembled for name in undetermined(system, first.t, first.q, first.redundant)]
 
     @property
     def moved(self) -> tuple[Moved, ...]:
         """Guesses, and the values after assembly."""
-        return tuple(moved for p in self.parts for moved in p.initial.moved)
+        return tuple(moved for _, first in self.assembled for moved in first.moved)
 
     @property
     def distance(self) -> float:
@@ -442,6 +487,11 @@ class Motion:
             turning = [p.system.tables.rotations[:, 0] for p in self.parts]
             states = [between(times, t, *own, d) for t, own, d in zip(known, states, turning, strict=True)]
         return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
+
+
+def _in_plane(system: System, t: float, states: PlanarStates, q: Array, v: Array) -> InitialState:
+    """The initial state of a part of a mechanism that was assembled in space."""
+    return state_at(system, t, *states.of_part(system, q, v))
 
 
 def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:

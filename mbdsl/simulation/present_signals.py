@@ -172,7 +172,8 @@ class PresentSignals:
     def _multiplier(self, key: tuple[str, int]) -> Expr:
         if self._motion.own_reactions and not shares(self._motion.system, self._motion.left_out):
             for k, p in enumerate(self._motion.parts):
-                if p.method != KINEMATIC and key in p.system.tables.multipliers:
+                same = p.system.scene.spatial == self._motion.system.scene.spatial
+                if same and p.method != KINEMATIC and key in p.system.tables.multipliers:
                     return _buffer(f"l{k}", p.system.tables.multipliers[key])
         raise _NotHere
 

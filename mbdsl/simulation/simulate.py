@@ -113,7 +113,7 @@ def simulated(
     if announce is not None:
         _announce_redundant(motion, announce)
     loose = misfits(motion)
-    loose += [MIRRORED.format(name) for p in motion.parts for name in p.initial.mirrored]
+    loose += [MIRRORED.format(name) for _, first in motion.assembled for name in first.mirrored]
     keeper = None
     if checkpoint is not None:
         asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}
@@ -169,12 +169,11 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
             f"redundant: {', '.join(motion.redundant)} {follow} from the other constraints and {be} left out; "
             "how the reactions share the load there is not determined"
         )
-    for part in motion.parts if motion.redundant else ():
-        first = part.initial
-        for line in repeated(part.system, first.t, first.q, first.v, first.redundant):
+    for system, first in motion.assembled if motion.redundant else ():
+        for line in repeated(system, first.t, first.q, first.v, first.redundant):
             announce(f"  {line}")
-        if part.system.scene.spatial:
-            for line in not_unique(part.system, first.t, first.q, first.redundant):
+        if system.scene.spatial:
+            for line in not_unique(system, first.t, first.q, first.redundant):
                 own = part.system.of_multipliers
                 announce(f"  {line}, and {'are those of the run' if own else 'have the least norm'} in results")
 

@@ -2,7 +2,8 @@
 
 Reduction fixes every body of the scene to a body of a part at a constant pose, or prescribes its motion as a function
 of time: the frames of the reduced scene contain this information. The map is set up once. Multipliers are copied from
-the part that solves for them.
+the part that solves for them. Of a mechanism in space that is solved in a plane, the state of its planar scene is found
+first; its multipliers follow from the motion.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate
 from mbdsl.mechanism.reduction import Reduction
+from mbdsl.simulation.planar_states import PlanarStates
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
@@ -45,6 +47,8 @@ class WholeScene:
         Those of its parts.
     solved : sequence of bool
         Whether a part solves for its multipliers; else they follow from the motion.
+    planar : sequence of PlanarStates, optional
+        Those of the mechanisms in space that parts solve in a plane.
 
     Attributes
     ----------
@@ -52,8 +56,22 @@ class WholeScene:
         The multipliers that the parts solve for.
     """
 
-    def __init__(self, system: System, reduction: Reduction, parts: Sequence[System], solved: Sequence[bool]) -> None:
+    def __init__(
+        self,
+        system: System,
+        reduction: Reduction,
+        parts: Sequence[System],
+        solved: Sequence[bool],
+        planar: Sequence[PlanarStates] = (),
+    ) -> None:
         self._system, self._parts = system, parts
+        self._planar = [
+            (x, x.flat.numbers, WholeScene(x.system, x.flat.reduction, own, [True] * len(own)))
+            for x in planar
+            for own in [[parts[k] for k in x.flat.numbers]]
+        ]
+        flat = {k for x in planar for k in x.flat.numbers}
+        solved = [own and k not in flat for k, own in enumerate(solved)]
         for part in parts:
             system.tables.first_angles |= part.tables.first_angles
         self.known = np.zeros(system.m + system.p, bool)
@@ -73,7 +91,10 @@ class WholeScene:
         system = self._system
         owner = {body: k for k, part in enumerate(self._parts) for body in part.tables.coordinates}
         found = []
+        elsewhere = {body for flat in reduction.flattened for body in flat.motion.graph.bodies}
         for body in system.scene.bodies():
+            if body.name in elsewhere:
+                continue
             frame, keys = f"{body.name}.c", body.coordinates
             k = owner.get(reduction.scene.frames[frame].body)
             d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
@@ -118,6 +139,9 @@ class WholeScene:
             else:
                 found = np.transpose(values(where, body.source, t, part_q, part_v))
                 q[:, body.columns], v[:, body.columns] = np.split(found, 2, axis=1)
+        for planar, numbers, inner in self._planar:
+            planar_q, planar_v, _ = inner.state(t, [states[k] for k in numbers])
+            planar.write(system, planar_q, planar_v, q, v)
         for rows, (_, _, part_lam) in zip(self._rows, states, strict=True):
             lam[:, rows[:, 0]] = part_lam[:, rows[:, 1]]
         return q, v, lam

@@ -1,7 +1,7 @@
 """Reduction: the parts of a scene that have to be solved, without the motions that are known before the first step.
 
 Welded bodies are merged, bodies that drivers move one after the other become part of the ground, and independent
-sub-mechanisms are separated. The trajectory still refers to the scene as it was written: every body belongs to a part
+sub-mechanisms are separated. Of a model in space, sub-mechanisms that can only move in a plane become planar first. The trajectory still refers to the scene as it was written: every body belongs to a part
 (or to the ground), and its motion follows from that of a frame there.
 """
 
@@ -18,6 +18,7 @@ from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.reduction import drivers, welds
 from mbdsl.mechanism.reduction.note import Note
+from mbdsl.mechanism.reduction.planar_motion import NotPlanar, PlanarMotion, in_plane
 from mbdsl.mechanism.scene import Component, Frame, InitialValue, Scene
 
 __all__ = ["Note", "Part", "Reduction", "reduce"]
@@ -42,15 +43,31 @@ class Part:
 
 
 @dataclass(frozen=True)
+class Flattened:
+    """A sub-mechanism in space that is solved in a plane: the ``reduction`` of its planar scene, whose parts are those
+    of the whole reduction from number ``first`` on."""
+
+    motion: PlanarMotion
+    reduction: Reduction
+    first: int
+
+    @property
+    def numbers(self) -> range:
+        return range(self.first, self.first + len(self.reduction.parts))
+
+
+@dataclass(frozen=True)
 class Reduction:
     """The ``parts`` to solve, possibly none. They were cut from ``scene``, whose ground includes all that became part
-    of it; ``loose`` are initial values that depend on this ground only."""
+    of it; ``loose`` are initial values that depend on this ground only. ``flattened`` are the sub-mechanisms in space
+    whose parts are planar."""
 
     graph: MechanismGraph
     scene: Scene
     parts: tuple[Part, ...]
     notes: tuple[Note, ...] = ()
     loose: tuple[InitialValue, ...] = ()
+    flattened: tuple[Flattened, ...] = ()
 
     @property
     def nothing_done(self) -> bool:
@@ -58,8 +75,9 @@ class Reduction:
         return len(self.parts) == 1 and self.parts[0].graph is self.graph
 
 
-def reduce(graph: MechanismGraph) -> Reduction:
-    """The parts of the mechanism of ``graph``."""
+def reduce(graph: MechanismGraph, planar: bool = True) -> Reduction:
+    """The parts of the mechanism of ``graph``; with ``planar`` those of a model in space that can only move in a plane
+    are planar."""
     scene, notes = graph.scene, list[Note]()
     reduced = graph
     for step in () if scene.spatial else (welds.merge, drivers.carry):
@@ -72,20 +90,42 @@ def reduce(graph: MechanismGraph) -> Reduction:
                 return Reduction(graph, found, (), tuple(notes), found.initial)
             reduced = mechanism.build(found)
     groups = _groups(reduced)
-    if reduced is graph and len(groups) == 1:
-        parts = [_part(graph)]
-        return Reduction(graph, scene, tuple(parts), tuple(notes + _solved(parts)))
+    whole = reduced is graph and len(groups) == 1
     owner = {body: k for k, group in enumerate(groups) for body in group}
-    parts = []
+    parts, flattened, own = list[Part](), list[Flattened](), list[Part]()
     for k, group in enumerate(groups):
         alone = reduced if len(groups) == 1 else mechanism.build(_cut(reduced, owner, k))
-        parts.append(_part(alone))
         if len(groups) > 1:
             notes.append(Note("split", tuple(group), "nothing joins it to the rest"))
-    notes += _solved(parts)
-    loose = tuple(x for x in reduced.scene.initial if not _owners(reduced.scene, owner, x.target))
-    return Reduction(graph, reduced.scene, tuple(parts), tuple(notes), loose)
+        motion = _planar(alone, notes) if scene.spatial and planar else None
+        if motion is None:
+            own.append(_part(alone))
+            parts.append(own[-1])
+        else:
+            inner = reduce(motion.planar)
+            flattened.append(Flattened(motion, inner, len(parts)))
+            parts += inner.parts
+            notes += inner.notes
+    notes += _solved(own)
+    loose = tuple(x for x in reduced.scene.initial if not whole and not _owners(reduced.scene, owner, x.target))
+    return Reduction(graph, reduced.scene, tuple(parts), tuple(notes), loose, tuple(flattened))
 
+
+def _planar(graph: MechanismGraph, notes: list[Note]) -> PlanarMotion | None:
+    """The planar motion of a mechanism in space, if it can only move in a plane; a note says so, or what prevents it."""
+    bodies = tuple(graph.bodies)
+    try:
+        motion = in_plane(graph)
+    except NotPlanar as problem:
+        by = problem.component
+        notes.append(Note("kept", bodies, f"held in a plane, but of {by.name}: {problem.why}", (by.name,), by.span))
+        return None
+    if motion is not None:
+        normal = ", ".join(f"{x:.6g}" for x in motion.plane.normal)
+        why = f"can only move in planes with the normal {{{normal}}}, and is solved there"
+        first = graph.joints[0].component
+        notes.append(Note("planar", bodies, why, (), first.span))
+    return motion
 
 def _solved(parts: list[Part]) -> list[Note]:
     why = "its constraints leave nothing free"

@@ -1,0 +1,333 @@
+"""A mechanism in space that can only move in a plane, as a planar scene.
+
+All bodies are held in parallel planes (:mod:`mbdsl.mechanism.reduction.plane`), and every joint and force has a
+counterpart in the plane, which has the same components in the plane. Components out of the plane do no work; reactions
+there follow from the motion, as those of other joints that are not solved for. The planar scene has the names of the
+model. Coordinates of frames in laws become planar ones. Initial values are those of the assembly in space.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import hypot
+
+from mbdsl.elements import find
+from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind
+from mbdsl.errors import ModelError
+from mbdsl.expressions.spatial_coordinates import named
+from mbdsl.expressions.symbolic import Expr, call, const, coordinate, expr, rebuild, walk
+from mbdsl.mechanism import graph as mechanism
+from mbdsl.mechanism import signals
+from mbdsl.mechanism.energies import gravity
+from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.mechanism.reduction.plane import HOLD, SAME, InPlane, Plane, aligned, is_point, plane_of
+from mbdsl.mechanism.scene import Component, Frame, Scene
+
+
+class NotPlanar(Exception):
+    """Why a mechanism whose bodies are held in a plane is not solved there: the component, and the reason."""
+
+    def __init__(self, component: Component, why: str) -> None:
+        super().__init__(why)
+        self.component, self.why = component, why
+
+
+@dataclass(frozen=True)
+class Angle:
+    """``node``, an angle of the model that counts turns, is ``sign`` (phi_b - phi_a) of two frames in the plane; the
+    node is None if the frames do not turn relative to each other, and frame a is None for the axes of the plane.
+
+    Turns of bodies are chosen such that this holds; where it is ``needed`` and cannot hold, the motion is not planar.
+    """
+
+    node: Expr | None
+    a: str | None
+    b: str
+    sign: float
+    needed: bool
+
+
+@dataclass(frozen=True)
+class PlanarMotion:
+    """The mechanism of ``graph``, which is in space, as the ``planar`` one."""
+
+    graph: MechanismGraph
+    plane: Plane
+    planar: MechanismGraph
+    angles: tuple[Angle, ...]
+
+
+def in_plane(graph: MechanismGraph) -> PlanarMotion | None:
+    """The planar motion of a mechanism in space; None if some body is not held in a plane.
+
+    Raises
+    ------
+    NotPlanar
+        If all bodies are held in a plane, but a component has no counterpart there.
+    """
+    plane = plane_of(graph)
+    if plane is None:
+        return None
+    writer = _Writer(graph, plane)
+    scene = writer.scene()
+    try:
+        return PlanarMotion(graph, plane, mechanism.build(scene), tuple(writer.angles.values()))
+    except ModelError as problem:
+        raise NotPlanar(next(iter(graph.bodies.values())), problem.message) from None
+
+
+class _Writer:
+    """Makes the planar scene of a mechanism."""
+
+    def __init__(self, graph: MechanismGraph, plane: Plane) -> None:
+        self.graph, self.plane, self.space = graph, plane, graph.scene
+        self.at = plane.frames
+        #: (body, x, y, phi) -> the first frame there, which stands for all of them in joints
+        self.first: dict[tuple, str] = {}
+        for name, frame in self.space.frames.items():
+            p = self.at[name]
+            self.first.setdefault((frame.body, p.x, p.y, p.phi), name)
+        self.known: dict[Expr, Expr] = {}  #: coordinates of joints -> their planar formulas
+        self.angles: dict[Expr | str, Angle] = {}
+
+    def scene(self) -> Scene:
+        components = self.space.components.values()
+        joined = [c for c in components if c.ports]
+        for c in joined:
+            self._measure(c)
+        made = {}
+        for c in components:
+            found = self._body(c) if isinstance(c.kind, BodyKind) else self._joint_or_force(c)
+            if found is not None:
+                made[c.name] = found
+        frames = {
+            name: Frame(name, self.space.frames[name].body, p.x, p.y, p.phi, self.space.frames[name].span)
+            for name, p in self.at.items()
+        }
+        return replace(
+            self.space, components=made, frames=frames, initial=(), variables={}, parameters={}, shapes={}, warnings=(),
+            spatial=False,
+        )  # fmt: skip
+
+    # -- bodies ------------------------------------------------------------------------------------------------
+    def _body(self, c: Component) -> Component:
+        assert isinstance(c.kind, BodyKind)
+        if not c.kind.coordinates:
+            g = gravity(self.space)
+            e1, e2 = self.plane.axes[:3], self.plane.axes[3:6]
+            x, y = (sum(a * b for a, b in zip(e, g, strict=True)) for e in (e1, e2))
+            size = hypot(x, y)
+            n = (x / size, y / size) if size else (0.0, -1.0)
+            return self._with(c, "Ground", {"g": size, "n": n, "frames": ()})
+        centre = self.at[f"{c.name}.c"]
+        mass, *J = c.kind.table(c.values)
+        if is_point(self.graph, c.name):
+            return replace(self._with(c, "PointMass", {}), signals=())
+        A = self.plane.bodies[c.name]
+        k = A[2], A[5], A[8]
+        about = sum(k[i] * J[3 * i + j] * k[j] for i in range(3) for j in range(3))
+        values = {"m": mass, "I": about, "length": None, "com": (centre.x, centre.y), "frames": ()}
+        return replace(self._with(c, "Body", values), signals=("phi", "w"))
+
+    # -- joints and forces -------------------------------------------------------------------------------------
+    def _joint_or_force(self, c: Component) -> Component | None:
+        name = c.kind.name
+        write = WRITERS.get(name)
+        if write is None:
+            raise NotPlanar(c, f"{name} is solved in space")
+        if c.friction is not None:
+            raise NotPlanar(c, "its friction depends on all of its reactions")
+        if name in HOLD and not aligned(self.plane, *c.ports.values()):
+            raise NotPlanar(c, "its axes differ")
+        if name in LEVEL and not self.plane.same_height(*c.ports.values()):
+            raise NotPlanar(c, "its frames are in different planes")
+        return write(self, c)
+
+    def _pair(self, c: Component, kind: str | None = None, values: Mapping = {}, turned: bool = False) -> Component:
+        """The counterpart of a joint or force, with frames exchanged if it is ``turned``, so that its angle is about k
+        in both."""
+        ports = {port: self._frame(frame) for port, frame in c.ports.items()}
+        if turned:
+            ports = dict(zip(ports, reversed(ports.values()), strict=True))
+        return self._with(c, kind or c.kind.name, values, ports)
+
+    def _with(self, c: Component, name: str, values: Mapping, ports: Mapping[str, str] = {}) -> Component:
+        kind = find(name)
+        assert kind is not None
+        found = {p.name: None if p.default is REQUIRED else p.default for p in kind.parameters}
+        found |= {key: self._law(c, x) if isinstance(x, Expr) else x for key, x in c.values.items() if key in found}
+        found |= values
+        found |= kind.derive({**found}) if isinstance(kind, JointKind) else {}
+        given = [key for key in kind.law_parameters if found[key] is not None]
+        formulas = signals.Formulas(kind, c.name, found.__getitem__, lambda port, key: self._leaf(ports[port], key))
+        rows = kind.velocity_rows if isinstance(kind, JointKind) else ()
+        return Component(
+            c.name, kind, found, ports, signals.names(kind, given, False), c.span, c.doc,
+            velocity_constraints=tuple(formulas.velocity_row(row) for row in rows),
+        )  # fmt: skip
+
+    def _leaf(self, frame: str, key: str) -> Expr:
+        """A coordinate of a frame in the plane."""
+        if key in ("phi", "w") and is_point(self.graph, self.space.frames[frame].body):
+            return const(self.at[frame].phi if key == "phi" else 0.0)
+        return coordinate(frame, key)
+
+    def _frame(self, name: str) -> str:
+        p = self.at[name]
+        return self.first[self.space.frames[name].body, p.x, p.y, p.phi]
+
+    def _about(self, c: Component) -> float:
+        """1 or -1, the component of the axis z of frame_a along k, if it is parallel to it; else 0."""
+        a, b = (self.at[frame] for frame in c.ports.values())
+        parallel = max(abs(a.k[0]), abs(a.k[1])) <= SAME and hypot(*b.k[1:]) > 0.1  # the x axis of b has a direction
+        return (1.0 if a.k[2] > 0.0 else -1.0) if parallel else 0.0
+
+    def _across(self, c: Component) -> bool:
+        """Whether the x axis of frame_a is in the plane."""
+        return abs(self.at[c.ports["frame_a"]].k[0]) <= SAME
+
+    # -- laws --------------------------------------------------------------------------------------------------
+    def _measure(self, c: Component) -> None:
+        """The planar formulas of the coordinates of a joint or force."""
+        ports = list(c.ports.values())
+        node, sign = self.space.signal_of(c, "phi"), self._about(c) if len(ports) == 2 else 0.0
+        if node is not None and node.op == "angle" and sign:
+            a, b = (self._frame(name) for name in ports)
+            for key, found in (("phi", node), ("w", self.space.signal_of(c, "w"))):
+                one, other = (b, a) if sign > 0.0 else (a, b)
+                self.known[found] = self._leaf(one, key) - self._leaf(other, key)  # type: ignore[index]
+            self._angle(Angle(node, a, b, sign, c.kind.name in COUNTING))
+        if c.kind.name in ("Fixed", "Prismatic"):
+            self.angles[c.name] = Angle(None, *ports, 1.0, True)
+        planar = find(c.kind.name)
+        if planar is not None and "s" in c.signals and {"s", "v"} <= planar.formulas.keys():
+            formulas = signals.Formulas(
+                planar, c.name, lambda name: None, lambda port, key: self._leaf(self._frame(c.ports[port]), key)
+            )
+            for key in ("s", "v"):
+                self.known[self.space.signal_of(c, key)] = formulas.signal(key)  # type: ignore[index]
+
+    def _angle(self, found: Angle) -> None:
+        assert found.node is not None
+        before = self.angles.get(found.node)
+        self.angles[found.node] = replace(found, needed=found.needed or (before is not None and before.needed))
+
+    def _law(self, c: Component, root: Expr) -> Expr:
+        """An expression over frames in space as one over frames in the plane."""
+        new: dict[Expr, Expr | None] = {}
+        used = {root}
+        for n in reversed(walk(root)):  # from the root on, without what is below a coordinate of a joint
+            if n in used and n not in self.known:
+                used.update(n.args)
+        for n in walk(root):
+            if n not in used:
+                continue
+            if n in self.known:
+                new[n] = self.known[n]
+                if n in self.angles:
+                    self.angles[n] = replace(self.angles[n], needed=True)
+            elif n.op == "coordinate":
+                new[n] = self._coordinate(*n.value)  # type: ignore[misc]
+            elif n.op == "multiplier":
+                raise NotPlanar(c, "its law reads reactions")
+            elif n.op == "angle":
+                new[n] = self._frame_angle(c, n)
+            else:
+                new[n] = rebuild(n, [new[a] for a in n.args]) if n.args else n  # type: ignore[misc]
+        return expr(new[root])  # type: ignore[arg-type]
+
+    def _frame_angle(self, c: Component, node: Expr) -> Expr:
+        """The signal phi of a frame, its angle about the z axis of the world."""
+        frame = node.args[0].value[0] if node.args[0].op == "coordinate" else None  # type: ignore[index]
+        if frame is None or node is not named(frame, "phi") or self.plane.normal != (0.0, 0.0, 1.0):
+            raise NotPlanar(c, "its law reads an angle about another axis")
+        if hypot(*self.at[frame].k[1:]) <= 0.1:
+            raise NotPlanar(c, "its law reads the angle of an axis that is normal to the plane")
+        self._angle(Angle(node, None, frame, 1.0, True))
+        return self._leaf(frame, "phi")
+
+    def _coordinate(self, frame: str, key: str) -> Expr:
+        """A coordinate of a frame in space."""
+        p, i = self.at[frame], "xyz".index(key[-1])
+        e1, e2, k = (self.plane.axes[3 * j + i] for j in range(3))
+        if key in ("x", "y", "z"):
+            return e1 * self._leaf(frame, "x") + e2 * self._leaf(frame, "y") + k * p.height
+        if key[0] == "v":
+            return e1 * self._leaf(frame, "vx") + e2 * self._leaf(frame, "vy")
+        if key[0] == "w":
+            return k * self._leaf(frame, "w")
+        j = "xyz".index(key[0])
+        a, b, d = p.axes[3 * j : 3 * j + 3]
+        c, s = (call(op, self._leaf(frame, "phi")) for op in ("cos", "sin"))
+        return (e1 * a + e2 * b) * c + (e2 * a - e1 * b) * s + const(k * d)
+
+
+def _hinge(w: _Writer, c: Component) -> Component:
+    return w._pair(c, "Revolute", turned=w._about(c) < 0.0)
+
+
+def _turning(w: _Writer, c: Component) -> Component:
+    if not (sign := w._about(c)):
+        raise NotPlanar(c, "it turns about an axis that is not normal to the plane")
+    return w._pair(c, turned=sign < 0.0)
+
+
+def _sliding(w: _Writer, c: Component) -> Component:
+    if not w._across(c):
+        raise NotPlanar(c, "its axis is not in the plane")
+    return w._pair(c)
+
+
+def _pin(w: _Writer, c: Component) -> Component:
+    return w._pair(c, "Revolute")
+
+
+def _free(w: _Writer, c: Component) -> Component:
+    return w._pair(c, "FreeMotion")
+
+
+def _aligned(w: _Writer, c: Component) -> Component:
+    """The frames of a weld or slider have parallel axes, which contain its phi0."""
+    return w._pair(c, values={"phi0": 0.0})
+
+
+def _same(w: _Writer, c: Component) -> Component:
+    return w._pair(c)
+
+
+def _on_plane(w: _Writer, c: Component) -> None:
+    """A point on a plane that is one of those of the motion is held by the other joints alone."""
+    if not w._about(c):
+        raise NotPlanar(c, "its plane is another one than that of the motion")
+
+
+def _force(w: _Writer, c: Component) -> Component:
+    axes: InPlane = w.at[c.ports["frame_a"]]
+    parts = [w._law(c, expr(c.values[name])) for name in ("fx", "fy", "fz")]
+    x, y = (sum((axes.axes[3 * j + i] * parts[j] for j in range(3)), const(0.0)) for i in range(2))
+    return w._pair(c, values={"fx": x, "fy": y})
+
+
+def _torque(w: _Writer, c: Component) -> Component | None:
+    along = w.at[c.ports["frame_a"]].k[2]
+    if abs(abs(along) - 1.0) <= SAME:
+        along = 1.0 if along > 0.0 else -1.0
+    return w._pair(c, values={"tau": along * w._law(c, expr(c.values["tau"]))}) if abs(along) > SAME else None
+
+
+def _constraint(w: _Writer, c: Component) -> Component:
+    return w._with(c, "VelocityConstraint", {})
+
+
+#: kinds whose equations contain an angle with its turns, and those that need both frames in the same plane
+COUNTING = ("RotationalDriver", "RotationalSpringDamper")
+LEVEL = (*HOLD, "Spherical", "PointOnLine", "PointOnPlane", "Distance", "DistanceDriver", "SpringDamper")
+#: kind in space -> its counterpart; other kinds are solved in space
+WRITERS: dict[str, Callable[[_Writer, Component], Component | None]] = {
+    "Revolute": _hinge, "Prismatic": _aligned, "Planar": _free, "Fixed": _aligned, "Spherical": _pin,
+    "PointOnLine": _sliding, "PointOnPlane": _on_plane, "Distance": _same, "DistanceDriver": _same,
+    "RotationalDriver": _turning, "RotationalVelocityDriver": _turning, "RotationalSpringDamper": _turning,
+    "TranslationalDriver": _sliding, "TranslationalVelocityDriver": _sliding, "TranslationalSpringDamper": _sliding,
+    "SpringDamper": _same, "Force": _force, "Torque": _torque, "VelocityConstraint": _constraint,
+}  # fmt: skip

@@ -1,0 +1,216 @@
+"""Bodies in space that joints hold in parallel planes: the proof, and how their frames lie in these planes.
+
+From the ground outwards, a body is held if a joint connects it with a held one whose other motions all stay in planes
+with the normal k: a hinge about k, a slider across k, a planar joint, a weld. Forces, and joints of other kinds, hold no
+body: motions out of the plane that happen not to be excited are no proof.
+
+Attitudes of held bodies are R = E Rz(phi) A: E has the columns e1, e2, k, the angle phi is the coordinate in the plane,
+and A, which maps body axes to axes of the plane at phi = 0, is constant. With the ground at phi = 0, its A is E^T.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import atan2, cos, hypot, sin
+
+from mbdsl.mechanism.edge import Edge
+from mbdsl.mechanism.energies import gravity
+from mbdsl.mechanism.graph import GROUND, MechanismGraph
+from mbdsl.mechanism.poses_in_space import turned
+from mbdsl.mechanism.scene import Frame, SpatialFrame
+
+Vector = tuple[float, ...]
+
+#: joints that hold a body in the plane -> the number of the axis of their frames along k; None: any; -1: not the x axis
+HOLD = {"Revolute": 2, "Planar": 2, "Prismatic": -1, "Fixed": None}
+RIGID, POINT = 6, 3  #: coordinates of a rigid body and of a point mass in space
+SAME = 1e-12  #: difference of axes, and of heights relative to the largest distance in a body, that is rounding
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class InPlane:
+    """A frame or body in the plane: its pose in the planar axes of its body, and what is constant out of the plane.
+
+    With phi the planar angle of the frame, its axes are E Rz(phi) C, where ``axes`` are the columns of C (9).
+    """
+
+    x: float
+    y: float
+    phi: float
+    axes: Vector
+    height: float  #: of its origin along k, in the world [m]
+
+    @property
+    def k(self) -> Vector:
+        """k in the axes of the frame."""
+        return self.axes[2], self.axes[5], self.axes[8]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The planes with the normal k that a group of bodies moves in.
+
+    Attributes
+    ----------
+    axes : tuple of float (9,)
+        e1, e2 and k in world axes.
+    bodies : mapping of str to tuple of float (9,)
+        A of each body, as its columns.
+    frames : mapping of str to InPlane
+        All frames of these bodies and of the ground.
+    """
+
+    axes: Vector
+    bodies: Mapping[str, Vector]
+    frames: Mapping[str, InPlane]
+
+    @property
+    def normal(self) -> Vector:
+        return self.axes[6:]
+
+    def same_height(self, a: str, b: str) -> bool:
+        """Whether two frames are in the same plane."""
+        size = max((abs(x) for f in self.frames.values() for x in (f.x, f.y, f.height)), default=0.0)
+        return abs(self.frames[a].height - self.frames[b].height) <= SAME * size
+
+
+def plane_of(graph: MechanismGraph) -> Plane | None:
+    """The planes that all bodies of a mechanism in space are held in; None if some body is not held in any."""
+    scene = graph.scene
+    if any(len(c.coordinates) not in (RIGID, POINT) for c in graph.bodies.values()):
+        return None
+    at: dict[str, list[Edge]] = {GROUND: [], **{body: [] for body in graph.bodies}}
+    for e in graph.joints:
+        if e.component.kind.name in HOLD and e.body_i != e.body_j:
+            at[e.body_i].append(e)
+            at[e.body_j].append(e)
+    normal = _normal(graph, at)
+    if normal is None:
+        return None
+    # body -> k in its axes, and the height of its reference point
+    held: dict[str, tuple[Vector, float]] = {GROUND: (normal, 0.0)}
+    pending = [GROUND]
+    for body in pending:
+        k, height = held[body]
+        for e in at[body]:
+            own, far = _ends(scene.frames, e, body)
+            along = tuple(_dot(axis, k) for axis in _axes(own))  # k in the axes of the frame
+            if not _holds(e, along):
+                return None
+            other = e.other(body)
+            if other not in held:
+                k_other = normal if is_point(graph, other) else _unit(turned(far.axes, along))
+                held[other] = k_other, height + _dot(k, _origin(own)) - _dot(k_other, _origin(far))
+                pending.append(other)
+    if len(held) <= len(graph.bodies):
+        return None
+    maps = {body: _map(k) for body, (k, _) in held.items()}  # a point mass does not turn, like the ground
+    frames = {}
+    for name, frame in scene.frames.items():
+        owner = frame.body if frame.body in graph.bodies else GROUND
+        assert isinstance(frame, SpatialFrame)
+        frames[name] = _in_plane(frame, maps[owner], held[owner][1])
+    ground = maps.pop(GROUND)
+    return Plane(tuple(ground[3 * j + i] for i in range(3) for j in range(3)), maps, frames)
+
+
+def is_point(graph: MechanismGraph, body: str) -> bool:
+    """Whether it is a point mass, which does not turn."""
+    return body in graph.bodies and len(graph.bodies[body].coordinates) == POINT
+
+
+def aligned(plane: Plane, a: str, b: str) -> bool:
+    """Whether k has the same components in the axes of two frames."""
+    return all(abs(x - y) <= SAME for x, y in zip(plane.frames[a].k, plane.frames[b].k, strict=True))
+
+
+def _holds(e: Edge, along: Vector) -> bool:
+    """Whether a joint leaves motions in the plane only, from k in the axes of its frames."""
+    which = HOLD[e.component.kind.name]
+    if which is None:
+        return True
+    return abs(along[0]) <= SAME and (which < 0 or abs(along[1]) <= SAME)
+
+
+def _normal(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]]) -> Vector | None:
+    """The only direction that k can have: that of the first hinge or planar joint on bodies that do not turn; or, if
+    none is found, one across all sliders."""
+    frames = graph.scene.frames
+    attitude: dict[str, Vector] = {GROUND: sum(AXES, ())}
+    pending, slides = [GROUND], list[Vector]()
+    for body in pending:
+        for e in at[body]:
+            own, far = _ends(frames, e, body)
+            world = tuple(turned(attitude[body], axis) for axis in _axes(own))
+            if HOLD[e.component.kind.name] == 2:
+                return _signed(world[2])
+            slides += [world[0]] if e.component.kind.name == "Prismatic" else []
+            if (other := e.other(body)) not in attitude:
+                pending.append(other)
+                # R own = R' far
+                columns = zip(*(_axes(far)), strict=True)
+                attitude[other] = sum((turned(sum(world, ()), row) for row in columns), ())
+    if not slides:
+        return None
+    for other in (*slides[1:], gravity(graph.scene), *AXES):
+        across = _cross(slides[0], other)
+        if hypot(*across) > 1e-6 * hypot(*other):
+            return _signed(across)
+    return None
+
+
+def _signed(k: Vector) -> Vector:
+    """The unit vector along k or -k whose largest component is positive; components that are rounding become zero."""
+    largest = max(k, key=abs)
+    return _unit(tuple(x / largest if abs(x) > SAME * abs(largest) else 0.0 for x in k))
+
+
+def _map(k: Vector) -> Vector:
+    """The columns of the rotation whose third row is k, and whose first row is near the x axis, or else the y axis."""
+    start = AXES[0] if hypot(k[1], k[2]) > 1e-3 else AXES[1]
+    along = _dot(start, k)
+    p = _unit(tuple(x - along * y for x, y in zip(start, k, strict=True)))
+    q = _cross(k, p)
+    return tuple(row[i] for i in range(3) for row in (p, q, k))
+
+
+def _in_plane(frame: SpatialFrame, A: Vector, height: float) -> InPlane:
+    x, y, z = turned(A, _origin(frame))
+    columns = [turned(A, axis) for axis in _axes(frame)]
+    first = columns[0] if hypot(*columns[0][:2]) > 1e-3 else columns[1]
+    phi = atan2(first[1], first[0])
+    c, s = cos(phi), sin(phi)
+    if abs(s) <= SAME:
+        c, s = (1.0, 0.0) if c > 0.0 else (-1.0, 0.0)
+    axes = sum(((c * a + s * b, c * b - s * a, d) for a, b, d in columns), ())
+    return InPlane(x, y, phi, axes, height + z)
+
+
+def _ends(frames: Mapping[str, Frame], e: Edge, body: str) -> tuple[SpatialFrame, SpatialFrame]:
+    """The frames of a joint on ``body`` and on the other one."""
+    a, b = (frames[e.component.ports[port]] for port in e.component.kind.ports)
+    assert isinstance(a, SpatialFrame) and isinstance(b, SpatialFrame)
+    return (a, b) if body == e.body_i else (b, a)
+
+
+def _axes(frame: SpatialFrame) -> tuple[Vector, Vector, Vector]:
+    return frame.axes[:3], frame.axes[3:6], frame.axes[6:]
+
+
+def _origin(frame: SpatialFrame) -> Vector:
+    return frame.x, frame.y, frame.z
+
+
+def _dot(a: Iterable[float], b: Iterable[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _unit(a: Vector) -> Vector:
+    length = hypot(*a)
+    return tuple(x / length for x in a)
