@@ -156,6 +156,7 @@ class Motion:
                 return
             self.system.tables.first_angles |= space.tables.first_angles
             self.assembled.append((space, first))
+            lap("initialise")
             planar.append(states)
             starts |= dict.fromkeys(flat.numbers, (states, *start))
         for k, (part, system) in enumerate(self._pairs()):
@@ -263,7 +264,8 @@ class Motion:
     @property
     def not_unique(self) -> list[str]:
         """Names of the reactions that the equations of motion do not determine, as "pin.fz"."""
-        return [name for system, first in self.assembled for name in undetermined(system, first.t, first.q, first.redundant)]
+        firsts = self.assembled
+        return [name for system, first in firsts for name in undetermined(system, first.t, first.q, first.redundant)]
 
     @property
     def moved(self) -> tuple[Moved, ...]:

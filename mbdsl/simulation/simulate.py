@@ -174,7 +174,7 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
             announce(f"  {line}")
         if system.scene.spatial:
             for line in not_unique(system, first.t, first.q, first.redundant):
-                own = part.system.of_multipliers
+                own = system.of_multipliers
                 announce(f"  {line}, and {'are those of the run' if own else 'have the least norm'} in results")
 
 

@@ -1,8 +1,9 @@
 """Reduction: the parts of a scene that have to be solved, without the motions that are known before the first step.
 
 Welded bodies are merged, bodies that drivers move one after the other become part of the ground, and independent
-sub-mechanisms are separated. Of a model in space, sub-mechanisms that can only move in a plane become planar first. The trajectory still refers to the scene as it was written: every body belongs to a part
-(or to the ground), and its motion follows from that of a frame there.
+sub-mechanisms are separated. Of a model in space, sub-mechanisms that can only move in a plane become planar first.
+The trajectory still refers to the scene as it was written: every body belongs to a part (or to the ground), and its
+motion follows from that of a frame there.
 """
 
 from __future__ import annotations
@@ -112,7 +113,10 @@ def reduce(graph: MechanismGraph, planar: bool = True) -> Reduction:
 
 
 def _planar(graph: MechanismGraph, notes: list[Note]) -> PlanarMotion | None:
-    """The planar motion of a mechanism in space, if it can only move in a plane; a note says so, or what prevents it."""
+    """The planar motion of a mechanism in space, if it can only move in a plane.
+
+    A note says so. Another one says what prevents it, if all bodies are held in a plane.
+    """
     bodies = tuple(graph.bodies)
     try:
         motion = in_plane(graph)
@@ -122,10 +126,11 @@ def _planar(graph: MechanismGraph, notes: list[Note]) -> PlanarMotion | None:
         return None
     if motion is not None:
         normal = ", ".join(f"{x:.6g}" for x in motion.plane.normal)
-        why = f"can only move in planes with the normal {{{normal}}}, and is solved there"
+        why = f"can only move in planes with the normal {{{normal}}}: solved as planar"
         first = graph.joints[0].component
         notes.append(Note("planar", bodies, why, (), first.span))
     return motion
+
 
 def _solved(parts: list[Part]) -> list[Note]:
     why = "its constraints leave nothing free"

@@ -199,7 +199,7 @@ class _Writer:
                 self.known[found] = self._leaf(one, key) - self._leaf(other, key)  # type: ignore[index]
             self._angle(Angle(node, a, b, sign, c.kind.name in COUNTING))
         if c.kind.name in ("Fixed", "Prismatic"):
-            self.angles[c.name] = Angle(None, *ports, 1.0, True)
+            self.angles[c.name] = Angle(None, ports[0], ports[1], 1.0, True)
         planar = find(c.kind.name)
         if planar is not None and "s" in c.signals and {"s", "v"} <= planar.formulas.keys():
             formulas = signals.Formulas(

@@ -1,8 +1,8 @@
 """Bodies in space that joints hold in parallel planes: the proof, and how their frames lie in these planes.
 
 From the ground outwards, a body is held if a joint connects it with a held one whose other motions all stay in planes
-with the normal k: a hinge about k, a slider across k, a planar joint, a weld. Forces, and joints of other kinds, hold no
-body: motions out of the plane that happen not to be excited are no proof.
+with the normal k: a hinge about k, a slider across k, a planar joint, a weld. Forces, and joints of other kinds, hold
+no body: motions out of the plane that happen not to be excited are no proof.
 
 Attitudes of held bodies are R = E Rz(phi) A: E has the columns e1, e2, k, the angle phi is the coordinate in the plane,
 and A, which maps body axes to axes of the plane at phi = 0, is constant. With the ground at phi = 0, its A is E^T.
