@@ -127,7 +127,7 @@ class Motion:
     def uncompiled(self) -> list[str]:
         """Descriptions of the code that has to be compiled; [] if none."""
         found = [text for part, system in self._pairs() for text in self._uncompiled(part, system)]
-        found += [text for system in self._spaces for text in system.uncompiled(2)]
+        found += [text for system in self._spaces for text in system.uncompiled()]
         return list(dict.fromkeys(found))
 
     def _pairs(self):

@@ -24,6 +24,8 @@ Vector = tuple[float, ...]
 
 #: joints that hold a body in the plane -> the number of the axis of their frames along k; None: any; -1: not the x axis
 HOLD = {"Revolute": 2, "Planar": 2, "Prismatic": -1, "Fixed": None}
+#: joints that hold a point mass on a held body: a point mass does not turn
+HOLD_POINTS = ("Spherical", "PointOnLine")
 RIGID, POINT = 6, 3  #: coordinates of a rigid body and of a point mass in space
 SAME = 1e-12  #: difference of axes, and of heights relative to the largest distance in a body, that is rounding
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -83,7 +85,7 @@ def plane_of(graph: MechanismGraph) -> Plane | None:
         return None
     at: dict[str, list[Edge]] = {GROUND: [], **{body: [] for body in graph.bodies}}
     for e in graph.joints:
-        if e.component.kind.name in HOLD and e.body_i != e.body_j:
+        if e.component.kind.name in (*HOLD, *HOLD_POINTS) and e.body_i != e.body_j:
             at[e.body_i].append(e)
             at[e.body_j].append(e)
     normal = _normal(graph, at)
@@ -97,10 +99,10 @@ def plane_of(graph: MechanismGraph) -> Plane | None:
         for e in at[body]:
             own, far = _ends(scene.frames, e, body)
             along = tuple(_dot(axis, k) for axis in _axes(own))  # k in the axes of the frame
-            if not _holds(e, along):
+            if e.component.kind.name in HOLD and not _holds(e, along):
                 return None
             other = e.other(body)
-            if other not in held:
+            if other not in held and (e.component.kind.name in HOLD or _holds_point(graph, e, other, along)):
                 k_other = normal if is_point(graph, other) else _unit(turned(far.axes, along))
                 held[other] = k_other, height + _dot(k, _origin(own)) - _dot(k_other, _origin(far))
                 pending.append(other)
@@ -134,6 +136,13 @@ def _holds(e: Edge, along: Vector) -> bool:
     return abs(along[0]) <= SAME and (which < 0 or abs(along[1]) <= SAME)
 
 
+def _holds_point(graph: MechanismGraph, e: Edge, body: str, along: Vector) -> bool:
+    """Whether a joint holds a point mass in the plane, from k in the axes of its frame on the other body."""
+    if not is_point(graph, body):
+        return False
+    return e.component.kind.name == "Spherical" or (body == e.body_j and abs(along[0]) <= SAME)
+
+
 def _normal(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]]) -> Vector | None:
     """The only direction that k can have: that of the first hinge or planar joint on bodies that do not turn; or, if
     none is found, one across all sliders."""
@@ -144,6 +153,8 @@ def _normal(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]]) -> Vector |
         for e in at[body]:
             own, far = _ends(frames, e, body)
             world = tuple(turned(attitude[body], axis) for axis in _axes(own))
+            if e.component.kind.name not in HOLD:
+                continue
             if HOLD[e.component.kind.name] == 2:
                 return _signed(world[2])
             slides += [world[0]] if e.component.kind.name == "Prismatic" else []
