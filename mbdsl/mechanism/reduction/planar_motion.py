@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from math import hypot
 
 from mbdsl.elements import find
-from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.spatial_coordinates import named
 from mbdsl.expressions.symbolic import Expr, call, const, coordinate, expr, rebuild, walk
@@ -156,7 +156,8 @@ class _Writer:
         kind = find(name)
         assert kind is not None
         found = {p.name: None if p.default is REQUIRED else p.default for p in kind.parameters}
-        found |= {key: self._law(c, x) if isinstance(x, Expr) else x for key, x in c.values.items() if key in found}
+        own = {*found, *(kind.laws if isinstance(kind, ForceKind) else ())}
+        found |= {key: self._law(c, x) if isinstance(x, Expr) else x for key, x in c.values.items() if key in own}
         found |= values
         found |= kind.derive({**found}) if isinstance(kind, JointKind) else {}
         given = [key for key in kind.law_parameters if found[key] is not None]
@@ -302,6 +303,10 @@ def _on_plane(w: _Writer, c: Component) -> None:
         raise NotPlanar(c, "its plane is another one than that of the motion")
 
 
+def _nothing(w: _Writer, c: Component) -> None:
+    """It constrains nothing, and the bodies are held by others."""
+
+
 def _force(w: _Writer, c: Component) -> Component:
     axes: InPlane = w.at[c.ports["frame_a"]]
     parts = [w._law(c, expr(c.values[name])) for name in ("fx", "fy", "fz")]
@@ -321,7 +326,7 @@ def _constraint(w: _Writer, c: Component) -> Component:
 
 
 #: kinds whose equations contain an angle with its turns, and those that need both frames in the same plane
-COUNTING = ("RotationalDriver", "RotationalSpringDamper")
+COUNTING = ("RotationalDriver", "RotationalSpringDamper", "RotationalStop")
 LEVEL = (*HOLD, "Spherical", "PointOnLine", "PointOnPlane", "Distance", "DistanceDriver", "SpringDamper")
 #: kind in space -> its counterpart; other kinds are solved in space
 WRITERS: dict[str, Callable[[_Writer, Component], Component | None]] = {
@@ -329,5 +334,6 @@ WRITERS: dict[str, Callable[[_Writer, Component], Component | None]] = {
     "PointOnLine": _sliding, "PointOnPlane": _on_plane, "Distance": _same, "DistanceDriver": _same,
     "RotationalDriver": _turning, "RotationalVelocityDriver": _turning, "RotationalSpringDamper": _turning,
     "TranslationalDriver": _sliding, "TranslationalVelocityDriver": _sliding, "TranslationalSpringDamper": _sliding,
-    "SpringDamper": _same, "Force": _force, "Torque": _torque, "VelocityConstraint": _constraint,
+    "RotationalStop": _turning, "TranslationalStop": _sliding, "SpringDamper": _same, "Force": _force,
+    "Torque": _torque, "VelocityConstraint": _constraint, "FreeMotion": _nothing,
 }  # fmt: skip
