@@ -98,6 +98,8 @@ class Motion:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if plan.general else reduce(mechanism)
+        if any(part.scene.spatial for part in self.reduction.parts):
+            check_space(plan.method, scene)
         self.system = build(scene, mechanism, plan.general)
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size

@@ -15,9 +15,7 @@ from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.run import MOST_OUTPUT
-from mbdsl.mechanism import graph
 from mbdsl.mechanism.planar_only import planar_only
-from mbdsl.mechanism.reduction import reduce
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.numerics.tolerance import misfit, rounding
 
@@ -74,8 +72,6 @@ def plan(
     """
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
-    if _serves_plane(method) and scene.spatial and (general or not _all_planar(scene)):
-        check_space(method, scene)
     asked = tol is not None or said.tolerance is not None
     tol = _tolerance(method, step, tol, said)
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
@@ -110,18 +106,15 @@ def plan(
 
 
 def check_space(method: str, scene: Scene) -> None:
-    """Check that a method solves equations in space, if those of ``scene`` are."""
-    if _serves_plane(method):
+    """Check that a method solves the equations of ``scene``, which is in space.
+
+    Raises
+    ------
+    UsageError
+        If it serves the plane only.
+    """
+    if declared(method).planar or method not in modules():
         planar_only(scene, f"runs with {method}", f"take another method: {DEFAULT_METHOD}, dop853, hht-i3, ...")
-
-
-def _serves_plane(method: str) -> bool:
-    return declared(method).planar or method not in modules()
-
-
-def _all_planar(scene: Scene) -> bool:
-    """Whether all parts of a model in space are solved in a plane."""
-    return all(not part.scene.spatial for part in reduce(graph.build(scene)).parts)
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:

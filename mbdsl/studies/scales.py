@@ -9,6 +9,7 @@ accelerations.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def scales(trajectory: Trajectory, step: float) -> Scales:
     rate = fastest(tables.scale, trajectory.v, span)
     masses = np.concatenate([body.mass() for body in tables.models.values()] or [np.zeros(0)])
     inertia = float((masses / tables.scale**2).max(initial=0.0))
-    acceleration = max(rate**2, float(np.hypot(*gravity(trajectory.scene))) / tables.size)
+    acceleration = max(rate**2, hypot(*gravity(trajectory.scene)) / tables.size)
     kinetic, potential = (trajectory[name] for name in ENERGIES[:2])
     energy = float(np.ptp(potential) + kinetic.max(initial=0.0)) if len(kinetic) else 0.0
     return Scales(tables.size, rate, acceleration, inertia, step, energy or inertia * rate**2)

@@ -247,4 +247,4 @@ def test_redundant_rows_are_watched():
         RotationalDriver second(d, r3.a, phi = 1 rad + 2 rad/s*time + 1 rad/s2*max(time - 0.05 s, 0 s)^2); initial"""
     text = model(LOOPS["parallelogram"][1].replace("initial", drivers).replace("r1.phi = 60 deg; ", ""))
     with pytest.raises(mbdsl.IntegrationError, match=r"second.Phi\[1\] was redundant .* violated from t = 0.06 s on"):
-        mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.01, stop=0.1)
+        mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.01, stop=0.1, general=True)

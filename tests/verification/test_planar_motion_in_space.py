@@ -363,3 +363,13 @@ def test_step_by_step_with_an_input():
     flat.step(10)
     copy.step(10)
     assert flat["two.x"] == there == copy["two.x"]
+
+
+def test_verified_by_another_method(tmp_path, capsys):
+    """Two methods agree to three digits and more in all signals, as their errors at this step do."""
+    path = tmp_path / "hinged.mbd"
+    path.write_text(HINGED, encoding="utf-8")
+    arguments = ["--stop", "0.2s", "--step", "1ms", "--out", str(tmp_path / "x.csv"), "--verify"]
+    assert main(["simulate", str(path), *arguments]) == 0
+    digits = re.findall(r"^\S+\.\S+ +(\d+\.\d)  ", capsys.readouterr().out, flags=re.MULTILINE)
+    assert len(digits) > 5 and min(map(float, digits)) > 3.0

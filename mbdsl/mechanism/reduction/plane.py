@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import atan2, cos, hypot, sin
 
 from mbdsl.mechanism.edge import Edge
@@ -72,10 +73,13 @@ class Plane:
     def normal(self) -> Vector:
         return self.axes[6:]
 
+    @cached_property
+    def _size(self) -> float:
+        return max((abs(x) for f in self.frames.values() for x in (f.x, f.y, f.height)), default=0.0)
+
     def same_height(self, a: str, b: str) -> bool:
         """Whether two frames are in the same plane."""
-        size = max((abs(x) for f in self.frames.values() for x in (f.x, f.y, f.height)), default=0.0)
-        return abs(self.frames[a].height - self.frames[b].height) <= SAME * size
+        return abs(self.frames[a].height - self.frames[b].height) <= SAME * self._size
 
 
 def plane_of(graph: MechanismGraph) -> Plane | None:
