@@ -132,7 +132,9 @@ def test_planar_model_in_space(name):
     """All common signals, relative to their largest value and to 1; Newton's iteration leaves 1e-7 of reactions."""
     text = PLANAR[name]
     solid = re.sub(r"I = (\S+) kg.m2", r"I = {\1, \1, \1} kg.m2", text.replace("model", "spatial model", 1))
-    flat, solid = (mbdsl.simulate(mbdsl.parse(x), step=1e-3, stop=1.0, interval=0.01) for x in (text, solid))
+    given = {"step": 1e-3, "stop": 1.0, "interval": 0.01}
+    flat = mbdsl.simulate(mbdsl.parse(text), **given)
+    solid = mbdsl.simulate(mbdsl.parse(solid), general=True, **given)  # by the equations in space
     assert flat.t == pytest.approx(solid.t, rel=0, abs=1e-6)
     common = [x for x in flat.signals if x in solid]
     for signal in common:

@@ -171,8 +171,8 @@ def compared(scene, bound, **given):
     for name in one.names:
         owner, _, key = name.rpartition(".")
         difference = one[name] - other[name]
-        if key.startswith("phi") and f"{owner}.wx" in other:
-            difference -= TURN * np.round(difference / TURN)  # angles of axes that others than z turn may jump by turns
+        if key.startswith("phi_") or (key == "phi" and f"{owner}.wx" in other):
+            difference -= TURN * np.round(difference / TURN)  # these may jump by turns where an axis is upright
         alike = [f"{owner}.{key[:-1]}{i}" for i in "xyz"] if key[-1] in "xyz" else [name]
         scale = max(1.0, *(np.nanmax(np.abs(other[x])) for x in alike if x in other))
         np.testing.assert_allclose(difference, 0.0, rtol=0, atol=bound * scale, err_msg=name)
