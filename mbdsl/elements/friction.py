@@ -35,9 +35,13 @@ def parameters(speed: str, unit: str, default: float) -> tuple[Parameter, ...]:
     )
 
 
-def formula(normal: str, speed: str) -> str:
-    """The law for a normal force (or its torque) given by a formula; terms of mu_s = mu cancel."""
-    return f"{normal}*(mu + (mu_s - mu)*exp(-({speed}/{speed}_st)^2))*tanh({speed}/{speed}_s)"
+def formula(normal: str, speed: str, parameter: str = "") -> str:
+    """The law for a normal force (or its torque) given by a formula; terms of mu_s = mu cancel.
+
+    ``speed`` is the signal of this name; or another formula, whose parameters are those of ``parameter``.
+    """
+    name = parameter or speed
+    return f"{normal}*(mu + (mu_s - mu)*exp(-({speed}/{name}_st)^2))*tanh({speed}/{name}_s)"
 
 
 def check(values: Mapping) -> str | None:

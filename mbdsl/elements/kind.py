@@ -184,6 +184,9 @@ class PairKind(Kind):
     ports: tuple[str, ...] = ("frame_a", "frame_b")
 
 
+_TORQUES = ("rotational_spring_damper", "torque", "rubbing_in_socket")
+
+
 @dataclass(eq=False, repr=False)
 class JointKind(PairKind):
     """A kind that requires g(z) = 0, or g(z) = u(t) in its last row if ``driver`` names the law parameter u, and
@@ -208,6 +211,8 @@ class JointKind(PairKind):
     #: of the element module ``friction_along``; it does not act if the parameter ``mu_s`` is zero
     friction: str = ""
     friction_along: str = ""
+    #: if the module has several coordinates: formulas of the resistances along them, in which ``friction`` is its size
+    friction_rows: tuple[str, ...] = ()
     #: (values, s) -> pose (x, y, phi) of frame_b in frame_a, s being the signal named ``free`` ("": nothing is free);
     #: None if a joint leaves more than one coordinate free, or has several solutions
     pose: Callable | None = None
@@ -247,7 +252,7 @@ class JointKind(PairKind):
 
     @property
     def friction_unit(self) -> str:
-        return "N.m" if self.friction_along in ("rotational_spring_damper", "torque") else "N"
+        return "N.m" if self.friction_along in _TORQUES else "N"
 
     def unit_of(self, name: str) -> str | None:
         if name == "friction" and self.friction:

@@ -452,6 +452,7 @@ class Part:
             self.formulas.energy() if energy else None,
             self._velocity_constraints(),
             self.formulas.signal("friction") if self._has_friction() else None,
+            self.formulas.friction_rows() if self._has_friction() else (),
         )
 
     def _velocity_constraints(self) -> tuple[Expr, ...]:

@@ -415,6 +415,11 @@ class SpatialBuilder(Builder):
         frame_a: Place | None = None,
         frame_b: Place | None = None,
         n: Vector = (1.0, 0.0, 0.0),
+        radius: Number | None = None,
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         s: Start | None = None,
         v: Start | None = None,
         phi: Start | None = None,
@@ -436,6 +441,16 @@ class SpatialBuilder(Builder):
             The same frames by name.
         n : (3,) numbers or str, optional
             Axis of the motion, in frame_a.
+        radius : number or str, optional [m]
+            Radius of the shaft; without it, rotation has no friction; positive.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         s, v, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -802,6 +817,10 @@ class SpatialBuilder(Builder):
         frame_a: Place | None = None,
         frame_b: Place | None = None,
         n: Vector = (0.0, 0.0, 1.0),
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         s_x: Start | None = None,
         s_y: Start | None = None,
         phi: Start | None = None,
@@ -823,6 +842,14 @@ class SpatialBuilder(Builder):
             The same frames by name.
         n : (3,) numbers or str, optional
             Normal of the plane, in frame_a.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         s_x, s_y, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -944,6 +971,10 @@ class SpatialBuilder(Builder):
         frame_b: Place | None = None,
         f1: Law,
         f2: Law,
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         x: Start | None = None,
         y: Start | None = None,
         z: Start | None = None,
@@ -971,6 +1002,14 @@ class SpatialBuilder(Builder):
         f2 : number, str or Expr
             Another function, whose gradient has another direction; an expression of
             `x`, `y`, `z`, parameters and tables.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         x, y, z, vx, vy, vz : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1062,6 +1101,10 @@ class SpatialBuilder(Builder):
         frame_a: Place | None = None,
         frame_b: Place | None = None,
         n: Vector = (0.0, 0.0, 1.0),
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         s_x: Start | None = None,
         s_y: Start | None = None,
         doc: str = "",
@@ -1081,6 +1124,14 @@ class SpatialBuilder(Builder):
             The same frames by name.
         n : (3,) numbers or str, optional
             Normal of the plane, in frame_a.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         s_x, s_y : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1110,6 +1161,10 @@ class SpatialBuilder(Builder):
         frame_a: Place | None = None,
         frame_b: Place | None = None,
         f: Law,
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         x: Start | None = None,
         y: Start | None = None,
         z: Start | None = None,
@@ -1134,6 +1189,14 @@ class SpatialBuilder(Builder):
         f : number, str or Expr
             Function of the coordinates in frame_a that is zero on the surface, of
             any unit; an expression of `x`, `y`, `z`, parameters and tables.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         x, y, z, vx, vy, vz : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1792,6 +1855,11 @@ class SpatialBuilder(Builder):
         *frames: Place,
         frame_a: Place | None = None,
         frame_b: Place | None = None,
+        radius: Number | None = None,
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        w_s: Number = 0.01,
+        w_st: Number | None = None,
         phi_x: Start | None = None,
         phi_y: Start | None = None,
         phi_z: Start | None = None,
@@ -1813,6 +1881,16 @@ class SpatialBuilder(Builder):
             two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
+        radius : number or str, optional [m]
+            Radius of the ball; required with friction; positive.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        w_s : number or str, optional [rad/s]
+            Speed over which friction changes its sign: tanh(w/w_s); positive.
+        w_st : number or str, optional [rad/s]
+            Stribeck speed; default 40 w_s; positive.
         phi_x, phi_y, phi_z, w_x, w_y, w_z : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

@@ -101,6 +101,7 @@ class Component:
     energy: Expr | None = None  #: potential energy, if the kind has a formula for it
     velocity_constraints: tuple[Expr, ...] = ()  #: of joints: residuals Gamma(v, q, t)
     friction: Expr | None = None  #: of joints: resistance along ``kind.friction_along``
+    friction_rows: tuple[Expr, ...] = ()  #: if this has several coordinates: those along each of them
 
     def __post_init__(self) -> None:
         freeze(self, "values", "ports")

@@ -70,6 +70,11 @@ class Formulas:
         """One of the kind's ``velocity_rows``, in which a name of both a law and a signal denotes the law."""
         return formulas.evaluate(formula, _LawsFirst(self))
 
+    def friction_rows(self) -> tuple[Expr, ...]:
+        """The joint's ``friction_rows``."""
+        assert isinstance(self.kind, JointKind)
+        return tuple(formulas.evaluate(row, self) for row in self.kind.friction_rows)
+
     def energy(self) -> Expr:
         """The potential energy of a kind that has a formula for it."""
         return formulas.evaluate(self.kind.energy, self)

@@ -104,7 +104,7 @@ def law_expressions(c: Component) -> list[Expr]:
     if isinstance(c.kind, ForceKind):
         return [expr(c.values[name]) for name in c.kind.laws]
     assert c.friction is not None
-    return [c.friction]
+    return list(c.friction_rows) or [c.friction]
 
 
 def expressions(block: Block, c: Component) -> list[Expr]:

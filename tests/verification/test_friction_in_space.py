@@ -104,6 +104,74 @@ def test_a_block_on_a_slope(kind, azimuth):
     np.testing.assert_allclose(t["guide.friction"], mu * 3.0 * G * np.cos(slope), rtol=1e-7)
 
 
+# -- sliding in more than one direction --------------------------------------------------------------------------------
+
+
+def slid(joint, start, bodies="Body body(m = 2 kg, I = {{0.5, 0.5, 0.5}} kg.m2)", g=G):
+    return f"""spatial model Slid
+      Ground ground(g = {g}, n = {{0, 0, -1}});
+      {bodies.format()};
+      {joint};
+    initial equation
+      {start}
+    end Slid;"""
+
+
+def test_a_ball_in_its_socket_comes_to_rest():
+    """J w' = -mu r m g whatever the axis is; the axis remains. Constant decelerations are exact, up to the start."""
+    start = "body.wx = 2 rad/s; body.wy = 3 rad/s; body.wz = 6 rad/s;"
+    text = slid("Spherical ball(ground, body.c, mu = 0.3, radius = 5 cm)", start)
+    t = mbdsl.simulate(mbdsl.parse(text), step=2e-3, stop=1.0, interval=0.1)
+    w = 7 - 0.3 * 0.05 * 2 * G / 0.5 * t.t
+    for key, part in zip("xyz", (2, 3, 6), strict=True):
+        np.testing.assert_allclose(t[f"body.w{key}"], part / 7 * w, rtol=1e-6)
+    np.testing.assert_allclose(t["ball.friction"], 0.3 * 0.05 * 2 * G, rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["PointOnPlane", "Planar"])
+def test_a_block_slides_across_a_slope(kind):
+    """With mu = tan(slope), v + v_down = v0 for a start across the slope (by hand): it ends with v0/2 downwards.
+
+    The constant is kept with the error of the method, of order 2."""
+    slope = 0.5
+    normal = f"{{0, {np.sin(slope):.17g}, {np.cos(slope):.17g}}}"  # downwards is y
+    joint = f"{kind} plane(ground, body.c, n = {normal}, mu = {np.tan(slope):.17g}, v_s = 1e-4)"
+    text = slid(joint, "body.x = 0 m; body.y = 0 m; body.vx = 2 m/s; body.vy = 0 m/s;")
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, stop=1.5, interval=0.05)
+    v = np.stack([t[f"body.v{i}"] for i in "xyz"])
+    down = v.T @ (0, np.cos(slope), -np.sin(slope))
+    np.testing.assert_allclose(np.linalg.norm(v, axis=0) + down, 2.0, rtol=0, atol=1e-4)
+    assert down[-1] == pytest.approx(1.0, abs=1e-3)
+    assert v[0, -1] < 0.05
+
+
+@pytest.mark.parametrize("radius", [0.1, None])
+def test_a_ring_on_a_shaft(radius):
+    """A thin ring slides and spins on a horizontal shaft: J = m r^2, so that the velocity of its surface keeps its
+    direction, and its size falls by mu g t. Without a radius the spin is free."""
+    body = "Body body(m = 2 kg, I = {{0.02, 0.01, 0.01}} kg.m2)"
+    more = f", radius = {radius} m" if radius else ""
+    start = "sleeve.s = 0 m; sleeve.v = 3 m/s; sleeve.phi = 0 rad; sleeve.w = 40 rad/s;"
+    t = mbdsl.simulate(
+        mbdsl.parse(slid(f"Cylindrical sleeve(ground, body.c, mu = 0.2{more})", start, body)),
+        step=1e-3, stop=1.0, interval=0.1,
+    )  # fmt: skip
+    left = (5 - 0.2 * G * t.t) / 5 if radius else 1 - 0.2 * G * t.t / 3
+    np.testing.assert_allclose(t["sleeve.v"], 3 * left, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(t["sleeve.w"], 40 * (left if radius else 1), rtol=0, atol=1e-5)
+
+
+def test_a_bead_on_a_hoop():
+    """Without gravity the hoop's reaction is m v^2/R: v = v0/(1 + mu v0 t/R), with an error of order 2."""
+    joint = "PointOnCurve hoop(ground, body, f1 = x^2 + y^2 - (0.5 m)^2, f2 = z, mu = 0.2)"
+    text = slid(joint, "body.x = 0.5 m; body.vy = 3 m/s;", "PointMass body(m = 2 kg)", g=0)
+    errors = []
+    for step in (2e-3, 1e-3):
+        t = mbdsl.simulate(mbdsl.parse(text), step=step, stop=1.0, interval=0.1)
+        errors.append(np.abs(np.hypot(t["body.vx"], t["body.vy"]) - 3 / (1 + 0.2 * 3 * t.t / 0.5)).max())
+    assert errors[1] < 1e-4 and errors[0] / errors[1] == pytest.approx(4.0, abs=0.3)
+
+
 # -- planar models in space --------------------------------------------------------------------------------------------
 
 SLIDER_CRANK = """

@@ -1,13 +1,16 @@
 """Planar: frame_b moves in the plane through the origin of frame_a with the normal n, and turns about n.
 
 g = z_a . d,   x_a . z_b,   y_a . z_b     with d = r_b - r_a, z along n                  (3 rows)
+
+Friction: a force mu |lam_1| at the origin of frame_b against its sliding, see friction.py and rubbing.py. The torque
+about n depends on the distribution of the pressure, and is left out.
 """
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space import point_on_plane, revolute
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
 from mbdsl.elements.in_space.revolute import X_A, Y_A, Z_A, Z_B
-from mbdsl.elements.in_space.vectors import both, cross, direction, dot, reactions, total
+from mbdsl.elements.in_space.vectors import both, cross, dot, reactions, total
 from mbdsl.elements.kind import JointKind
 
 KIND = JointKind(
@@ -17,7 +20,12 @@ KIND = JointKind(
     parameters=point_on_plane.KIND.parameters,
     signals=(*point_on_plane.KIND.signals, *revolute.SIGNALS),
     reactions=reactions(total(("-lam[1]", Z_A)), total(("lam[2]", cross(X_A, Z_B)), ("lam[3]", cross(Y_A, Z_B)))),
-    check=direction,
+    friction=point_on_plane.KIND.friction,
+    friction_along=point_on_plane.KIND.friction_along,
+    friction_rows=point_on_plane.KIND.friction_rows,
+    check=point_on_plane.KIND.check,
+    derive=point_on_plane.KIND.derive,
+    effects=point_on_plane.KIND.effects,
     axes=both("z"),
     angle=("phi",),
     moves=(("s_x", "x"), ("s_y", "y"), ("phi", "rz")),

@@ -10,7 +10,7 @@ reaction is normal to the curve. The gradients of f1 and f2 have to be independe
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space import point_on_surface
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.point_on_surface import COUNT, force, level, level_hessian, surface
+from mbdsl.elements.in_space.point_on_surface import COUNT, FRICTION, force, level, level_hessian, surface
 from mbdsl.elements.in_space.vectors import reactions
 
 KIND = in_space(
@@ -21,6 +21,7 @@ KIND = in_space(
     parameters=(
         surface("f1", "function of the coordinates in frame_a that is zero on the curve, of any unit"),
         surface("f2", "another function, whose gradient has another direction"),
+        *FRICTION,
     ),
     reactions=reactions(
         tuple(f"({x} + {y})" for x, y in zip(force(1), force(2), strict=True)),  # type: ignore[arg-type]

@@ -6,11 +6,14 @@ With n = f_x x_a + f_y y_a + f_z z_a and the virtual change B z of d in frame_a,
 
     G = (-n, n x d, n, 0),   H = that of n . d with the axes of frame_a in n, and B^T F B, F = sum f_ij e_i e_j^T
 
-The reaction is normal to the surface. f has to have a gradient on it.
+The reaction is normal to the surface. f has to have a gradient on it. Friction: a force mu times the reaction against
+the sliding, see friction.py and rubbing.py.
 """
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
+from mbdsl.elements import friction
+from mbdsl.elements.in_space import rubbing
 from mbdsl.elements.in_space.coordinates import PHI_A, R_A, R_B, X, dot2_hessian
 from mbdsl.elements.in_space.prismatic import X_A, Y_A, Z_A
 from mbdsl.elements.in_space.vectors import D, Vector, dot, reactions, total
@@ -34,13 +37,24 @@ def force(row: int) -> Vector:
     return total(*((f"(-lam[{row}]*slope[{3 * row - 2 + i}])", a) for i, a in enumerate(AXES)))
 
 
+FRICTION = friction.parameters("v", "m/s", 1e-3)
+RATES = "vx", "vy", "vz"
 KIND = JointKind(
     "PointOnSurface",
     doc="The origin of frame_b stays on the surface f = 0 of frame_a, free to turn.",
     rows=1,
-    parameters=(surface("f", "function of the coordinates in frame_a that is zero on the surface, of any unit"),),
+    parameters=(
+        surface("f", "function of the coordinates in frame_a that is zero on the surface, of any unit"),
+        *FRICTION,
+    ),
     signals=SIGNALS,
     reactions=reactions(force(1), None),
+    friction=rubbing.size("hypot(hypot(fx, fy), fz)", "v", *RATES),
+    friction_along="rubbing_in_space",
+    friction_rows=rubbing.components("v", *RATES),
+    check=friction.check,
+    derive=friction.derive,
+    effects=friction.EFFECTS,
     functions=(("f", ("x", "y", "z")),),
     table=lambda v: (0.0,) * COUNT,
     spatial=True,

@@ -10,7 +10,7 @@ from math import floor, pi
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.in_space import cylindrical
+from mbdsl.elements.in_space import cylindrical, prismatic
 from mbdsl.elements.in_space.coordinates import (
     PHI_A,
     PHI_B,
@@ -35,7 +35,7 @@ KIND = in_space(
     rows=5,
     parameters=(
         Parameter("pitch", "m", doc="displacement of a turn to the right; negative for a left-hand thread"),
-        *cylindrical.KIND.parameters,
+        prismatic.AXIS,
     ),
     signals=(
         *SIGNALS,
@@ -50,6 +50,10 @@ KIND = in_space(
             (f"(lam[5]*pitch/{2 * pi!r})", X_A),
         ),
     ),
+    friction="",
+    friction_rows=(),
+    derive=lambda v: {},
+    effects={},
     check=lambda v: direction(v) or ("the pitch is zero: the joint is a Revolute" if v["pitch"] == 0.0 else None),
     table=lambda v: (v["pitch"] / (2 * pi),),
 )

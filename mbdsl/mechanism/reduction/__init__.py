@@ -205,7 +205,7 @@ def _part(graph: MechanismGraph) -> Part:
     components = {}
     for name, c in scene.components.items():
         if not isinstance(c.kind, ForceKind):
-            components[name] = replace(c, friction=None)
+            components[name] = replace(c, friction=None, friction_rows=())
     try:
         bare = mechanism.build(replace(scene, components=components))
     except ModelError:  # a body is held by forces alone
