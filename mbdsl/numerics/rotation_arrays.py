@@ -90,3 +90,11 @@ def cross_matrix(a: ArrayLike) -> Array:
     """The matrix (3, 3) of the cross product a x."""
     x, y, z = np.asarray(a, float)
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def cross_matrices(a: Array) -> Array:
+    """The matrices (..., 3, 3) of the cross products with the vectors a (..., 3)."""
+    x, y, z = np.moveaxis(a, -1, 0)
+    zero = 0.0 * x
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -19,6 +19,12 @@ neither large negative nor large positive rates matter. y and u are carried over
 not needed. If rates are large for a time shorter than an interval, this overestimates the growth; the calibration then
 takes finer samples, at the steps of the run.
 
+In space, rotations and angular velocities are perturbed in body axes and written in world axes, which change as slowly
+as the mechanism: dq contains the small rotation theta, dv the change c of the angular velocity, and theta' = c. With I
+the inertia, in world axes, the equations above have D c - omega x I c in place of D c, because I turns with the body.
+Bodies without constraints on their rotation have body axes, theta' = c - Omega x theta. Samples resolve the turning of
+I, or the model is not examined.
+
 Jumps of forces, impacts, and the dependence of joint friction on reactions are not included. Models whose mass matrix
 is badly conditioned (a link of 1 g on one of 10 t) are not examined: from sample to sample, V turns by a small angle
 that mixes their momenta, and a small error of the heavy link is a large one for the light link.
@@ -33,7 +39,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.bodies.spatial_rigid_body_kernels import J as INERTIA
 from mbdsl.errors import InitialisationError
+from mbdsl.numerics.rotation_arrays import cross_matrices, matrices
 from mbdsl.numerics.saddle_point import RANK
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -47,6 +55,8 @@ MOST = 400
 #: most and least samples of a run, unless finer ones are asked for; numbers in the matrices of all samples, which limit
 #: the samples of large models
 SAMPLES, FEWEST, NUMBERS = 160, 40, 200_000
+#: largest change of an inertia in space between samples, relative to it, and the most samples for that
+TURN, MOST_SAMPLES = 0.25, 4000
 #: number of propagated perturbations, in different directions
 DIRECTIONS = 3
 #: logarithm up to which numbers are not scaled
@@ -115,9 +125,9 @@ def growth(
     """
     if system.unknowns > MOST or len(t) < 2 or not system.n:
         return None
-    if len(system.tables.rotations):
-        return None  # these equations are those of coordinates whose rates are the velocities
-    chosen = _samples(len(t), system, finer)
+    if (least := _resolving(system, t, v)) > 2.0 * min(len(t), MOST_SAMPLES):
+        return None
+    chosen = _samples(len(t), system, finer, least)
     t, q, v, lam = t[chosen], q[chosen], v[chosen], lam[chosen]
     points = _points(system, t, q, v, lam, left_out)
     return None if points is None else _carried(t, points, speed)
@@ -142,10 +152,23 @@ def along(parts: Iterable[Part], t: Array, speed: float, finer: float = 1.0) -> 
     return Growth(t, found, rate), known
 
 
-def _samples(count: int, system: System, finer: float) -> NDArray[np.int64]:
+def _samples(count: int, system: System, finer: float, least: float) -> NDArray[np.int64]:
     most = int(np.clip(NUMBERS * finer**0.5 / max(1, system.unknowns) ** 2, FEWEST, SAMPLES * finer))
+    most = max(most, min(int(least), MOST_SAMPLES))
     rows = np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)
     return rows[np.diff(rows, prepend=-1) > 0]  # each once; np.unique imports numpy.ma, which takes 14 ms
+
+
+def _resolving(system: System, t: Array, v: Array) -> float:
+    """The number of samples which resolve the turning of inertias in space; 0 in the plane."""
+    if not len(system.tables.rotations):
+        return 0.0
+    d, at = system.tables.rotations.T
+    inertia = system.tables.numbers[at[:, None] + INERTIA + np.arange(9)].reshape(-1, 3, 3)  # in body axes
+    spin = cross_matrices(v[:, d[:, None] + np.arange(3)])
+    rate = np.abs(spin @ inertia - inertia @ spin).max(axis=(2, 3))
+    rate /= np.maximum(np.abs(inertia).max(axis=(1, 2)), 1e-300)
+    return float(rate.max()) * (t[-1] - t[0]) / TURN
 
 
 class _Points(NamedTuple):
@@ -171,8 +194,10 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     both, lower = kept < m, n + kept
     e = 1e-6 / np.where((fastest := np.abs(v / s).max(axis=1)) > 0.0, fastest, 1.0)
     one, two, M, other = _matrices(system, t, q, v, lam, left_out, None if both.all() else e)
+    W = _turn_with_bodies(system, q, v, M, one, two)
+    diagonal = M.shape[2] == 1
     K, D = (s[:, None] * X[:, :n, :n] * s for X in (one, two))
-    M = s[:, None] * M * (s[:, None] if system.mass_is_diagonal else s)
+    M = s[:, None] * M * (s[:, None] if diagonal else s)
     J, N = one[:, lower, :n] * s, two[:, lower, :n] * s
     size = np.abs(J).max(axis=2, initial=0.0)[:, :, None]
     size[size == 0.0] = 1.0
@@ -188,7 +213,7 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
         turned = np.where(both[:, None], N, (other[:, lower, :n] * s / size - J) / e[:, None, None])
         V1 = -inverse @ (turned @ V)
     Vt, Zt = np.swapaxes(V, 1, 2), np.swapaxes(Z, 1, 2)
-    MV, MB = (M * X if system.mass_is_diagonal else M @ X for X in (V, B))
+    MV, MB = (M * X if diagonal else M @ X for X in (V, B))
     mass = Vt @ MV
     largest = np.abs(mass).max(axis=(1, 2), initial=0.0)[:, None, None]
     mass += MASSLESS * np.where(largest > 0.0, largest, 1.0) * np.eye(mass.shape[1])
@@ -196,7 +221,7 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     if (own[:, -1:] > MOST_CONDITION * own[:, :1]).any():
         return None
     G, V1t, VtD = Vt @ MB, np.swapaxes(V1, 1, 2), Vt @ D
-    y = np.concatenate([Zt @ B, Zt @ V], axis=2)
+    y = np.concatenate([Zt @ (B if W is None else B + W @ Z), Zt @ V], axis=2)
     u = np.concatenate([V1t @ MB - VtD @ B - Vt @ (K @ Z), V1t @ MV - VtD @ V], axis=2)
     sizes = np.stack([np.maximum(1.0, np.abs(q / s).max(axis=1)), fastest], axis=1)
     rate = np.concatenate([y, np.linalg.solve(mass, u - G @ y)], axis=1)
@@ -209,16 +234,41 @@ def _matrices(
     """The derivatives by positions and by velocities (N, n + m + p, n + m + p), the mass matrices (N, n, n), or their
     diagonals (N, n, 1), and the derivatives by positions at times that are ``ahead`` (N,); without these, the first
     ones again."""
-    n, a, constant = system.n, None, system.mass_is_diagonal
+    n, a, in_space = system.n, None, len(system.tables.rotations) > 0
+    constant = system.mass_is_diagonal or in_space  # in body axes
+    diagonal = constant and not in_space
     if not (constant and np.isfinite(lam).all()):
         found = [accelerations(system, *state, left_out) for state in zip(t, q, v, strict=True)]
         a, lam = np.array([x for x, _ in found]), np.array([x for _, x in found])
     requests = [dict(cK=1.0, cP=1.0, cV=1.0, cA=0.0 if a is None else 1.0), dict(cD=1.0, cN=1.0, cW=1.0)]
-    one, two, *mass = tangents(system, t, q, v, lam, a, requests if constant else [*requests, dict(cM=1.0)])
-    M = np.broadcast_to(system.mass()[:, None], (len(t), n, 1)) if constant else mass[0][:, :n, :n]
+    one, two, *mass = tangents(system, t, q, v, lam, a, requests if diagonal else [*requests, dict(cM=1.0)])
+    M = np.broadcast_to(system.mass()[:, None], (len(t), n, 1)) if diagonal else mass[0][:, :n, :n]
     if ahead is None:
         return one, two, M, one
-    return one, two, M, tangents(system, t + ahead, q + ahead[:, None] * v, v, lam, None, [dict(cP=1.0, cV=1.0)])[0]
+    later = system.moved(q, ahead[:, None] * v)
+    return one, two, M, tangents(system, t + ahead, later, v, lam, None, [dict(cP=1.0, cV=1.0)])[0]
+
+
+def _turn_with_bodies(
+    system: System, q: Array, v: Array, M: Array, of_positions: Array, of_velocities: Array
+) -> Array | None:
+    """Replace D by D - omega~ I in world axes; if no constraint acts on the rotation of a body, go to its axes instead.
+
+    Returns W (N, n, n) with dq' = dv + W dq, None if it is zero.
+    """
+    n, found = system.n, None
+    for d in system.tables.rotations[:, 0]:
+        own = slice(d, d + 3)
+        R = matrices(q[:, own])
+        if of_positions[:, n:, own].any() or of_velocities[:, n:, own].any():
+            of_velocities[:, own, own] -= cross_matrices((R @ v[:, own, None])[:, :, 0]) @ M[:, own, own]
+            continue
+        found = np.zeros((len(q), n, n)) if found is None else found
+        found[:, own, own] = -cross_matrices(v[:, own])
+        for A in (M, of_positions, of_velocities):
+            A[:, own] = np.swapaxes(R, 1, 2) @ A[:, own]
+            A[:, :, own] = A[:, :, own] @ R
+    return found
 
 
 def _split(J: Array) -> tuple[Array, Array] | None:

@@ -51,8 +51,8 @@ NEXT, NEAREST = 8.0, 4.0
 AIM = 0.5
 #: difference of two runs above which it does not measure their errors any more
 SATURATED = 0.05
-#: most runs; least eps over the tolerance; most steps expected of a run
-MOST, LEAST, MOST_STEPS = 14, 1e-5, 2e7
+#: most runs; least eps over the tolerance, for methods of order above 5 and for others; most steps expected of a run
+MOST, LEAST_OF_HIGH_ORDER, LEAST, MOST_STEPS = 14, 1e-10, 1e-5, 2e7
 #: factor by which a claim may be too small because two runs agree by chance: for our methods, and for backends, whose
 #: changes of the order and of the step make errors fall irregularly
 CHANCE, CHANCE_OF_BACKENDS = 3.0, 30.0
@@ -268,7 +268,9 @@ class _Ladder:
         # a contact with another outcome in another run changes the motion once; the motion after it converges again
         decided = all(x.contacts[-1] <= tol for x in trials[-3:] if len(x.contacts))
         three = len(trials) > 3 and all(x.done for x in trials[-3:])
-        if decided and three and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
+        # long steps may still be too large for a motion that amplifies errors, but not rounding, beyond the tolerance
+        growing = self.few and last.differs > SATURATED and self.growth is not None and self.growth.log.max() > GROWN
+        if decided and three and not growing and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
             self.reason = "runs with shorter steps do not converge"
             if last.differs < SATURATED:
                 return None
@@ -289,7 +291,8 @@ class _Ladder:
             if last.eps < NEAREST * self.failed[-1].eps:
                 return None
             eps = max(eps, self._between(last))
-        if self._runs >= MOST or eps < LEAST * tol or not self._affordable(last, eps):
+        least = LEAST_OF_HIGH_ORDER if self.few else LEAST
+        if self._runs >= MOST or eps < least * tol or not self._affordable(last, eps):
             self.reason = self.reason or TOO_MANY_STEPS
             return None
         return eps

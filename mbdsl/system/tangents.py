@@ -26,7 +26,7 @@ def tangents(
     """A list of matrices (N, n + m + p, n + m + p) at states q, v (N, n), lam (N, m + p) at times t (N,).
 
     ``requests`` contains the factors of each, as keywords of ``System.entries``; those with ``cA`` need the
-    accelerations a (N, n).
+    accelerations a (N, n). Rotations of bodies in space are in world axes.
     """
     n, size, count, w = system.n, system.unknowns, len(t), system._at(t[0], q[0], v[0], lam[0])
     kernels, A, vectors = system._any_kernels(1), np.zeros(system.size), w.vectors
@@ -36,8 +36,10 @@ def tangents(
     evaluate = _of_time(kernels.evaluate, *rest)
     calls = [_of_time(kernels.tangent, *(x.get(c, 0.0) for c in FACTORS), *rest, A) for x in requests]
     found = np.empty((len(requests), count, system.size))
+    in_space = len(system.tables.rotations) > 0
     for k, now in enumerate(t.tolist()):
-        position[:], velocity[:], multipliers[:] = q[k], v[k], lam[k]
+        position[:] = system.into_charts(q[k], w.numbers) if in_space else q[k]
+        velocity[:], multipliers[:] = v[k], lam[k]
         evaluate(now)
         if a is not None:
             accelerations[:] = a[k]
