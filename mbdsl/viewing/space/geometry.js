@@ -1,5 +1,6 @@
 // Geometries of unit size, by the names of solids: centred, round ones about the z axis, from z = -0.5 to 0.5.
 const SIDES = 48;
+const PITCH = 1.6; // of coils, relative to their radius; as in symbols.py
 
 function upright(geometry) {
   return geometry.rotateX(Math.PI / 2);
@@ -46,7 +47,11 @@ const GEOMETRIES = {
   wheel,
   ring: () => new THREE.TorusGeometry(1, 0.12, 12, SIDES),
   spiral: () => wire((part) => helix(3, 0)(part).map((x) => x * (0.2 + 0.8 * part)), 60, 0.07),
-  coil: () => wire(helix(9, 9), 180, 0.17).scale(1, 1, 1 / 9),
+  coil: ({ turns }) => {
+    const length = PITCH * turns;
+    return wire(helix(turns, length), 16 * turns, 0.16).scale(1, 1, 1 / length);
+  },
+  wire: ({ points, radius }) => wire((part) => points[Math.round(part * (points.length - 1))], points.length - 1, radius),
   piston: () => THREE.mergeGeometries([round(1, -0.5, 0.05), round(0.45, 0, 0.5)]),
 };
 

@@ -18,6 +18,7 @@ from mbdsl.viewing.motion import GROUND, MOST_FRAMES, MOST_NUMBERS, chosen_rows
 Array = NDArray[np.float64]
 
 UNTURNED = (1.0, 0.0, 0.0, 0.0)
+CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,13 @@ class SpaceMotion:
         """World components (N, 3) of vectors (N, 3) or (3,) in the axes of a place."""
         own = rotated(np.array(place.p), vectors)
         return own if place.track == GROUND else rotated(self.poses[:, place.track, 3:], own)
+
+    def inverse(self, place: Place, points: Array) -> Array:
+        """Coordinates (N, 3) [m] in the axes of a place of points (N, 3) of the world."""
+        away = points - self.positions(place)
+        if place.track != GROUND:
+            away = rotated(self.poses[:, place.track, 3:] * CONJUGATE, away)
+        return rotated(np.array(place.p) * CONJUGATE, away)
 
     def extremes(self, places: Iterable[Place]) -> tuple[Array, Array]:
         """The lowest and highest coordinates (N, 3) [m] of places at each time; infinite without finite ones."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mbdsl.viewing import page
 from mbdsl.viewing.motion import GROUND
-from mbdsl.viewing.page import array, levels, plotted, short
+from mbdsl.viewing.page import array, levels, numbers, plotted, short
 from mbdsl.viewing.projection import VIEWS, view
 from mbdsl.viewing.signals import Plots
 from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
@@ -144,7 +144,8 @@ class _Packing:
 
     def solid(self, s: Solid) -> dict[str, Any]:
         at = [self.spot(place) for place in s.at]
-        return {"draw": s.draw, "role": s.role, "name": s.name, "at": at, "size": [short(x) for x in s.size], **s.data}
+        own = numbers({"size": s.size, **s.data})
+        return {"draw": s.draw, "role": s.role, "name": s.name, "at": at, **own}
 
     def poses(self, motion: SpaceMotion) -> dict[str, Any]:
         poses = motion.poses.copy()

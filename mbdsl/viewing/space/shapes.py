@@ -24,7 +24,7 @@ OF_SIZE, OF_LENGTH = 0.03, 0.14  #: size of symbols relative to the mechanism, a
 BAR, MASS = 0.34, 0.8  #: radius of bars and of bodies without dimensions, in units
 FLAT = 1.2  #: ratio of moments of inertia up to which a body counts as a thin disc
 THIN = 0.08  #: thickness of a disc relative to its radius
-LARGE, DISCS = 0.25, 1.5  #: largest radius of solids and discs by moments of inertia, relative to the mechanism
+LARGE, DISCS = 0.5, 1.5  #: largest radius of solids and discs by moments of inertia, relative to the mechanism
 TRAVELS = 4.5  #: extent of the motion relative to the mechanism from which the camera follows a body at first
 #: kinds of elements for which no point of the ground is special
 UNATTACHED = {"RollingDisc", "KnifeEdge", "PointOnPlane", "Force", "Torque", "FreeMotion", "VelocityConstraint"}
@@ -116,7 +116,7 @@ def _wheels(motion: SpaceMotion) -> Iterator[tuple[str, Solid]]:
 
 def _own(c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid], within: float) -> Solid | None:
     """The solid of a body by its dimensions, as a wheel, or by its moments of inertia; the last only if it is not large
-    beside the mechanism, whose frames are ``within`` a distance [m]."""
+    beside the mechanism, whose frames are ``within`` a distance [m], and beside the frames of the body."""
     v, centre = c.values, motion.spots[f"{c.name}.c"]
     if c.name in wheels:
         return wheels[c.name]
@@ -131,9 +131,15 @@ def _own(c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid], within:
     if c.kind.name == "Sphere":
         return Solid("ball", BODY, c.name, (centre,), (float(v["radius"]),) * 3)
     if c.kind.name == "Body" and v["m"] > 0.0:
-        found = _of_inertia(c, centre, _is_bare(c, motion))
-        most = DISCS if found is not None and found.draw == "cylinder" else LARGE
-        return found if found is not None and (within == 0.0 or _reach(found) < most * within) else None
+        apart = max(hypot(*motion.spots[name].r) for name in motion.frames[c.name])
+        bare = apart < 1e-9 * max(1.0, float(np.nanmax(np.abs(motion.poses[..., :3]), initial=0.0)))
+        found = _of_inertia(c, centre, bare)
+        if found is None or within == 0.0:
+            return found
+        most = (DISCS if found.draw == "cylinder" else LARGE) * within
+        if found.draw == "ball" and not bare:
+            most = min(most, apart) / 2
+        return found if _reach(found) < most else None
     return None
 
 
@@ -161,11 +167,6 @@ def _of_inertia(c: Component, centre: Place, bare: bool) -> Solid | None:
     if np.linalg.det(axes) < 0.0:
         axes = axes * (1.0, 1.0, -1.0)
     return Solid("box", BODY, c.name, (centre.moved(p=quaternions(of_matrix(axes)).tolist()),), tuple(edges.tolist()))
-
-
-def _is_bare(c: Component, motion: SpaceMotion) -> bool:
-    apart = [hypot(*motion.spots[name].r) for name in motion.frames[c.name]]
-    return max(apart) < 1e-9 * max(1.0, float(np.nanmax(np.abs(motion.poses[..., :3]), initial=0.0)))
 
 
 def _axis_along(n: Sequence[float]) -> tuple[float, ...]:

@@ -23,7 +23,7 @@ class Solids {
     this.tracks = data.tracks.map(() => new THREE.Matrix4());
     const kinds = new Map();
     for (const solid of data.solids) {
-      const key = [solid.draw, solid.bore, solid.role === "body"].join();
+      const key = [solid.draw, solid.bore, solid.turns, solid.points && solid.name, solid.role === "body"].join();
       if (!kinds.has(key)) kinds.set(key, []);
       kinds.get(key).push({ ...solid, matrix: new THREE.Matrix4(), local: this.local(solid) });
     }

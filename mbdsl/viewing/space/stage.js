@@ -5,7 +5,8 @@ const SHADOWS = 1024; // pixels of the map of shadows
 class Stage {
   constructor(canvas, data, motion, ghost) {
     Object.assign(this, { canvas, data, motion, ghost, theme: null, lines: new Map() });
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    // with the buffer preserved, the picture is in prints, too
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     canvas.removeAttribute("data-engine"); // its attributes are the state of the view
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
@@ -219,7 +220,7 @@ class Stage {
   }
 
   resize(width, height, ratio) {
-    this.renderer.setPixelRatio(ratio);
+    this.renderer.setPixelRatio(Math.min(2, ratio));
     this.renderer.setSize(width, height, false);
   }
 }

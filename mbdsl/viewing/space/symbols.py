@@ -19,6 +19,9 @@ from mbdsl.viewing.motion import GROUND
 from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
 
 JOINT, FORCE, DRIVE, SUPPORT, BODY = "joint", "force", "drive", "support", "body"
+#: radius of coils in units, their pitch relative to it, and numbers of turns
+COIL, PITCH, LEAST_TURNS, MOST_TURNS = 0.8, 1.6, 5, 30
+MOST_POINTS = 400  #: of a wire
 HALF = sqrt(0.5)
 #: quaternions that turn the z axis to the x or y axis: cylinders, rings and coils have the axis z
 TO_X, TO_Y = (HALF, 0.0, HALF, 0.0), (HALF, -HALF, 0.0, 0.0)
@@ -121,9 +124,28 @@ def _between(*parts: tuple[str, float], role: str = FORCE, ends: float = 0.0) ->
 def _spring_damper(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
     """A coil, a dashpot or both, by the constants that are not zero."""
     k, damping = (c.values.get(name) for name in ("k", "c"))
-    parts = [] if damping and not k else [("coil", 0.8)]
-    parts += [("piston", 0.36)] if damping else []
-    yield from _between(*parts)(c, a, b, motion, unit)
+    if k or not damping:
+        radius = COIL * unit
+        length = np.linalg.norm(motion.positions(b) - motion.positions(a), axis=1)
+        mean = float(length[np.isfinite(length)].mean()) if np.isfinite(length).any() else 0.0
+        turns = min(MOST_TURNS, max(LEAST_TURNS, round(mean / (PITCH * radius))))
+        yield Solid("coil", FORCE, c.name, (a, b), (radius, radius), {"turns": turns})
+    if damping:
+        yield from _between(("piston", 0.36))(c, a, b, motion, unit)
+
+
+def _track(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """The path of frame_b in the axes of frame_a as a wire, and a bead on it."""
+    path = motion.inverse(a, motion.positions(b))
+    path = path[np.isfinite(path).all(axis=1)]
+    kept = [0] if len(path) else []
+    for k, point in enumerate(path):
+        if np.linalg.norm(point - path[kept[-1]]) > 0.5 * unit and len(kept) < MOST_POINTS:
+            kept.append(k)
+    if len(kept) > 2:
+        data = {"points": path[kept].tolist(), "radius": 0.16 * unit}
+        yield Solid("wire", JOINT, c.name, (a,), (1.0, 1.0, 1.0), data)
+    yield Solid("ball", JOINT, c.name, (b,), (0.5 * unit,) * 3)
 
 
 def _nothing(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
@@ -155,6 +177,7 @@ SYMBOLS: dict[str, Symbol] = {
     "spiral": _one("spiral", FORCE, (1.2, 1.2, 1.2)),
     "turning": _one("ring", DRIVE, (1.0, 1.0, 1.0)),
     "stop": _stop,
+    "track": _track,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,
     "nothing": _nothing,
@@ -169,7 +192,7 @@ KNOWN = {
     "Screw": "sleeve",
     "PointOnLine": "bead",
     "PointOnPlane": "point",
-    "PointOnCurve": "point",
+    "PointOnCurve": "track",
     "PointOnSurface": "point",
     "Planar": "plate",
     "Fixed": "weld",

@@ -72,16 +72,14 @@ function measure() {
 }
 
 // Points of a solid, each with its distance from the edge.
-function hull({ draw, at, size: [x, y, z] }) {
+function hull({ draw, at, size: [x, y, z], points, radius }) {
   if (at.length > 1) return at.map((place) => [place, x]);
-  const corners = draw === "box" ? [-0.5, 0.5].flatMap((i) => [-0.5, 0.5].map((j) => [i * x, j * y])) : [[0, 0]];
-  const long = ["box", "bar", "cylinder", "tube"].includes(draw);
   const matrix = matrixOf(at[0].slice(1));
-  const points = (long ? [-0.5 * z, 0.5 * z] : [0]).flatMap((c) => corners.map(([a, b]) => [a, b, c]));
-  return points.map((p) => {
-    const moved = new THREE.Vector3(...p).applyMatrix4(matrix);
-    return [[at[0][0], moved.x, moved.y, moved.z], draw === "box" ? 0 : x];
-  });
+  const placed = (p) => [at[0][0], ...new THREE.Vector3(...p).applyMatrix4(matrix)];
+  if (draw === "wire") return points.map((p) => [placed(p), radius]);
+  const corners = draw === "box" ? [-0.5, 0.5].flatMap((i) => [-0.5, 0.5].map((j) => [i * x, j * y])) : [[0, 0]];
+  const ends = ["box", "bar", "cylinder", "tube"].includes(draw) ? [-0.5 * z, 0.5 * z] : [0];
+  return ends.flatMap((c) => corners.map((corner) => [placed([...corner, c]), draw === "box" ? 0 : x]));
 }
 
 // Points of the mechanism with their distances from the edges of solids, at several times; `only`: around a body.

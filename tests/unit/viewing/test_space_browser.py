@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mbdsl import parse
 from mbdsl.viewing.projection import VIEWS, view
@@ -85,6 +86,34 @@ def test_the_scene_graph_is_the_trajectory(browser, arm_page):
         assert arm[3, :3] == pytest.approx(0.5 * along, abs=0.5 * 2e-4 + 1e-6)
         assert arm[2, :3] == pytest.approx(along, abs=1e-5)  # the length is 1 m; the rotation is interpolated as such
         assert ball[3, :3] == pytest.approx([np.cos(t), np.sin(t), 0.3 * t], abs=6e-5)
+
+
+def test_attitudes(browser, trajectory_of, tmp_path):
+    """The axes of a box at rotation vectors of all directions: those of SciPy; and a frame on it."""
+    scene = parse(
+        """spatial model A Ground g(g = 0); FreeMotion f(g, b.c);
+        Box b(m = 1 kg, length = 1 m, width = 1 m, height = 1 m, frames(tip = {0.1, 0.2, 0.3})); end A;"""
+    )
+    psi = np.array([[0.3, -0.8, 0.5], [-1.2, 0.4, 2.1], [2.0, 1.0, -1.5]])
+    r = np.array([[1.0, 2.0, 3.0], [-1.0, 0.5, 0.0], [0.0, 0.0, 1.0]])
+    trajectory_of(scene, [0.0, 1.0, 2.0], {"b": np.column_stack([r, psi])}).animate(tmp_path / "page.html")
+    opened(browser, tmp_path / "page.html")
+    for k, part in enumerate((0.0, 0.5, 1.0)):
+        browser.scrub(part)
+        R = Rotation.from_rotvec(psi[k])
+        matrix = np.array(browser.value(f"{MATRIX}('b')")).reshape(4, 4)
+        assert matrix[:3, :3] == pytest.approx(R.as_matrix().T, abs=1e-6)
+        assert matrix[3, :3] == pytest.approx(r[k], abs=1e-6)
+        assert browser.value("motion.point(data.points['b.tip'])") == pytest.approx(
+            r[k] + R.apply([0.1, 0.2, 0.3]), abs=1e-6
+        )
+
+
+def test_prints_have_the_picture(browser, arm_page):
+    """The picture can be read at any time after it is painted, as a print does."""
+    opened(browser, arm_page)
+    browser.settle()
+    assert browser.value(PIXELS.replace("paint();", "", 1))[2] > 100
 
 
 def test_the_table_of_poses(browser, arm_page):

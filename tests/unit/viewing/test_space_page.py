@@ -198,3 +198,32 @@ def test_springs_pull_along_their_line(trajectory_of):
     run = trajectory_of(scene, [0.0], {"b": np.array([[3.0, 4.0, 0.0]])})
     (spring,) = loads(run, motion(run))
     assert spring.values[0] == pytest.approx([-24.0, -32.0, 0.0])
+
+
+def test_a_coil_has_turns_for_its_length(trajectory_of):
+    """A spring of 1 m has about twice the turns of one of 0.5 m beside it, because its wire has one thickness."""
+    scene = parse(
+        """spatial model A Ground g(g = 0); PointMass b(m = 1 kg); PointMass d(m = 1 kg); PointMass e(m = 1 kg);
+        FreeMotion f(g, b); FreeMotion h(g, d); FreeMotion i(g, e);
+        SpringDamper long(g, b, k = 1 N/m, s0 = 1 m); SpringDamper short(g, d, k = 1 N/m, s0 = 1 m); end A;"""
+    )
+    places = {"b": [1.0, 0.0, 0.0], "d": [0.0, 0.5, 0.0], "e": [0.0, 0.0, 2.0]}
+    run = trajectory_of(scene, [0.0], {name: np.array([r]) for name, r in places.items()})
+    turns = {s.name: s.data["turns"] for s in drawing(motion(run)).solids if s.draw == "coil"}
+    assert turns["short"] > 5 and turns["long"] == pytest.approx(2 * turns["short"], abs=1)
+
+
+def test_a_curve_is_a_wire_in_its_frame(trajectory_of):
+    """A bead on a helix, drawn in axes that are turned by 90 degrees about x and shifted."""
+    scene = parse(
+        """spatial model A Ground ground; Frame base(ground, r = {1, 0, 0}, n = {1, 0, 0}, phi = 90 deg);
+        PointMass bead(m = 1 kg); PointOnCurve wire(base, bead, f1 = x - 1 m*cos(z/(1 m)), f2 = y - 1 m*sin(z/(1 m)));
+        end A;"""
+    )
+    u = np.linspace(0.0, 6.0, 101)
+    # the axes y and z of the frame are z and -y of the world
+    run = trajectory_of(scene, u, {"bead": np.column_stack([1 + np.cos(u), -u, np.sin(u)])})
+    (wire,) = [s for s in drawing(motion(run)).solids if s.draw == "wire"]
+    x, y, z = np.array(wire.data["points"]).T
+    assert len(x) > 20
+    assert np.column_stack([x, y]) == pytest.approx(np.column_stack([np.cos(z), np.sin(z)]), abs=1e-12)
