@@ -1716,6 +1716,11 @@ class SpatialBuilder(Builder):
         frame_b: Place | None = None,
         pitch: Number,
         n: Vector = (1.0, 0.0, 0.0),
+        radius: Number | None = None,
+        mu: Number = 0.0,
+        mu_s: Number | None = None,
+        v_s: Number = 0.001,
+        v_st: Number | None = None,
         s: Start | None = None,
         v: Start | None = None,
         phi: Start | None = None,
@@ -1739,6 +1744,16 @@ class SpatialBuilder(Builder):
             Displacement of a turn to the right; negative for a left-hand thread.
         n : (3,) numbers or str, optional
             Axis of the motion, in frame_a.
+        radius : number or str, optional [m]
+            Mean radius of the thread; required with friction; positive.
+        mu : number or str, optional
+            Coefficient of friction; 0: none; at least 0.
+        mu_s : number or str, optional
+            Coefficient around standstill; default mu; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which friction changes its sign: tanh(v/v_s); positive.
+        v_st : number or str, optional [m/s]
+            Stribeck speed; default 40 v_s; positive.
         s, v, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

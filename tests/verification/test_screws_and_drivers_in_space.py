@@ -62,6 +62,27 @@ def test_turns_of_a_thread_follow_from_its_position():
     np.testing.assert_allclose(t["thread.phi"], 2 * np.pi * (10.3 + 0.5 * t.t / PITCH), rtol=1e-8)
 
 
+@pytest.mark.parametrize("pitch", [0.2, -0.2])
+def test_friction_in_a_thread(pitch):
+    """By hand, with the lead angle l: m A = m g - N (cos l + mu sin l), J A/h = r N (sin l - mu cos l)."""
+    mu, r = 0.1, 0.03
+    lead, h = np.arctan(0.2 / (2 * np.pi * r)), 0.2 / (2 * np.pi)
+    text = nut(pitch, "thread.s = 0 m; thread.v = -1 m/s;").replace("m);\n", f"m, mu = {mu}, radius = {r} m);\n", 1)
+    assert "radius" in text
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, stop=1.0, interval=0.1)
+    across, along = np.cos(lead) + mu * np.sin(lead), np.sin(lead) - mu * np.cos(lead)
+    a = M * G / (M + J[1] * across / (h * r * along))
+    np.testing.assert_allclose(t["thread.v"], -1 - a * t.t, rtol=1e-6)
+    np.testing.assert_allclose(t["thread.friction"], mu * J[1] * a / (h * r * along), rtol=1e-6)
+
+
+def test_a_thread_that_locks_itself():
+    """With mu > tan(lead angle), the nut stays where it is, up to a creep below v_s."""
+    text = nut(0.01, "thread.s = 0 m; thread.v = 0 m/s;").replace("m);\n", "m, mu = 0.1, radius = 0.03 m);\n", 1)
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, stop=1.0, interval=0.1)
+    assert -1e-3 < t["thread.s"][-1] < 0.0
+
+
 def test_a_thread_without_pitch_is_refused():
     with pytest.raises(mbdsl.ModelError, match="the joint is a Revolute"):
         mbdsl.parse(nut(pitch=0.0))

@@ -4,13 +4,19 @@
 
 h = pitch/(2 pi), and the angle is that of y_b about x_a. Whole turns, that is whole pitches, are removed from the last
 row: the number of turns follows from the position, so that s = h phi.
+
+Friction: a force mu N along the thread at its mean radius r, against the sliding there, v along the axis and r w around
+it, see friction.py and rubbing.py. The flanks of a square thread carry the thrust lam_5 with the normal force
+lam_5 (1 + (h/r)^2)^(1/2), and N contains the load (lam_1, lam_2) across the axis as well.
 """
 
+from collections.abc import Mapping
 from math import floor, pi
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.in_space import cylindrical, prismatic
+from mbdsl.elements import friction
+from mbdsl.elements.in_space import cylindrical, prismatic, rubbing
 from mbdsl.elements.in_space.coordinates import (
     PHI_A,
     PHI_B,
@@ -28,6 +34,14 @@ from mbdsl.elements.in_space.prismatic import SIGNALS, X_A, Y_A, Z_A
 from mbdsl.elements.in_space.vectors import cross, direction, reactions, total
 from mbdsl.elements.kind import Parameter, Signal
 
+
+def check(v: Mapping) -> str | None:
+    if v["pitch"] == 0.0:
+        return "the pitch is zero: the joint is a Revolute"
+    return direction(v) or friction.check(v)
+
+
+FLANKS = f"lam[5]*hypot(1, pitch/({2 * pi!r}*radius))"
 KIND = in_space(
     cylindrical.KIND,
     name="Screw",
@@ -36,6 +50,8 @@ KIND = in_space(
     parameters=(
         Parameter("pitch", "m", doc="displacement of a turn to the right; negative for a left-hand thread"),
         prismatic.AXIS,
+        Parameter("radius", "m", None, "mean radius of the thread; required with friction", positive=True),
+        *friction.parameters("v", "m/s", 1e-3),
     ),
     signals=(
         *SIGNALS,
@@ -50,11 +66,9 @@ KIND = in_space(
             (f"(lam[5]*pitch/{2 * pi!r})", X_A),
         ),
     ),
-    friction="",
-    friction_rows=(),
-    derive=lambda v: {},
-    effects={},
-    check=lambda v: direction(v) or ("the pitch is zero: the joint is a Revolute" if v["pitch"] == 0.0 else None),
+    friction=rubbing.size(f"hypot(hypot(lam[1], lam[2]), {FLANKS})", "v", *cylindrical.RATES),
+    derive=friction.derive,
+    check=check,
     table=lambda v: (v["pitch"] / (2 * pi),),
 )
 
