@@ -1,8 +1,9 @@
 """Warnings about runs with fixed steps: peaks of laws within a step, growing energy, contacts that are not resolved.
 
-Fixed steps have no error estimate. Three symptoms are checked. During the run, all steps are searched for peaks of
+Fixed steps have no error estimate. Four symptoms are checked. During the run, all steps are searched for peaks of
 laws between their ends (:mod:`mbdsl.integrators.missed_peaks`). After the run, its outputs are checked for growing
-energy in models without a source of energy, and for unresolved contacts in models whose laws have conditions.
+energy in models without a source of energy, for unresolved contacts in models whose laws have conditions, and in space
+for bodies that make half a turn in a step.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.simulation.large_rotations import LargeRotations
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion, Moving
 from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks
 from mbdsl.simulation.trajectory import Trajectory
@@ -58,10 +60,12 @@ class Watch:
         scene = motion.system.scene
         self._energy: EnergyGrowth | None = None
         self._kicks: list[tuple[Moving, Kicks] | None] = []
+        self._turns: list[LargeRotations | None] = []
         if fixed and passive(scene):
             self._energy = EnergyGrowth([e for c in _by_law(scene) for e in law_expressions(c)])
         for p in motion.parts:
             looks = fixed and isinstance(p.integration, Integration) and p.method != KINEMATIC
+            self._turns.append(LargeRotations(p.system, motion.plan.h) if looks and scene.spatial else None)
             looks = looks and bool(p.system.tables.switches)
             self._kicks.append((p, Kicks(p.system.tables.scale)) if looks else None)
 
@@ -73,6 +77,9 @@ class Watch:
         for looks, (q, v) in zip(self._kicks, states, strict=True):
             if looks is not None:
                 looks[1].add(trajectory.t, q, v)
+        for turns, (_, v) in zip(self._turns, states, strict=True):
+            if turns is not None:
+                turns.add(trajectory.t, v)
 
     def doubts(self) -> list[str]:
         """Warnings about a run with fixed steps, or by a backend that does not search its steps for peaks of laws."""
@@ -81,6 +88,7 @@ class Watch:
         if motion.plan.tol is not None:
             return [text for text in found if text]
         peak = _first_peak(motion)
+        found += [turns.warning() for turns in self._turns if turns is not None]
         if self._rows >= 3:
             found.append(None if self._energy is None else _growth(self._energy, motion))
             found += [_kicked(motion, *looks) for looks in self._kicks if looks is not None]
@@ -94,7 +102,8 @@ class Watch:
         """The state for a checkpoint."""
         energy = None if self._energy is None else self._energy.state()
         kicks = [None if looks is None else looks[1].state() for looks in self._kicks]
-        return {"rows": self._rows, "energy": energy, "kicks": kicks}
+        turns = [None if looks is None else looks.state() for looks in self._turns]
+        return {"rows": self._rows, "energy": energy, "kicks": kicks, "turns": turns}
 
     def restore(self, known: dict[str, Any]) -> None:
         """Continue from a state."""
@@ -104,6 +113,9 @@ class Watch:
         for looks, kept in zip(self._kicks, known["kicks"], strict=True):
             if looks is not None:
                 looks[1].restore(kept)
+        for turns, kept in zip(self._turns, known["turns"], strict=True):
+            if turns is not None:
+                turns.restore(kept)
 
 
 def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> list[str]:
