@@ -91,9 +91,13 @@ class Kind:
     #: of kinds in space: values -> {port: axes (9 numbers)} of the frames that its kernels and formulas use instead of
     #: those of the ports, relative to them
     axes: Callable[[Mapping], Mapping[str, tuple[float, ...]]] = lambda values: {}
-    #: of kinds in space: whether its kernels count the turns of an angle: ``table`` begins with two numbers, the angle
-    #: at the end of the last accepted step and that of the last evaluation
+    #: of kinds in space: whether its kernels count the turns of angles, the signals ``counted``: ``table`` begins with
+    #: two numbers of each, the angle at the end of the last accepted step and that of the last evaluation
     counts_turns: bool = False
+    counted: tuple[str, ...] = ("phi",)
+    #: of kinds in space: signal -> formula of this angle at the start, up to less than half a turn; by default, phi is
+    #: the angle of frame_b relative to frame_a
+    first_angles: Mapping[str, str] = field(default_factory=dict)
     #: of kinds in space, "rotation" or "translation": attached to a joint, and unless n is given, their axis n is that
     #: of the joint's free motion of this sort
     follows: str = ""

@@ -121,6 +121,8 @@ def _pose(
     y = _positions(system, t, shape, given, metric, until)
     if not system.scene.spatial:
         return shape, y
+    if isinstance(shape, InPlane):
+        shape.count_turns(y)
     q = unmirrored(system, t, shape.expand(y), lambda q: _positions(system, t, AsIs(system, q), given, metric, until))
     return AsIs(system, q), q
 
@@ -239,6 +241,8 @@ def _positions(
             q = shape.expand(y)
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)
             r_c = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
+            if system.tables.angles:
+                system.count_angles()  # from iterate to iterate, which are less than half a turn apart
             soft_value, soft_q, _v = _stack(system, soft, t, q, at_rest)
             r_s = _misses(soft_value, soft)
             J, r_c = without_units(shape.reduce(y, _stacked(system.Phi_q(t, q), d_q)), r_c, scale)

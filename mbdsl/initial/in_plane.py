@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.numerics import rotation_arrays
+from mbdsl.system.signals import values
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ class InPlane:
 
     def __init__(self, system: System, q: Array) -> None:
         self.system, self._guess, size = system, q, system.tables.scale
+        self._angles = dict(system.tables.first_angles)
         start, keep, entries = list[float](), list[int](), list[tuple[int, int, float]]()
         for name, model in system.tables.models.items():
             d, first = system.tables.coordinates[name], len(start)
@@ -43,18 +45,31 @@ class InPlane:
         self.start, self._of = np.array(start), np.array(keep, int)
         self.scale = size[self._of]
         self.angles = np.array([name.endswith(".rz") for name in system.names()], bool)[self._of]
-        rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
+        rows, columns, numbers = zip(*entries, strict=True) if entries else ((), (), ())
         shape = (system.n, len(start))
         if system.unknowns > DENSE_LIMIT:
             from scipy.sparse import csr_array
 
-            self.directions: Array | csr_array = csr_array((values, (rows, columns)), shape=shape)
+            self.directions: Array | csr_array = csr_array((numbers, (rows, columns)), shape=shape)
         else:
             self.directions = np.zeros(shape)
-            self.directions[list(rows), list(columns)] = values
+            self.directions[list(rows), list(columns)] = numbers
 
     def begin(self) -> None:
-        pass
+        """Angles that count turns are those of the guess."""
+        for node, angle in self._angles.items():
+            self.system.set_first_angle(node, angle)
+
+    def count_turns(self, y: Array) -> None:
+        """Count the turns of angles on the way from the guess to y: bodies may have turned by more than half a turn."""
+        self.begin()
+        change, nodes = y - self.start, list(self._angles)
+        steps = 1 + int(np.abs(change[self.angles]).max(initial=0.0))  # of at most a radian
+        if steps > 1 and nodes:
+            part, rest = np.linspace(0.0, 1.0, steps + 1), np.zeros((steps + 1, self.system.n))
+            path = np.array([self.expand(self.start + x * change) for x in part])
+            for node, angle in zip(nodes, values(self.system, nodes, 0.0 * part, path, rest), strict=True):
+                self.system.set_first_angle(node, float(angle[-1]))
 
     def expand(self, y: Array) -> Array:
         """q (n,)"""

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.formulas import evaluate
 from mbdsl.expressions.spatial_coordinates import CARDAN, named
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.poses_in_space import about, composed, inverse, turned_successively
 from mbdsl.mechanism.scene import InitialValue, Scene
+from mbdsl.mechanism.signals import Formulas
 from mbdsl.system.body_models import body_pose
 from mbdsl.system.signals import values as values_of
 from mbdsl.system.system import System
@@ -85,14 +87,17 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         poses[body.name] = pose = (*origin, *pose[3:])
         d, model = tables.coordinates[body.name], tables.models[body.name]
         q[d : d + model.n] = model.placed(pose)[0]
+    for name, frame in scene.frames.items():
+        node = named(name, "phi")
+        system.set_first_angle(node, said.get(node, turns.get(frame.body, 0.0) + _turn_of(frame)))
     for c in scene.components.values():
         for key in c.signals:
             node = scene.signal_of(c, key)
             if node is not None and node.op == "angle":
-                system.set_first_angle(node, _first_angle(system, c, key, node, said, turns, drivers))
-    for name, frame in scene.frames.items():
-        node = named(name, "phi")
-        system.set_first_angle(node, said.get(node, turns.get(frame.body, 0.0) + _turn_of(frame)))
+                first = _by_formula(system, c, key, t, q) if key in c.kind.first_angles and node not in said else None
+                system.set_first_angle(
+                    node, _first_angle(system, c, key, node, said, turns, drivers) if first is None else first
+                )
     return q
 
 
@@ -173,6 +178,13 @@ def _first_angle(
         return 0.0
     a, b = (scene.frames[c.ports[port]] for port in ("frame_a", "frame_b"))
     return turns.get(b.body, 0.0) + _turn_of(b) - turns.get(a.body, 0.0) - _turn_of(a)
+
+
+def _by_formula(system: System, c, key: str, t: float, q: Array) -> float:
+    """The angle at the start that follows from those of the frames."""
+    formulas = Formulas(c.kind, c.name, c.values.get, lambda port, name: named(c.ports[port], name))
+    root = evaluate(c.kind.first_angles[key], formulas)
+    return float(values_of(system, [root], np.array([t]), q[None], np.zeros((1, system.n)))[0][0])
 
 
 def _known(system: System, joint, said, name: str, t: float) -> float:

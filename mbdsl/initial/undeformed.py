@@ -26,12 +26,15 @@ class AsIs:
     def __init__(self, system: System, q: Array) -> None:
         self.system, self.start, self.scale = system, q, system.tables.scale
         self._turns = {name: body.turn for name, body in system.tables.models.items()}
+        self._angles = {node: x for node, x in system.tables.first_angles.items() if node in system.tables.angles}
         self.angles = np.array([name.endswith((".phi", ".rx", ".ry", ".rz")) for name in system.names()], bool)
 
     def begin(self) -> None:
         """Turns are counted from the start on."""
         for name, angle in self._turns.items():
             self.system.set_turn(name, angle)
+        for node, angle in self._angles.items():
+            self.system.set_first_angle(node, angle)
 
     def expand(self, y: Array) -> Array:
         """q (n,) from the unknowns y; turns are counted from there on."""

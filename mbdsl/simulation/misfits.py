@@ -6,6 +6,7 @@ import numpy as np
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError
+from mbdsl.expressions.symbolic import coordinate
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.system.signals import values
 
@@ -28,9 +29,13 @@ def misfits(motion: Motion) -> list[str]:
         for name, component in scene.components.items():
             if not isinstance(component.kind, JointKind) or component.kind.misfit is None:
                 continue
-            ends = [scene.signal(f"{frame}.{key}") for key in "xy" for frame in component.ports.values()]
-            (x_a,), (x_b,), (y_a,), (y_b,) = values(part.system, ends, t, q, v)
-            distance = float(np.hypot(x_b - x_a, y_b - y_a))
+            a, b = component.ports.values()
+            line = [coordinate(b, key) - coordinate(a, key) for key in ("xyz" if scene.spatial else "xy")]
+            apart = np.array([x[0] for x in values(part.system, line, t, q, v)])
+            if scene.spatial:  # across the axis
+                axis = [coordinate(a, f"z{key}") for key in "xyz"]
+                apart = np.cross(apart, [x[0] for x in values(part.system, axis, t, q, v)])
+            distance = float(np.linalg.norm(apart))
             if distance <= COINCIDENT * part.system.tables.size:
                 raise InitialisationError(
                     f"the centres of {component.kind.name} {name} coincide, and its line of centres has no direction",

@@ -45,9 +45,10 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
         if block.module.KIND.counts_turns:
             first, stride = buffers.layout[header + 2], buffers.layout[header + 3]
             for e, c in enumerate(block.components):
-                node = tables.scene.signal_of(c, "phi")
-                assert node is not None
-                tables.angles.setdefault(node, []).append(first + stride * e)
+                for i, name in enumerate(c.kind.counted):
+                    node = tables.scene.signal_of(c, name)
+                    assert node is not None
+                    tables.angles.setdefault(node, []).append(first + stride * e + 2 * i)
         for e, c in enumerate(block.components):
             if coupled:
                 first = buffers.layout[header + 2] + buffers.layout[header + 3] * e

@@ -1,0 +1,40 @@
+"""BeltDrive: a belt or chain around two pulleys or sprockets with axes along n, without slip or stretch.
+
+    g = r_a phi_a + r_b (phi_b - phi0)     with the angles from the line of centres, see line_of_centres.py  (1 row)
+
+r_b is negative for an open belt, whose pulleys turn in the same sense, and positive for a crossed belt. The multiplier
+is the difference of the tensions of the strands [N].
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import belt_drive
+from mbdsl.elements.in_space.gear_pair import REACTIONS, SIGNALS
+from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES, rolling, rolling_hessian
+from mbdsl.elements.in_space.revolute import AXIS
+from mbdsl.elements.in_space.vectors import both, direction
+
+DRAWING = "belt"
+
+KIND = in_space(
+    belt_drive.KIND,
+    parameters=(*belt_drive.KIND.parameters, AXIS),
+    signals=SIGNALS,
+    reactions=REACTIONS,
+    check=lambda v: belt_drive.check(v) or direction(v),
+    table=lambda v: (0.0, 0.0, 0.0, 0.0, *belt_drive.KIND.table(v)),
+    axes=both("z"),
+    counts_turns=True,
+    counted=("phi_a", "phi_b"),
+    first_angles=FIRST_ANGLES,
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    rolling(frames, a, b, p, G)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    rolling_hessian(frames, a, b, p, s, H)

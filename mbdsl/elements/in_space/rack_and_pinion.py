@@ -1,0 +1,81 @@
+"""RackAndPinion: the pitch circle about the origin of frame_b rolls on the pitch line of a rack along n of frame_a.
+
+    g = x_a . (r_b - r_a) + radius phi - s0     with x along n, and phi about the axis of the pinion          (1 row)
+
+phi is the angle of frame_b relative to frame_a, so that the rack may move in any way, with what guides the pinion. The
+multiplier is the force between the teeth along the rack [N].
+"""
+
+from mbdsl.compilation.buffer_layout_in_space import VALUE
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import rack_and_pinion
+from mbdsl.elements.in_space import prismatic
+from mbdsl.elements.in_space.coordinates import (
+    PHI_A,
+    PHI_B,
+    X,
+    angle,
+    angle_hessian,
+    dot2,
+    dot2_hessian,
+)
+from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.in_space.prismatic import X_A
+from mbdsl.elements.in_space.revolute import GRADIENT, SIGNALS_OF_ANGLE
+from mbdsl.elements.in_space.universal import product, unit
+from mbdsl.elements.in_space.vectors import reactions, total
+from mbdsl.elements.kind import Parameter
+
+DRAWING = "rack"
+RIGHT = 1e-9  #: cosine of two directions that counts as that of a right angle
+
+
+def right_angle(v, problem):
+    """A ``check`` for the direction n and the axis."""
+    if not (any(v["n"]) and any(v["axis"])):
+        return "the direction n or the axis is zero"
+    along = sum(x * y for x, y in zip(unit(v["n"]), unit(v["axis"]), strict=True))
+    return None if abs(along) < RIGHT else problem
+
+
+def axes(v):
+    """x along the rack, z along the axis of the pinion."""
+    x, z = unit(v["n"]), unit(v["axis"])
+    found = (*x, *product(z, x), *z)
+    return {"frame_a": found, "frame_b": found}
+
+
+KIND = in_space(
+    rack_and_pinion.KIND,
+    doc="A pinion about the origin of frame_b rolls on a rack along n of frame_a, on the side of axis x n. Other "
+    "joints guide the rack and hold the pinion.",
+    parameters=(
+        *rack_and_pinion.KIND.parameters,
+        Parameter("n", "1", (1.0, 0.0, 0.0), "direction of the rack", shape=(3,)),
+        Parameter("axis", "1", (0.0, 0.0, 1.0), "axis of the pinion, at right angles to n", shape=(3,)),
+    ),
+    signals=(*prismatic.SIGNALS, *SIGNALS_OF_ANGLE),
+    reactions=reactions(total(("-lam[1]", X_A)), total(("(-lam[1]*radius)", GRADIENT))),
+    check=lambda v: right_angle(v, "the axis of the pinion is not at right angles to the rack"),
+    table=lambda v: (0.0, 0.0, v["radius"], v["s0"]),
+    axes=axes,
+    counts_turns=True,
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    angle(frames, a, b, p, G, 0)
+    phi, x, y, z = G[0, VALUE], p[2] * G[0, PHI_B], p[2] * G[0, PHI_B + 1], p[2] * G[0, PHI_B + 2]
+    dot2(frames, a, X, b, G, 0)
+    G[0, VALUE] += p[2] * phi - p[3]
+    G[0, PHI_A] -= x
+    G[0, PHI_A + 1] -= y
+    G[0, PHI_A + 2] -= z
+    G[0, PHI_B], G[0, PHI_B + 1], G[0, PHI_B + 2] = x, y, z
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    dot2_hessian(frames, a, X, b, s[0], H)
+    angle_hessian(frames, a, b, p[2] * s[0], H)
