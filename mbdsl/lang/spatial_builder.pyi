@@ -22,6 +22,74 @@ class SpatialBuilder(Builder):
         replace: bool = False,
     ) -> Handle: ...
 
+    def BeltDrive(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        r_a: Number,
+        r_b: Number,
+        crossed: bool | str | Handle = False,
+        phi0: Number = 0.0,
+        n: Vector = (0.0, 0.0, 1.0),
+        theta: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        phi_a: Start | None = None,
+        phi_b: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a BeltDrive: a belt or chain around two pulleys or sprockets about
+        the frame origins, without slip or stretch.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        r_a : number or str [m]
+            Radius about frame_a; positive.
+        r_b : number or str [m]
+            Radius about frame_b; positive.
+        crossed : bool, optional
+            Whether the strands cross, so that the pulleys turn in opposite senses.
+        phi0 : number or str, optional [rad]
+            Angle of frame_b when frame_a and the line of centres are at angle 0.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        theta, phi, w, phi_a, phi_b : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the line from frame_a to frame_b about the z axis of the
+            world), ``phi`` [rad] (angle of frame_b about the axis of frame_a),
+            ``w`` [rad/s] (its rate), ``phi_a`` [rad] (angle of frame_a from the
+            line of centres), ``phi_b`` [rad] (angle of frame_b from the line of
+            centres), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along
+            y on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m]
+            (torque about x on frame_b), ``ty`` [N.m] (torque about y on frame_b),
+            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z
+            on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def Body(  # type: ignore[override]
         self,
         name: str,
@@ -255,6 +323,129 @@ class SpatialBuilder(Builder):
             ``z`` [m] (position along z of frame_a), ``phi_x`` [rad] (tilt about x
             of frame_a), ``phi_y`` [rad] (tilt about y of frame_a), ``phi`` [rad]
             (twist about z of frame_a), ``w`` [rad/s] (rate of the twist).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Cam(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        s: Law | Start,
+        n: Vector = (1.0, 0.0, 0.0),
+        axis: Vector = (0.0, 0.0, 1.0),
+        phi: Start | None = None,
+        w: Start | None = None,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Cam: a cam about the origin of frame_a moves the origin of frame_b
+        along n of frame_b, as a function of the cam angle.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        s : number, str or Expr [m]
+            Position of the follower at the cam angle phi; an expression of `phi`,
+            parameters and tables.
+        n : (3,) numbers or str, optional
+            Direction of the follower's motion.
+        axis : (3,) numbers or str, optional
+            Axis of the cam, at right angles to n.
+        phi, w, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of the cam relative to frame_b), ``w`` [rad/s] (angular
+            velocity of the cam), ``s`` [m] (position of the follower along n, from
+            the centre of the cam), ``v`` [m/s] (its rate), ``fx`` [N] (force along
+            x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N] (force
+            along z on frame_b), ``tx`` [N.m] (torque about x on frame_b), ``ty``
+            [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque about z on
+            frame_b), ``tau`` [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def CircleContact(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        r_a: Number,
+        r_b: Number,
+        internal: bool | str | Handle = False,
+        k: Number,
+        e: Number = 1.0,
+        v_0: Number | None = None,
+        s: Start | None = None,
+        v: Start | None = None,
+        depth: Start | None = None,
+        force: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a CircleContact: contact of two balls about the frame origins, which
+        push each other apart where they overlap; without friction.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        r_a : number or str [m]
+            Radius about frame_a; positive.
+        r_b : number or str [m]
+            Radius about frame_b; positive.
+        internal : bool, optional
+            Whether circle a is a round hole that contains circle b.
+        k : number or str [N/m]
+            Stiffness; positive.
+        e : number or str, optional
+            Coefficient of restitution of an impact at the speed v_0; positive.
+        v_0 : number or str, optional [m/s]
+            Speed of approach of this impact; required with e < 1; positive.
+        s, v, depth, force : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``depth`` [m]
+            (overlap; negative: the gap), ``force`` [N] (contact force along the
+            line of centres, positive if it pushes the centres apart).
 
         Raises
         ------
@@ -713,6 +904,139 @@ class SpatialBuilder(Builder):
             [rad/s] (relative angular velocity, in world axes), ``wy`` [rad/s]
             (relative angular velocity, in world axes), ``wz`` [rad/s] (relative
             angular velocity, in world axes).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Gear(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        ratio: Number,
+        n_a: Vector = (0.0, 0.0, 1.0),
+        n_b: Vector = (1.0, 0.0, 0.0),
+        phi0: Number = 0.0,
+        phi_a: Start | None = None,
+        phi_b: Start | None = None,
+        w_a: Start | None = None,
+        w_b: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Gear: two shafts in mesh with axes that are not parallel, as of
+        bevel and worm gears: the angles about n_a and n_b, relative to the
+        plane of both axes, obey phi_a + ratio phi_b = phi0. Other joints hold
+        the shafts, on the ground or on a moving carrier. Parallel axes:
+        GearPair.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        ratio : number or str
+            Turns of frame_a for one of frame_b in the opposite sense; negative: the
+            same.
+        n_a : (3,) numbers or str, optional
+            Axis of the shaft, in frame_a.
+        n_b : (3,) numbers or str, optional
+            Axis of the shaft, in frame_b.
+        phi0 : number or str, optional [rad]
+            Phi_a where phi_b is zero.
+        phi_a, phi_b, w_a, w_b : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``phi_a``
+            [rad] (angle of frame_a about n_a), ``phi_b`` [rad] (angle of frame_b
+            about n_b), ``w_a`` [rad/s] (rate of phi_a), ``w_b`` [rad/s] (rate of
+            phi_b), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
+            about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
+            [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def GearPair(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        r_a: Number,
+        r_b: Number,
+        internal: bool | str | Handle = False,
+        phi0: Number = 0.0,
+        n: Vector = (0.0, 0.0, 1.0),
+        theta: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        phi_a: Start | None = None,
+        phi_b: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a GearPair: two gears in mesh: their pitch circles about the frame
+        origins roll on each other. Other joints hold the centres apart, on the
+        ground or on a moving carrier.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        r_a : number or str [m]
+            Pitch radius about frame_a; positive.
+        r_b : number or str [m]
+            Pitch radius about frame_b; positive.
+        internal : bool, optional
+            Whether frame_b is a ring gear with internal teeth, around frame_a.
+        phi0 : number or str, optional [rad]
+            Angle of frame_b when frame_a and the line of centres are at angle 0.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        theta, phi, w, phi_a, phi_b : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the line from frame_a to frame_b about the z axis of the
+            world), ``phi`` [rad] (angle of frame_b about the axis of frame_a),
+            ``w`` [rad/s] (its rate), ``phi_a`` [rad] (angle of frame_a from the
+            line of centres), ``phi_b`` [rad] (angle of frame_b from the line of
+            centres), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along
+            y on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m]
+            (torque about x on frame_b), ``ty`` [N.m] (torque about y on frame_b),
+            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z
+            on frame_b).
 
         Raises
         ------
@@ -1283,6 +1607,70 @@ class SpatialBuilder(Builder):
             If a value is wrong; the model does not change.
         """
 
+    def RackAndPinion(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        radius: Number,
+        s0: Number = 0.0,
+        n: Vector = (1.0, 0.0, 0.0),
+        axis: Vector = (0.0, 0.0, 1.0),
+        s: Start | None = None,
+        v: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a RackAndPinion: a pinion about the origin of frame_b rolls on a
+        rack along n of frame_a, on the side of axis x n. Other joints guide the
+        rack and hold the pinion.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        radius : number or str [m]
+            Pitch radius of the pinion; positive.
+        s0 : number or str, optional [m]
+            Position of the pinion along the rack when frame_b is at the angle of
+            frame_a.
+        n : (3,) numbers or str, optional
+            Direction of the rack.
+        axis : (3,) numbers or str, optional
+            Axis of the pinion, at right angles to n.
+        s, v, phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (its rate), ``phi``
+            [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
+            rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
+            on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
+            about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
+            frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def Revolute(  # type: ignore[override]
         self,
         name: str,
@@ -1480,6 +1868,66 @@ class SpatialBuilder(Builder):
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
             about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def RotationalCam(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        beta: Law | Start,
+        n: Vector = (0.0, 0.0, 1.0),
+        theta: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        w_b: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a RotationalCam: a cam about the origin of frame_a turns frame_b
+        about its origin, as a function of the cam angle. Both angles are
+        measured from the line between the origins.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        beta : number, str or Expr [rad]
+            Angle of the follower at the cam angle phi; an expression of `phi`,
+            parameters and tables.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        theta, phi, w, w_b : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the line from frame_a to frame_b about the z axis of the
+            world), ``phi`` [rad] (angle of the cam, from the line of centres),
+            ``beta`` [rad] (angle of the follower, from this line), ``w`` [rad/s]
+            (angular velocity of the cam), ``w_b`` [rad/s] (angular velocity of the
+            follower), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
+            along y on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m]
+            (torque about x on frame_b), ``ty`` [N.m] (torque about y on frame_b),
+            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z
+            on frame_b).
 
         Raises
         ------
