@@ -57,6 +57,15 @@ def one_by_one(warn: Warn, name: str, owner: str, rank: int, e: s.Expression) ->
     )
 
 
+def hidden_signal(warn: Warn, name: str, owner: str, at: At) -> None:
+    """Warn about a law with a name of the model that is that of a signal of its component, too."""
+    warn(
+        f"`{name}` in the law of `{owner}` is the value `{name}` of the model, not the signal `{owner}.{name}`",
+        at,
+        f"for the signal, write `{owner}.{name}`; if the value is meant, give it another name",
+    )
+
+
 def hidden_pi(warn: Warn, name: str, value: Value | None, at: At) -> None:
     """Warn about a component or value called ``pi``, except for the number itself."""
     if name.rpartition(".")[2].partition("[")[0] != "pi":

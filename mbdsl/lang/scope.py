@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import TIME
 from mbdsl.lang import doubts, foreign_names, functions, units, values
@@ -78,7 +79,19 @@ class Scope:
         steps = reference.steps
         if len(steps) == 1 and not steps[0].indices and steps[0].name in self.locals:
             return self.locals[steps[0].name]
-        return self.value_of(self.resolve(reference), reference)
+        value = self.value_of(self.resolve(reference), reference)
+        if self.owner is not None and len(steps) == 1:
+            self._doubt_hidden(self.owner, steps[0].name, value, reference)
+        return value
+
+    def _doubt_hidden(self, owner: Part, name: str, value: Value, reference: s.Reference) -> None:
+        """Warn if a value of the model has the name of a signal of the component, which its law may have meant."""
+        if name == self.law or not isinstance(self.namespace.find(name), Slot) or isinstance(value, tuple):
+            return
+        unit = owner.kind.unit_of(name) if name in owner.signal_names() else None
+        driver = isinstance(owner.kind, JointKind) and owner.kind.driver == self.law  # its law cannot use signals
+        if unit is not None and not driver and value.dimension in (None, units.dimension(unit)):
+            doubts.hidden_signal(self.namespace.assembly.warn, name, owner.name, reference.at)
 
     def value_of(self, entity: Entity, reference: s.Reference) -> Value:
         if isinstance(entity, Signal):

@@ -93,7 +93,11 @@ def common(a: Quantity, b: Quantity, operation: str) -> Dimension | None:
     if a.dimension is None:
         return b.dimension
     if b.dimension is not None and a.dimension != b.dimension:
-        raise ModelError(f"{operation} takes two values of the same dimension, found {describe(a)} and {describe(b)}")
+        hint = None
+        if {a.dimension, b.dimension} == {NUMBER, units.dimension("s")}:  # `pi/2 - 2*pi*time`
+            hint = "if an angle is meant, multiply the time by a rate, as in `2*pi*(1 rad/s)*time`"
+        found = f"found {describe(a)} and {describe(b)}"
+        raise ModelError(f"{operation} takes two values of the same dimension, {found}", hint=hint)
     return a.dimension
 
 

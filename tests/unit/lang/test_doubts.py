@@ -44,6 +44,8 @@ def test_no_shipped_model_has_a_warning(path):
         ("Frame pi(rod);", "`pi` hides the constant pi"),
         ("SpringDamper s(world, rod.b, c = 100);", "SpringDamper `s` has a damping constant c and no stiffness k"),
         ("parameter c0 = 5; RotationalSpringDamper s(pin, c = c0);", "RotationalSpringDamper `s` has a damping"),
+        ("parameter Length s = 1 m; SpringDamper d(world, rod.b, force = 3 N/m*s);", "`s` in the law of `d` is"),
+        ("parameter AngularVelocity w = 1; Torque t(pin, tau = 3 N.m.s/rad*w);", "`w` in the law of `t` is the value"),
     ],
 )
 def test_warned(text, message):
@@ -65,6 +67,9 @@ def test_warned(text, message):
         "parameter Real pi = 3.14159265358979;",
         "RotationalSpringDamper s(pin, c = 0.1 N.m.s/rad);",
         "SpringDamper s(world, rod.b, k = 0, c = 10);",
+        "parameter Length s = 1 m; SpringDamper d(world, rod.b, force = 3 N/m*d.s);",
+        "parameter Mass s = 1 kg; SpringDamper d(world, rod.b, force = 3 N/kg*s);",
+        "parameter AngularVelocity w = 1 rad/s; RotationalDriver d(pin, phi = w*time);",
     ],
 )
 def test_not_warned(text):

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from mbdsl.errors import ModelError
 from mbdsl.lang import quantities, units
 from mbdsl.lang.lexer import tokenize
 from mbdsl.lang.load import parse_text
@@ -124,3 +125,12 @@ def test_dimensions_as_text(text):
 def test_units_that_were_meant(word, unit):
     assert units.parse(word) is None
     assert units.meant(word) == unit
+
+
+def test_an_angle_of_a_rate_without_unit():
+    """The motion of a driver as Modelica users write it: the message has the remedy, which is right as it is."""
+    model = "model M Ground ground; Rod r(m = 1, length = 1); RotationalDriver d(ground, r.a, phi = {}); end M;"
+    with pytest.raises(ModelError) as problem:
+        parse_text(model.format("pi/2 - 2*pi*time"))
+    assert "`2*pi*(1 rad/s)*time`" in str(problem.value)
+    parse_text(model.format("pi/2 - 2*pi*(1 rad/s)*time"))
