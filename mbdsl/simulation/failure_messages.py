@@ -23,7 +23,7 @@ from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
-from mbdsl.numerics.saddle_point import dense
+from mbdsl.simulation.left_out_rows import violated, violations
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
@@ -39,24 +39,20 @@ LITTLE_KNOWN = 0.05
 
 def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
     """Raise an error if a constraint that was left out as redundant is violated: the motion is then not that of the
-    model."""
+    model. The error has the results up to there."""
     for part, (every_q, every_v) in zip(motion.parts, states, strict=True):
-        system, rows, violation = part.system, list(part.initial.redundant), []
+        system, rows = part.system, list(part.initial.redundant)
         if not rows:
             continue
-        for t, q, v in zip(trajectory.t, every_q, every_v, strict=True):
-            violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])))
-        first = part.initial
-        J = dense(system.velocity_jacobian(first.t, first.q, first.v))
-        # lengths relative to the mechanism's size; angles, whose rows only depend on rotations, in radians
-        size = np.where((J[:, system.tables.lengths] != 0.0).any(axis=1), system.tables.size, 1.0)
-        every = np.array(violation) / (size if system.scene.spatial else system.tables.size)
+        every = violations(system, part.initial, trajectory.t, every_q, every_v)
         found, others = every[:, rows], np.delete(every, rows, axis=1)
-        bad = np.flatnonzero(found.max(axis=1) > 1e-6)
+        bad = np.flatnonzero(violated(every, rows))
         if len(bad):
             name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
-            trajectory.stats["status"] = "failed"
             since = trajectory.t[bad[0]]
+            if 0 < bad[0] < len(trajectory.t) - 1:
+                trajectory = trajectory[:since]
+            trajectory.stats["status"] = "failed"
             trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
             span = system.scene.components[name.rsplit(".", 1)[0]].span
             hint = "the mechanism locks there, or reaches a pose with fewer degrees of freedom"

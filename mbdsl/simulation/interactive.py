@@ -273,7 +273,7 @@ class Simulation:
         motion = self._motion
         for _ in range(count if self._bends else 1):
             self._check(motion.advance(1 if self._bends else count))
-            if self._bends and motion.bent():
+            if self._bends and motion.invalid():
                 check_bending(self.trajectory() if self._record else self._now())
         return self.time
 

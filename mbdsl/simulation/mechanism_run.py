@@ -28,6 +28,7 @@ from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Flattened, Note, Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
+from mbdsl.simulation.left_out_rows import violated, violations
 from mbdsl.simulation.plan import Plan, check_space
 from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
@@ -420,9 +421,17 @@ class Motion:
             own.resize(way)
         return True
 
-    def bent(self) -> bool:
-        """Whether a body's present deformation exceeds the range of its theory."""
-        return any(first_bend(p.system, p.integration.state()[0][None]) is not None for p in self.parts)
+    def invalid(self) -> bool:
+        """Whether the present state is not one of the model: a body deforms beyond the range of its theory, or a
+        constraint that was left out as redundant is violated."""
+        for p in self.parts:
+            t, (q, v, _) = p.integration.time, p.integration.state()
+            if first_bend(p.system, q[None]) is not None:
+                return True
+            rows = p.initial.redundant
+            if rows and violated(violations(p.system, p.initial, np.array([t]), q[None], v[None]), rows)[0]:
+                return True
+        return False
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         for p in self.parts:

@@ -195,7 +195,7 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
                 began, before_it = perf_counter(), motion.steps
                 status = motion.advance(slice_)
                 now = perf_counter()
-                if status != loop_state.RUNNING or motion.bent():
+                if status != loop_state.RUNNING or motion.invalid():
                     if keeper is not None and status == loop_state.DONE:
                         keeper.end(motion, status)
                     return status

@@ -168,7 +168,7 @@ class _Ladder:
         eps: float | None = self.first
         while eps is not None:
             last = self._run(eps)
-            if last.status == loop_state.RUNNING and not self.motion.bent():
+            if last.status == loop_state.RUNNING and not self.motion.invalid():
                 return self._interrupted()
             if self.motion.outgrown():
                 self.lost += self.trials.pop().steps
@@ -369,7 +369,7 @@ class _Ladder:
         present, held = motion.keep(), self._held_to(last.eps)
         motion.restart(replace(held, times=np.zeros(0), every=True, longest=min(held.longest, self.span / SAMPLES)))
         status = self.integrate()
-        self.interrupted = status == loop_state.RUNNING and not motion.bent()
+        self.interrupted = status == loop_state.RUNNING and not motion.invalid()
         steps, kept, before = motion.steps, motion.keep(), coarse.log[-1]
         self.lost += steps
         motion.recall(present)

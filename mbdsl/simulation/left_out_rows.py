@@ -1,0 +1,40 @@
+"""Violations of constraints that were left out as redundant: the motion is then not that of the model any more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.initial.consistent import InitialState
+from mbdsl.numerics.saddle_point import dense
+from mbdsl.system import System
+
+Array = NDArray[np.float64]
+
+#: violations, relative to the mechanism's size or in radians, up to which they count as rounding and errors of
+#: positions; and if the other constraints are violated by at least a part of them
+LARGEST, LARGEST_ALIKE, PART = 1e-6, 1e-3, 0.1
+
+
+def violations(system: System, first: InitialState, t: Array, q: Array, v: Array) -> Array:
+    """The violations (N, m + p) of all constraints at states q, v (N, n) at times t (N,).
+
+    Lengths are relative to the mechanism's size; angles, whose rows depend on rotations only, are in radians.
+    """
+    size = system.tables.size
+    if system.scene.spatial:
+        J = dense(system.velocity_jacobian(first.t, first.q, first.v))
+        size = np.where((J[:, system.tables.lengths] != 0.0).any(axis=1), size, 1.0)
+    states = zip(t, q, v, strict=True)
+    return np.array([np.abs(np.concatenate([system.Phi(*s[:2]), system.Gam(*s)])) for s in states]) / size
+
+
+def violated(every: Array, redundant: Sequence[int]) -> NDArray[np.bool_]:
+    """Whether constraints that were left out are violated (N,), from the violations of all (N, m + p).
+
+    A method that does not satisfy the others exactly does not satisfy these either, and its errors are known.
+    """
+    found, others = every[:, list(redundant)].max(axis=1), np.delete(every, redundant, axis=1).max(axis=1, initial=0.0)
+    return found > np.clip(others / PART, LARGEST, LARGEST_ALIKE)
