@@ -79,11 +79,16 @@ class Stage {
     sun.shadow.normalBias = (3 * radius) / SHADOWS;
   }
 
+  // Parts of arrows behind solids are pale.
   addArrows() {
     const part = (geometry, count) => {
       const mesh = new THREE.InstancedMesh(geometry, new THREE.MeshLambertMaterial(), Math.max(1, count));
-      mesh.frustumCulled = false;
-      this.scene.add(mesh);
+      const look = { transparent: true, opacity: 0.3, depthFunc: THREE.GreaterDepth, depthWrite: false };
+      const hidden = new THREE.InstancedMesh(geometry, new THREE.MeshLambertMaterial(look), Math.max(1, count));
+      for (let k = 0; k < mesh.count; k += 1) mesh.setColorAt(k, new THREE.Color());
+      Object.assign(hidden, { instanceMatrix: mesh.instanceMatrix, instanceColor: mesh.instanceColor });
+      mesh.frustumCulled = hidden.frustumCulled = false;
+      if (count) this.scene.add(mesh, hidden);
       return mesh;
     };
     this.shafts = part(GEOMETRIES.bar({}), vectors.length);
@@ -119,7 +124,7 @@ class Stage {
       this.heads.setColorAt(2 * k, colour);
       this.heads.setColorAt(2 * k + 1, colour);
     });
-    for (const mesh of [this.shafts, this.heads]) if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+    for (const mesh of [this.shafts, this.heads]) mesh.instanceColor.needsUpdate = true;
   }
 
   paint(view, theme, show) {
@@ -153,7 +158,6 @@ class Stage {
   }
 
   updateArrows(show) {
-    this.shafts.visible = this.heads.visible = vectors.length > 0;
     const { row, next, share } = this.motion;
     const longest = (0.22 * Math.min(1, this.canvas.clientWidth / this.canvas.clientHeight) * view.height) * show.size;
     const none = new THREE.Matrix4().makeScale(0, 0, 0);

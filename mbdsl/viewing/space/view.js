@@ -82,19 +82,22 @@ function hull({ draw, at, size: [x, y, z], points, radius }) {
   return ends.flatMap((c) => corners.map((corner) => [placed([...corner, c]), draw === "box" ? 0 : x]));
 }
 
-// Points of the mechanism with their distances from the edges of solids, at several times; `only`: around a body.
+// Points of mechanisms with their distances from the edges of solids, at several times; `only`: around a body.
 function cloud(only) {
-  const places = data.solids.flatMap(hull);
-  const skip = Math.ceil(places.length / 400);
-  const some = [...Object.values(data.bodies).map((at) => [at, 0]), ...places.filter((_, k) => k % skip === 0)];
-  const { time } = motion;
   const found = [];
-  for (let k = 0; k <= 20; k += 1) {
-    motion.seek(first + (k / 20) * (last - first));
-    const from = only === null ? [0, 0, 0] : motion.point([only, 0, 0, 0]);
-    for (const [at, reach] of some) found.push([sum([1, motion.point(at)], [-1, from]), reach]);
+  for (const [shown, moving] of [[data, motion], [data.ghost, ghost]]) {
+    if (!shown) continue;
+    const places = shown.solids.flatMap(hull);
+    const skip = Math.ceil(places.length / 400);
+    const some = [...Object.values(shown.bodies).map((at) => [at, 0]), ...places.filter((_, k) => k % skip === 0)];
+    const { time } = moving;
+    for (let k = 0; k <= 20; k += 1) {
+      moving.seek(first + (k / 20) * (last - first));
+      const from = only === null ? [0, 0, 0] : moving.point([only, 0, 0, 0]);
+      for (const [at, reach] of some) found.push([sum([1, moving.point(at)], [-1, from]), reach]);
+    }
+    moving.seek(time);
   }
-  motion.seek(time);
   return found.filter(([point]) => point.every(Number.isFinite));
 }
 

@@ -109,6 +109,28 @@ def test_attitudes(browser, trajectory_of, tmp_path):
         )
 
 
+def test_springs_reach_from_frame_to_frame(browser, trajectory_of, tmp_path):
+    """The matrix of a coil: its middle, its z axis from end to end, its radius across, right-handed axes."""
+    scene = parse(
+        """spatial model A Ground g(g = 0); Frame hook(g, r = {0, 0, 2}); PointMass ball(m = 1 kg);
+        FreeMotion f(g, ball); SpringDamper s(hook, ball, k = 1 N/m, s0 = 1 m); end A;"""
+    )
+    r = np.array([[2.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
+    trajectory_of(scene, [0.0, 1.0], {"ball": r}).animate(tmp_path / "page.html")
+    opened(browser, tmp_path / "page.html")
+    size = browser.value("data.solids.find((s) => s.draw === 'coil').size[0]")
+    for part in (0.0, 0.5, 1.0):
+        browser.scrub(part)
+        end = r[0] + part * (r[1] - r[0])
+        matrix = browser.value(MATRIX.replace(' && solid.role === "body"', "") + "('s')")
+        axes = np.array(matrix).reshape(4, 4)
+        assert axes[3, :3] == pytest.approx((end + [0, 0, 2]) / 2, abs=1e-6)
+        assert axes[2, :3] == pytest.approx(end - [0, 0, 2], abs=1e-6)
+        across = axes[:2, :3]
+        assert across @ across.T == pytest.approx(size**2 * np.eye(2), abs=1e-6)
+        assert np.cross(*across) @ axes[2, :3] > 0.0
+
+
 def test_prints_have_the_picture(browser, arm_page):
     """The picture can be read at any time after it is painted, as a print does."""
     opened(browser, arm_page)
