@@ -73,9 +73,10 @@ def drag(browser, by, button="left", modifiers=0):
 
 
 def test_the_scene_graph_is_the_trajectory(browser, arm_page):
-    """The matrices of the arm's bar, whose z axis is along it, and of the ball, at frames and between them."""
+    """The matrices of the arm's bar, whose z axis is along it, and of the ball, at frames and between them; at 0.39275
+    the stored quaternions before and after half a turn have opposite signs."""
     opened(browser, arm_page)
-    for part in (0.0, 0.31, 0.6425, 1.0):
+    for part in (0.0, 0.31, 0.39275, 0.6425, 1.0):
         browser.scrub(part)
         t = browser.state()["time"]
         assert t == pytest.approx(4.0 * part, abs=4e-6)
@@ -92,8 +93,10 @@ def test_attitudes(browser, trajectory_of, tmp_path):
     """The axes of a box at rotation vectors of all directions: those of SciPy; and a frame on it."""
     scene = parse(
         """spatial model A Ground g(g = 0); FreeMotion f(g, b.c);
-        Box b(m = 1 kg, length = 1 m, width = 1 m, height = 1 m, frames(tip = {0.1, 0.2, 0.3})); end A;"""
+        Box b(m = 1 kg, length = 1 m, width = 1 m, height = 1 m);
+        Frame tip(b.c, r = {0.1, 0.2, 0.3}, n = {1, 2, 0}, phi = 40 deg); end A;"""
     )
+    turn = Rotation.from_rotvec(np.radians(40) * np.array([1, 2, 0]) / np.sqrt(5))
     psi = np.array([[0.3, -0.8, 0.5], [-1.2, 0.4, 2.1], [2.0, 1.0, -1.5]])
     r = np.array([[1.0, 2.0, 3.0], [-1.0, 0.5, 0.0], [0.0, 0.0, 1.0]])
     trajectory_of(scene, [0.0, 1.0, 2.0], {"b": np.column_stack([r, psi])}).animate(tmp_path / "page.html")
@@ -104,9 +107,10 @@ def test_attitudes(browser, trajectory_of, tmp_path):
         matrix = np.array(browser.value(f"{MATRIX}('b')")).reshape(4, 4)
         assert matrix[:3, :3] == pytest.approx(R.as_matrix().T, abs=1e-6)
         assert matrix[3, :3] == pytest.approx(r[k], abs=1e-6)
-        assert browser.value("motion.point(data.points['b.tip'])") == pytest.approx(
-            r[k] + R.apply([0.1, 0.2, 0.3]), abs=1e-6
-        )
+        tip = browser.value("motion.pose(data.points.tip)")
+        assert tip[:3] == pytest.approx(r[k] + R.apply([0.1, 0.2, 0.3]), abs=1e-6)
+        x, y, z, w = (R * turn).as_quat()
+        assert abs(np.array(tip[3:]) @ [w, x, y, z]) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_springs_reach_from_frame_to_frame(browser, trajectory_of, tmp_path):

@@ -15,7 +15,7 @@ from mbdsl.viewing import page
 from mbdsl.viewing.space.motion import motion, rotated
 from mbdsl.viewing.space.page import LIBRARY
 from mbdsl.viewing.space.shapes import drawing
-from mbdsl.viewing.space.vectors import loads
+from mbdsl.viewing.space.vectors import loads, vectors
 
 SPACE = Path(__file__).parents[3] / "models" / "space"
 
@@ -198,6 +198,17 @@ def test_springs_pull_along_their_line(trajectory_of):
     run = trajectory_of(scene, [0.0], {"b": np.array([[3.0, 4.0, 0.0]])})
     (spring,) = loads(run, motion(run))
     assert spring.values[0] == pytest.approx([-24.0, -32.0, 0.0])
+
+
+def test_forces_in_the_axes_of_a_frame(trajectory_of):
+    """Along x of a frame that is turned by 90 degrees about z: along y of the world."""
+    scene = parse(
+        """spatial model A Ground g(g = 0); Frame base(g, r = {0, 0, 0}, n = {0, 0, 1}, phi = 90 deg);
+        PointMass b(m = 1 kg); FreeMotion f(g, b); Force push(base, b, fx = 3 N); end A;"""
+    )
+    run = trajectory_of(scene, [0.0], {"b": np.zeros((1, 3))})
+    (push,) = [v for v in vectors(run, motion(run)) if v.group == "forces"]
+    assert push.values[0] == pytest.approx([0.0, 3.0, 0.0], abs=1e-12)
 
 
 def test_a_coil_has_turns_for_its_length(trajectory_of):
