@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from math import hypot
+from math import atan2, hypot, pi
+from typing import Any
 
 from mbdsl.elements import find
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind
@@ -21,7 +22,7 @@ from mbdsl.mechanism import graph as mechanism
 from mbdsl.mechanism import signals
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.reduction.plane import HOLD, SAME, InPlane, Plane, aligned, is_point, plane_of
+from mbdsl.mechanism.reduction.plane import SAME, InPlane, Plane, aligned, is_point, plane_of
 from mbdsl.mechanism.scene import Component, Frame, Scene
 
 
@@ -88,6 +89,7 @@ class _Writer:
         for name, frame in self.space.frames.items():
             p = self.at[name]
             self.first.setdefault((frame.body, p.x, p.y, p.phi), name)
+        self.frames: dict[str, Frame] = {}
         self.known: dict[Expr, Expr] = {}  #: coordinates of joints -> their planar formulas
         self.angles: dict[Expr | str, Angle] = {}
 
@@ -101,14 +103,11 @@ class _Writer:
             found = self._body(c) if isinstance(c.kind, BodyKind) else self._joint_or_force(c)
             if found is not None:
                 made[c.name] = found
-        frames = {
-            name: Frame(name, self.space.frames[name].body, p.x, p.y, p.phi, self.space.frames[name].span)
-            for name, p in self.at.items()
-        }
-        return replace(
-            self.space, components=made, frames=frames, initial=(), variables={}, parameters={}, shapes={}, warnings=(),
-            spatial=False,
-        )  # fmt: skip
+        for name, p in self.at.items():
+            frame = self.space.frames[name]
+            self.frames[name] = Frame(name, frame.body, p.x, p.y, p.phi, frame.span)
+        empty: dict[str, Any] = {"initial": (), "variables": {}, "parameters": {}, "shapes": {}, "warnings": ()}
+        return replace(self.space, components=made, frames=self.frames, spatial=False, **empty)
 
     # -- bodies ------------------------------------------------------------------------------------------------
     def _body(self, c: Component) -> Component:
@@ -138,7 +137,7 @@ class _Writer:
             raise NotPlanar(c, f"{name} is solved in space")
         if c.friction is not None:
             raise NotPlanar(c, "its friction depends on all of its reactions")
-        if name in HOLD and not aligned(self.plane, *c.ports.values()):
+        if name in ALIGNED and not aligned(self.plane, *c.ports.values()):
             raise NotPlanar(c, "its axes differ")
         if name in LEVEL and not self.plane.same_height(*c.ports.values()):
             raise NotPlanar(c, "its frames are in different planes")
@@ -179,10 +178,13 @@ class _Writer:
         return self.first[self.space.frames[name].body, p.x, p.y, p.phi]
 
     def _about(self, c: Component) -> float:
-        """1 or -1, the component of the axis z of frame_a along k, if it is parallel to it; else 0."""
-        a, b = (self.at[frame] for frame in c.ports.values())
-        parallel = max(abs(a.k[0]), abs(a.k[1])) <= SAME and hypot(*b.k[1:]) > 0.1  # the x axis of b has a direction
-        return (1.0 if a.k[2] > 0.0 else -1.0) if parallel else 0.0
+        """1 or -1, the component along k of the axis of frame_a about which its angle is, if it is parallel to k; else
+        0."""
+        a, b = (self.at[frame].k for frame in c.ports.values())
+        i = 0 if c.kind.name == "Cylindrical" else 2
+        parallel = all(abs(x) <= SAME for n, x in enumerate(a) if n != i)
+        measured = abs(b[1 if i == 0 else 0]) < 0.99  # the angle is that of an axis of frame_b
+        return (1.0 if a[i] > 0.0 else -1.0) if parallel and measured else 0.0
 
     def _across(self, c: Component) -> bool:
         """Whether the x axis of frame_a is in the plane."""
@@ -192,7 +194,8 @@ class _Writer:
     def _measure(self, c: Component) -> None:
         """The planar formulas of the coordinates of a joint or force."""
         ports = list(c.ports.values())
-        node, sign = self.space.signal_of(c, "phi"), self._about(c) if len(ports) == 2 else 0.0
+        measured = c.kind.name in WRITERS and len(ports) == 2
+        node, sign = self.space.signal_of(c, "phi"), self._about(c) if measured else 0.0
         if node is not None and node.op == "angle" and sign:
             a, b = (self._frame(name) for name in ports)
             for key, found in (("phi", node), ("w", self.space.signal_of(c, "w"))):
@@ -265,7 +268,20 @@ class _Writer:
 
 
 def _hinge(w: _Writer, c: Component) -> Component:
-    return w._pair(c, "Revolute", turned=w._about(c) < 0.0)
+    if not (sign := w._about(c)):
+        raise NotPlanar(c, "its axis is not normal to the plane")
+    return w._pair(c, "Revolute", turned=sign < 0.0)
+
+
+def _cylinder(w: _Writer, c: Component) -> Component:
+    """About k it is a hinge: others keep it from sliding. Across k it is a slider: others keep it from turning."""
+    a, b = (w.at[frame].k for frame in c.ports.values())
+    if w._about(c) and aligned(w.plane, *c.ports.values()):
+        return w._pair(c, "Revolute")
+    if max(abs(a[0]), abs(b[0])) > SAME or not w.plane.same_height(*c.ports.values()):
+        raise NotPlanar(c, "its axis is neither normal to the plane nor in it")
+    w.angles[c.name] = Angle(None, c.ports["frame_a"], c.ports["frame_b"], 1.0, True)
+    return w._pair(c, "Prismatic", {"phi0": 0.0})
 
 
 def _turning(w: _Writer, c: Component) -> Component:
@@ -285,11 +301,19 @@ def _pin(w: _Writer, c: Component) -> Component:
 
 
 def _free(w: _Writer, c: Component) -> Component:
+    if not w._about(c):
+        raise NotPlanar(c, "its plane is another one than that of the motion")
     return w._pair(c, "FreeMotion")
 
 
-def _aligned(w: _Writer, c: Component) -> Component:
-    """The frames of a weld or slider have parallel axes, which contain its phi0."""
+def _weld(w: _Writer, c: Component) -> Component:
+    """The frames have parallel axes, which contain phi0."""
+    return w._pair(c, values={"phi0": 0.0})
+
+
+def _slider(w: _Writer, c: Component) -> Component:
+    if not w._across(c):
+        raise NotPlanar(c, "its axis is not in the plane")
     return w._pair(c, values={"phi0": 0.0})
 
 
@@ -297,10 +321,17 @@ def _same(w: _Writer, c: Component) -> Component:
     return w._pair(c)
 
 
-def _on_plane(w: _Writer, c: Component) -> None:
-    """A point on a plane that is one of those of the motion is held by the other joints alone."""
-    if not w._about(c):
-        raise NotPlanar(c, "its plane is another one than that of the motion")
+def _on_plane(w: _Writer, c: Component) -> Component | None:
+    """A plane normal to k: other joints hold the point on it. A plane along k: a line in the plane of the motion."""
+    a = w.at[c.ports["frame_a"]]
+    if max(abs(a.k[0]), abs(a.k[1])) <= SAME and w.plane.same_height(*c.ports.values()):
+        return None
+    if abs(a.k[2]) > SAME:
+        raise NotPlanar(c, "its plane is inclined to that of the motion")
+    line = f"{c.name}.line"
+    across = a.phi + atan2(a.axes[7], a.axes[6]) + 0.5 * pi
+    w.frames[line] = Frame(line, w.space.frames[c.ports["frame_a"]].body, a.x, a.y, across, c.span)
+    return w._with(c, "PointOnLine", {}, {**c.ports, "frame_a": line})
 
 
 def _nothing(w: _Writer, c: Component) -> None:
@@ -325,13 +356,15 @@ def _constraint(w: _Writer, c: Component) -> Component:
     return w._with(c, "VelocityConstraint", {})
 
 
-#: kinds whose equations contain an angle with its turns, and those that need both frames in the same plane
+#: kinds whose equations contain an angle with its turns; whose frames have a common axis, and a common height
 COUNTING = ("RotationalDriver", "RotationalSpringDamper", "RotationalStop")
-LEVEL = (*HOLD, "Spherical", "PointOnLine", "PointOnPlane", "Distance", "DistanceDriver", "SpringDamper")
+ALIGNED = ("Revolute", "Planar", "Prismatic", "Fixed")
+LEVEL = (*ALIGNED, "Spherical", "PointOnLine", "Distance", "DistanceDriver", "SpringDamper")
 #: kind in space -> its counterpart; other kinds are solved in space
 WRITERS: dict[str, Callable[[_Writer, Component], Component | None]] = {
-    "Revolute": _hinge, "Prismatic": _aligned, "Planar": _free, "Fixed": _aligned, "Spherical": _pin,
-    "PointOnLine": _sliding, "PointOnPlane": _on_plane, "Distance": _same, "DistanceDriver": _same,
+    "Revolute": _hinge, "Prismatic": _slider, "Planar": _free, "Fixed": _weld, "Spherical": _pin,
+    "Cylindrical": _cylinder, "PointOnLine": _sliding, "PointOnPlane": _on_plane,
+    "Distance": _same, "DistanceDriver": _same,
     "RotationalDriver": _turning, "RotationalVelocityDriver": _turning, "RotationalSpringDamper": _turning,
     "TranslationalDriver": _sliding, "TranslationalVelocityDriver": _sliding, "TranslationalSpringDamper": _sliding,
     "RotationalStop": _turning, "TranslationalStop": _sliding, "SpringDamper": _same, "Force": _force,

@@ -1,8 +1,10 @@
 """Bodies in space that joints hold in parallel planes: the proof, and how their frames lie in these planes.
 
-From the ground outwards, a body is held if a joint connects it with a held one whose other motions all stay in planes
-with the normal k: a hinge about k, a slider across k, a planar joint, a weld. Forces, and joints of other kinds, hold
-no body: motions out of the plane that happen not to be excited are no proof.
+The proof has two steps, both from the ground outwards. A body turns about the normal k only, if a joint connects it
+with such a body and leaves no other rotation: a hinge or a cylindrical joint about k, a slider, a planar joint, a weld.
+If all bodies do, one stays in its planes, if a joint keeps a point of it at the height of a point of another such body:
+a hinge, a ball joint, a slider across k. Forces hold no body: motions out of the plane that happen not to be excited
+are no proof.
 
 Attitudes of held bodies are R = E Rz(phi) A: E has the columns e1, e2, k, the angle phi is the coordinate in the plane,
 and A, which maps body axes to axes of the plane at phi = 0, is constant. With the ground at phi = 0, its A is E^T.
@@ -23,10 +25,13 @@ from mbdsl.mechanism.scene import Frame, SpatialFrame
 
 Vector = tuple[float, ...]
 
-#: joints that hold a body in the plane -> the number of the axis of their frames along k; None: any; -1: not the x axis
-HOLD = {"Revolute": 2, "Planar": 2, "Prismatic": -1, "Fixed": None}
-#: joints that hold a point mass on a held body: a point mass does not turn
-HOLD_POINTS = ("Spherical", "PointOnLine")
+#: joints that leave rotations about k only -> the axes of their frames that have to be normal to k
+TURN = {"Revolute": (0, 1), "Planar": (0, 1), "Cylindrical": (1, 2), "Prismatic": (), "Fixed": ()}
+#: joints that keep the height of frame_b over frame_a -> the axes of frame_a that have to be normal to k
+LEVEL: dict[str, tuple[int, ...]] = {
+    "Revolute": (), "Fixed": (), "Spherical": (), "Planar": (0, 1), "PointOnPlane": (0, 1),
+    "Prismatic": (0,), "Cylindrical": (0,), "PointOnLine": (0,),
+}  # fmt: skip
 RIGID, POINT = 6, 3  #: coordinates of a rigid body and of a point mass in space
 SAME = 1e-12  #: difference of axes, and of heights relative to the largest distance in a body, that is rounding
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -89,35 +94,20 @@ def plane_of(graph: MechanismGraph) -> Plane | None:
         return None
     at: dict[str, list[Edge]] = {GROUND: [], **{body: [] for body in graph.bodies}}
     for e in graph.joints:
-        if e.component.kind.name in (*HOLD, *HOLD_POINTS) and e.body_i != e.body_j:
+        if e.component.kind.name in (*TURN, *LEVEL) and e.body_i != e.body_j:
             at[e.body_i].append(e)
             at[e.body_j].append(e)
     normal = _normal(graph, at)
-    if normal is None:
+    k = None if normal is None else _normals(graph, at, normal)
+    heights = None if k is None else _heights(graph, at, k)
+    if k is None or heights is None:
         return None
-    # body -> k in its axes, and the height of its reference point
-    held: dict[str, tuple[Vector, float]] = {GROUND: (normal, 0.0)}
-    pending = [GROUND]
-    for body in pending:
-        k, height = held[body]
-        for e in at[body]:
-            own, far = _ends(scene.frames, e, body)
-            along = tuple(_dot(axis, k) for axis in _axes(own))  # k in the axes of the frame
-            if e.component.kind.name in HOLD and not _holds(e, along):
-                return None
-            other = e.other(body)
-            if other not in held and (e.component.kind.name in HOLD or _holds_point(graph, e, other, along)):
-                k_other = normal if is_point(graph, other) else _unit(turned(far.axes, along))
-                held[other] = k_other, height + _dot(k, _origin(own)) - _dot(k_other, _origin(far))
-                pending.append(other)
-    if len(held) <= len(graph.bodies):
-        return None
-    maps = {body: _map(k) for body, (k, _) in held.items()}  # a point mass does not turn, like the ground
+    maps = {body: _map(own) for body, own in k.items()}
     frames = {}
     for name, frame in scene.frames.items():
         owner = frame.body if frame.body in graph.bodies else GROUND
         assert isinstance(frame, SpatialFrame)
-        frames[name] = _in_plane(frame, maps[owner], held[owner][1])
+        frames[name] = _in_plane(frame, maps[owner], heights[owner])
     ground = maps.pop(GROUND)
     return Plane(tuple(ground[3 * j + i] for i in range(3) for j in range(3)), maps, frames)
 
@@ -132,46 +122,72 @@ def aligned(plane: Plane, a: str, b: str) -> bool:
     return all(abs(x - y) <= SAME for x, y in zip(plane.frames[a].k, plane.frames[b].k, strict=True))
 
 
-def _holds(e: Edge, along: Vector) -> bool:
-    """Whether a joint leaves motions in the plane only, from k in the axes of its frames."""
-    which = HOLD[e.component.kind.name]
-    if which is None:
-        return True
-    return abs(along[0]) <= SAME and (which < 0 or abs(along[1]) <= SAME)
+def _normals(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]], normal: Vector) -> dict[str, Vector] | None:
+    """k in the axes of each body; None if some body may turn about another axis. Point masses do not turn."""
+    frames = graph.scene.frames
+    found = {GROUND: normal, **{body: normal for body in graph.bodies if is_point(graph, body)}}
+    pending = list(found)
+    for body in pending:
+        for e in at[body]:
+            other = e.other(body)
+            if other in found or e.component.kind.name not in TURN:
+                continue
+            own, far = _ends(frames, e, body)
+            along = tuple(_dot(axis, found[body]) for axis in _axes(own))
+            if all(abs(along[i]) <= SAME for i in TURN[e.component.kind.name]):
+                found[other] = _unit(turned(far.axes, along))
+                pending.append(other)
+    return found if len(found) > len(graph.bodies) else None
 
 
-def _holds_point(graph: MechanismGraph, e: Edge, body: str, along: Vector) -> bool:
-    """Whether a joint holds a point mass in the plane, from k in the axes of its frame on the other body."""
-    if not is_point(graph, body):
-        return False
-    return e.component.kind.name == "Spherical" or (body == e.body_j and abs(along[0]) <= SAME)
+def _heights(
+    graph: MechanismGraph, at: Mapping[str, Sequence[Edge]], k: Mapping[str, Vector]
+) -> dict[str, float] | None:
+    """The height of each body's reference point along k [m]; None if some body may move along k."""
+    frames = graph.scene.frames
+    found = {GROUND: 0.0}
+    pending = [GROUND]
+    for body in pending:
+        for e in at[body]:
+            other = e.other(body)
+            if other in found or e.component.kind.name not in LEVEL:
+                continue
+            own, far = _ends(frames, e, body)
+            first, owner = (own, body) if body == e.body_i else (far, other)
+            along = tuple(_dot(axis, k[owner]) for axis in _axes(first))
+            if all(abs(along[i]) <= SAME for i in LEVEL[e.component.kind.name]):
+                found[other] = found[body] + _dot(k[body], _origin(own)) - _dot(k[other], _origin(far))
+                pending.append(other)
+    return found if len(found) > len(graph.bodies) else None
 
 
 def _normal(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]]) -> Vector | None:
-    """The only direction that k can have: that of the first hinge or planar joint on bodies that do not turn; or, if
-    none is found, one across all sliders."""
+    """The only direction that k can have: that of the first hinge or planar joint on bodies that do not turn; if there
+    is none, of a cylindrical joint there, or else one across all sliders."""
     frames = graph.scene.frames
     attitude: dict[str, Vector] = {GROUND: sum(AXES, ())}
-    pending, slides = [GROUND], list[Vector]()
+    pending, slides, others = [GROUND], list[Vector](), list[Vector]()
     for body in pending:
         for e in at[body]:
             own, far = _ends(frames, e, body)
             world = tuple(turned(attitude[body], axis) for axis in _axes(own))
-            if e.component.kind.name not in HOLD:
-                continue
-            if HOLD[e.component.kind.name] == 2:
+            kind, other = e.component.kind.name, e.other(body)
+            if kind in ("Revolute", "Planar"):
                 return _signed(world[2])
-            slides += [world[0]] if e.component.kind.name == "Prismatic" else []
-            if (other := e.other(body)) not in attitude:
+            slides += [world[0]] if kind == "Prismatic" else []
+            others += [world[0]] if kind == "Cylindrical" else []
+            if other not in attitude and kind in ("Prismatic", "Fixed"):
                 pending.append(other)
                 # R own = R' far
                 columns = zip(*(_axes(far)), strict=True)
                 attitude[other] = sum((turned(sum(world, ()), row) for row in columns), ())
+    if others:
+        return _signed(others[0])
     if not slides:
         return None
-    for other in (*slides[1:], gravity(graph.scene), *AXES):
-        across = _cross(slides[0], other)
-        if hypot(*across) > 1e-6 * hypot(*other):
+    for other_axis in (*slides[1:], gravity(graph.scene), *AXES):
+        across = _cross(slides[0], other_axis)
+        if hypot(*across) > 1e-6 * hypot(*other_axis):
             return _signed(across)
     return None
 
