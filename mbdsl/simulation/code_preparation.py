@@ -93,8 +93,10 @@ def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> l
     names = [*chosen, *(name for name in modules() if not modules()[name].METHOD.chosen)]
     found = [loop_code(name) for name in names if name in modules()]
     numbers = sorted({declared(name).sets for name in names}, reverse=True)
+    scenes = list(scenes)
     for whose, system in _systems(scenes):
         found += [structure_code(system, sets, whose) for sets in numbers]
+    found += [structure_code(system, 1, whose) for whose, system in _assembled(scenes)]
     return list({code.name: code for code in found}.values())
 
 
@@ -109,6 +111,13 @@ def _systems(scenes: Iterable[tuple[str, Scene]]) -> Iterator[tuple[str, System]
             for each in (part.graph, part.dynamic):
                 if each is not None:
                     yield whose, build(each.scene, each, size=size)
+
+
+def _assembled(scenes: Iterable[tuple[str, Scene]]) -> Iterator[tuple[str, System]]:
+    """The systems in space that are only assembled, as their motion is solved in a plane."""
+    for whose, scene in scenes:
+        for flat in reduce(graph.build(scene)).flattened if scene.spatial else ():
+            yield whose, build(flat.motion.graph.scene, flat.motion.graph)
 
 
 def prepare(
