@@ -230,15 +230,15 @@ def _outputs(scene: Scene, known: SignalNames, patterns: Sequence[str]) -> list[
     for name in found:
         owner, _, key = name.rpartition(".")
         rigid = key in (IN_SPACE if scene.spatial else ACCELERATIONS) and owner not in known.flexible
-        if name not in known.expressions and not (name in known.computed and rigid):
-            hint = did_you_mean(name, known.expressions) or "positions, velocities, forces, reactions, accelerations"
+        if name not in known.formulas and not (name in known.computed and rigid):
+            hint = did_you_mean(name, known.formulas) or "positions, velocities, forces, reactions, accelerations"
             raise UsageError(f"`{name}` cannot be an output of a linear model", hint=hint)
     return found
 
 
 def _values(known: SignalNames, point: OperatingPoint, names: Sequence[str]) -> Array:
     """Values of signals at a state; nan for other names."""
-    roots = {name: known.expressions[name][0] for name in names if name in known.expressions}
+    roots = {name: known.formulas[name][0] for name in names if name in known.formulas}
     state = np.array([point.t]), point.q[None], point.v[None], point.lam[None]
     found = dict(zip(roots, values(point.system, [*roots.values()], *state), strict=True))
     return np.array([float(found[name][0]) if name in found else np.nan for name in names])
@@ -309,8 +309,8 @@ class _Equations:
         """C (o, r), D (o, i) and values (o,) of signals."""
         point, system = self.point, self.system
         C, D, y0 = np.zeros((len(names), len(self.A))), np.zeros((len(names), len(inputs))), np.zeros(len(names))
-        plain = [k for k, name in enumerate(names) if name in known.expressions]
-        roots = [known.expressions[names[k]][0] for k in plain]
+        plain = [k for k, name in enumerate(names) if name in known.formulas]
+        roots = [known.formulas[names[k]][0] for k in plain]
         found = signal_derivatives(system, roots, inputs, point.t, point.q, point.v, point.lam)
         C[plain] = found.q @ self.dq.x + found.v @ self.dv.x + found.lam @ self.dlam.x
         D[plain] = found.lam @ self.dlam.u + found.u

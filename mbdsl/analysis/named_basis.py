@@ -102,10 +102,10 @@ class Named(Moving):
             if isinstance(c.kind, JointKind):
                 signals = scene.signals_of(c)
                 for key, expression in signals.items():
-                    name = f"{c.name}.{key}"
+                    name, rate = f"{c.name}.{key}", key.replace("phi", "w", 1)
                     found.setdefault(expression, Quantity(name, names.unit(name)))
-                    if expression.op == "angle" and key == "phi" and "w" in signals:  # in space: equal by constraints
-                        found.setdefault(der(expression), Quantity(f"{c.name}.w", names.unit(f"{c.name}.w")))
+                    if expression.op == "angle" and rate in signals:  # in space: equal by constraints
+                        found.setdefault(der(expression), Quantity(f"{c.name}.{rate}", names.unit(f"{c.name}.{rate}")))
         for body in scene.bodies():
             own = named_coordinates(body)
             for key in (*own, *(_RATES[key] for key in own)):

@@ -108,12 +108,13 @@ class Moving:
         J = dense(system.Phi_q(t, q)) / self.scale
         free = null_space(J / row_size(J)[:, None])
         joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind)]
-        # positions in fixed axes are not constant for a rotating beam; its own axes replace them
+        # positions in fixed axes are not constant for a rotating beam; its own axes replace them. Cardan angles, of joints
+        # whose bodies may spin about any axis, are replaced by rotations about the axes of the world
         own = [
             e
             for c in joints
             for key, e in scene.signals_of(c).items()
-            if of_positions(e)
+            if of_positions(e) and e.op != "atan2"
             if not (c.kind.name == "FreeMotion" and key in ("x", "y") and self._of_a_beam(e))
         ]
         bodies = [coordinate(f"{b.name}.c", key) for b in scene.bodies() for key in named_coordinates(b)]

@@ -103,6 +103,8 @@ class Kind:
     follows: str = ""
     #: values (with defaults; of laws only: None or not) -> error text or None, for conditions that declarations lack
     check: Callable[[Mapping], str | None] = lambda values: None
+    #: values -> why they are valid, but probably not as intended, or None
+    doubt: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
     #: effect (of ``EFFECTS``) -> function from values to those that change without the effect, {} if there is none

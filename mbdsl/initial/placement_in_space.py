@@ -46,7 +46,8 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         pose, turn = (0.0, 0.0, 0.0, *about(Z, values[3] or 0.0)), values[3] or 0.0
         attitude = attitudes.get(body.name)
         angles = [said.get(named(f"{body.name}.c", key)) for key in CARDAN]
-        if attitude is None and placement.joint is None and angles.count(None) < 3:  # the others are zero
+        if attitude is None and angles.count(None) < 3 and _turns_freely(scene, placement.joint):
+            # the others are zero: not those of another body, where a part of the angles may be undetermined
             attitude = turned_successively([x or 0.0 for x in angles])
         if placement.joint is not None:
             joint = scene.components[placement.joint]
@@ -109,6 +110,12 @@ def _attitudes(scene: Scene, given: list[InitialValue]) -> dict[str, tuple[float
         back = inverse((0.0, 0.0, 0.0, *body_pose(scene.components[frame.body], frame)[3:]))
         found.setdefault(frame.body, composed((0.0, 0.0, 0.0, *attitude.axes), back)[3:])
     return found
+
+
+def _turns_freely(scene: Scene, joint: str | None) -> bool:
+    """Whether a body that is placed at a joint may have any attitude."""
+    kind = None if joint is None else scene.components[joint].kind
+    return kind is None or (isinstance(kind, JointKind) and kind.rows <= 3 and not kind.aligned)
 
 
 def _simple(kind: JointKind) -> tuple[tuple[str, str], ...]:

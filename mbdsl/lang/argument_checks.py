@@ -86,7 +86,7 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
     if found not in (parameter.shape, *parameter.or_shapes):
         right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None
-        hint = f"a vector of the plane is written `{right}`" if right is not None else None
+        hint = f"a vector of the plane is written `{right}`" if right is not None else _form(parameter, found)
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
     result = floats(value, what)
     for k, x in enumerate(result if isinstance(result, tuple) else (result,)):
@@ -96,6 +96,17 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
         if parameter.minimum is not None and x < parameter.minimum:
             raise ModelError(f"{what} is {in_unit(x, given)}, it must be at least {in_unit(parameter.minimum, given)}")
     return result
+
+
+def _form(parameter: Parameter, found: tuple[int, ...]) -> str | None:
+    """How a parameter of three values is written, or of one value for which a vector of space was found."""
+    if parameter.shape == (3,) and (3, 3) in parameter.or_shapes:
+        return f"write `{parameter.name} = {{Ixx, Iyy, Izz}}`, or the matrix with three rows of three values"
+    if parameter.shape == (3,) and parameter.unit in ("m", "1"):
+        return f"a vector is written `{parameter.name} = {{x, y, z}}`"
+    if parameter.shape in ((), (2,)) and found in ((3,), (3, 3)):
+        return "for a model in space write `spatial model`"
+    return None
 
 
 def in_unit(x: float, like: Value) -> str:

@@ -5,6 +5,7 @@ Everything is computed when it is first requested, and stored, so that the order
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING
@@ -190,7 +191,11 @@ class Part:
         laws = {p.name: modifier for p in self.kind.parameters if p.law and (modifier := self._modifier(p.name))}
         problem_text = self.kind.check({**found, **laws} if laws else found)
         if problem_text:
-            raise ModelError(f"{self.kind.name} `{self.name}`: {problem_text}", span_of(self.at))
+            raise ModelError(f"{self.kind.name} `{self.name}`: {problem_text}", span_of(self._place_of(problem_text)))
+        if (doubt := self.kind.doubt(found)) is not None:
+            message = f"no body has the moments of inertia I of {self.kind.name} `{self.name}`: {doubt}"
+            hint = "check their order and the axes: a moment is at most the sum of the two others"
+            self.assembly.warn(message, self._place_of(message), hint)
         try:
             found.update(self.kind.derive(found))
         except ArithmeticError:
@@ -214,6 +219,12 @@ class Part:
         if shape in accepted and modifier.value is not None:
             doubts.one_by_one(self.assembly.warn, parameter.name, self.name, len(shape) - 1, modifier.value)
         return len(shape) - 1
+
+    def _place_of(self, problem: str) -> At:
+        """The value of the only parameter that a problem names, if it is a kind in space; else the component."""
+        words = set(re.findall(r"[A-Za-z]\w*", problem)) if self.kind.spatial else ()
+        named = [modifier for p in self.kind.parameters if p.name in words and (modifier := self._modifier(p.name))]
+        return named[0].value.at if len(named) == 1 and named[0].value is not None else self.at
 
     def _missing(self, parameter: Parameter) -> ModelError:
         unit = "" if parameter.unit in ("", "1") else f" [{parameter.unit}]"

@@ -109,6 +109,13 @@ MEMBERS = {
         "they are the frames a and b of a body: give it a length, or `frames(a = {0, 0} m, b = {1, 0} m)`, positions "
         "from its reference point",
     ),
+    **dict.fromkeys(("q0", "q1", "q2", "q3", "quaternion", "Q"), "its quaternion is p0, p1, p2, p3, in space"),
+    **dict.fromkeys(("angles", "psi", "theta"), "its Cardan angles are phi_x, phi_y, phi_z, in space"),
+    **{
+        f"{w}{i}": f"its angular velocity is w{i} about the axis of the world, w{i}_local about its own, in space"
+        for i in "xyz"
+        for w in ("w_", "omega_", "omega")
+    },
     "z_a": "its angular acceleration is alpha, in results",
     "s_rel": "its distance or position is s",
     "v_rel": "its velocity is v",
@@ -127,6 +134,7 @@ _SAME = {
     **dict.fromkeys(("phi_rel0", "phi_offset"), "phi0"),
     **dict.fromkeys(("L", "l"), "length"),
     "mass": "m",
+    "axis": "n",
     "stiffness": "k",
     "damping": "c",
     "R": "radius",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME
 from mbdsl.lang import doubts, foreign_names, functions, units, values
 from mbdsl.lang import syntax as s
@@ -253,7 +254,8 @@ class Scope:
                 return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
             if name in ACCELERATIONS:
                 raise _output_only(f"{owner}.{name}", step.at)
-            hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, coordinates, "a frame has")
+            hint = self._in_space(name) or foreign_names.MEMBERS.get(name)
+            hint = hint or did_you_mean(name, coordinates, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
         kind = "a table" if isinstance(entity, TableMember) else "a value"
         raise ModelError(f"`{owner}` is {kind}, it has no `{name}`", span_of(step.at))
@@ -274,8 +276,15 @@ class Scope:
         if other is not None:
             return other
         known = part.known_names()
-        hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, known, "it has")
+        hint = self._in_space(name) if is_body(part) else None
+        hint = hint or foreign_names.MEMBERS.get(name) or did_you_mean(name, known, "it has")
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
+
+    def _in_space(self, name: str) -> str | None:
+        """The remedy for a coordinate that only frames in space have."""
+        if self.namespace.assembly.spatial or name not in spatial_coordinates.NAMES:
+            return None
+        return f"in space it has `{name}`: write `spatial model` at the beginning of the model"
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
         if isinstance(entity, Array):

@@ -11,6 +11,8 @@ def about(n: Sequence[float], phi: float) -> tuple[float, ...]:
     length = hypot(*n)
     x, y, z = (a / length for a in n)
     c, s = cos(phi), sin(phi)
+    # quarter turns are exact: the rounding of phi is below 2.3e-16 for angles up to pi
+    c, s = (0.0 if abs(c) < 2.3e-16 else c), (0.0 if abs(s) < 2.3e-16 else s)
     d = 1.0 - c
     return (
         c + d * x * x, d * x * y + s * z, d * x * z - s * y,

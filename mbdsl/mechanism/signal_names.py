@@ -62,6 +62,12 @@ class SignalNames:
                 found[name] = (energy, "J")
         return found
 
+    @cached_property
+    def formulas(self) -> dict[str, tuple[Expr, str]]:
+        """As ``expressions``, and quaternions as in laws, with a sign that jumps where the scalar part is zero."""
+        quaternions = (name for name in self.computed if self.scene.spatial and name.rpartition(".")[2] in QUATERNION)
+        return self.expressions | {name: (self.scene.signal(name), "1") for name in quaternions}
+
     @property
     def _frames(self) -> dict[str, str]:
         """Names and other names of frames -> their names."""

@@ -202,6 +202,11 @@ class Search:
         is negative. For large systems the stiffnesses next to zero and the most negative one are computed.
         """
         K = self._scaled(self.K)
+        if not np.isfinite(K if isinstance(K, np.ndarray) else K.data).all():
+            raise EquilibriumError(
+                "the forces in this pose have derivatives that are not finite numbers",
+                hint="look for an angle between axes that is not defined there, or a law with a root or a quotient",
+            )
         self.symmetric = largest(K - K.T) <= 1e-9 * self.kappa
         zero = ZERO * self.kappa
         values, vectors = self._all(K) if isinstance(K, np.ndarray) else self._few(K)

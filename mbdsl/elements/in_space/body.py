@@ -40,22 +40,47 @@ def _about_axes(I) -> tuple:
     return I if isinstance(I, tuple) else (I, I, I)
 
 
+#: differences of moments, relative to the largest, that count as rounding of written numbers
+ROUNDING = 1e-9
+#: the same for moments that are measured or copied with few digits
+FEW_DIGITS = 0.005
+
+
 def _of_a_mass(I) -> str | None:
     """Why I is not the inertia of a body, or None."""
-    if len({len(row) if isinstance(row, tuple) else 0 for row in I}) == 1 and isinstance(I[0], tuple):
+    if isinstance(I[0], tuple):
         size = max(abs(x) for row in I for x in row)
         for i, j in ((0, 1), (0, 2), (1, 2)):
-            if abs(I[i][j] - I[j][i]) > 1e-9 * size:
+            if abs(I[i][j] - I[j][i]) > ROUNDING * size:
                 names = f"I[{i + 1}, {j + 1}] = {I[i][j]:g}", f"I[{j + 1}, {i + 1}] = {I[j][i]:g} kg.m2"
-                return f"the matrix of inertia is not symmetric: {names[0]}, but {names[1]}"
-        least = _least_minor(I, size)
-    else:
-        least = min(I)
-    return "a moment of inertia is negative" if least < 0.0 else None
+                return f"the matrix of inertia I is not symmetric: {names[0]}, but {names[1]}"
+        if _least_minor(I, size) < -ROUNDING:
+            return "the matrix of inertia I has a negative principal moment; is a product of inertia too large?"
+        return None
+    name, least = min(zip(("Ixx", "Iyy", "Izz"), I, strict=True), key=lambda x: x[1])
+    return f"the moment of inertia {name} in I is {least:g} kg.m2; it must be at least 0" if least < 0.0 else None
+
+
+def impossible(I) -> str | None:
+    """Why no distribution of mass has the moments I, which no equation of motion excludes, or None.
+
+    The matrix of second moments, tr(J)/2 - J, has no negative eigenvalue.
+    """
+    J = inertia(I)
+    half = 0.5 * (J[0] + J[4] + J[8])
+    second = [[(half if i == j else 0.0) - J[3 * i + j] for j in range(3)] for i in range(3)]
+    if _least_minor(second, max(map(abs, J))) > -FEW_DIGITS:
+        return None
+    if isinstance(I[0], tuple):
+        return "a principal moment of inertia is larger than the sum of the other two"
+    k = max(range(3), key=lambda k: I[k])
+    names = [f"I{axis}{axis}" for axis in "xyz"]
+    others = " + ".join(name for i, name in enumerate(names) if i != k)
+    return f"{names[k]} = {I[k]:g} kg.m2 is larger than {others} = {sum(I) - I[k]:g} kg.m2"
 
 
 def _least_minor(I, size: float) -> float:
-    """The least principal minor, relative to the largest entry; rounding of written numbers counts as zero.
+    """The least principal minor, relative to the largest entry.
 
     A symmetric matrix has no negative eigenvalue if and only if no principal minor is negative.
     """
@@ -64,8 +89,7 @@ def _least_minor(I, size: float) -> float:
     (a, d, e), (_, b, f), (_, _, c) = (tuple(x / size for x in row) for row in I)
     minors = (a, b, c, a * b - d * d, a * c - e * e, b * c - f * f)
     whole = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)
-    least = min(*minors, whole)
-    return least if least < -1e-9 else 0.0
+    return min(*minors, whole)
 
 
 def derive(values: Mapping) -> dict:
@@ -104,6 +128,7 @@ KIND = BodyKind(
     ),
     signals=SIGNALS,
     check=check,
+    doubt=lambda v: None if v["I"] is None else impossible(_about_axes(v["I"])),
     derive=derive,
     size="length",
     frames=ends,
