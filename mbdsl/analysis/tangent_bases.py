@@ -108,8 +108,8 @@ class Moving:
         J = dense(system.Phi_q(t, q)) / self.scale
         free = null_space(J / row_size(J)[:, None])
         joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind)]
-        # positions in fixed axes are not constant for a rotating beam; its own axes replace them. Cardan angles, of joints
-        # whose bodies may spin about any axis, are replaced by rotations about the axes of the world
+        # positions in fixed axes are not constant for a rotating beam: its own axes replace them; Cardan angles are not
+        # suitable coordinates of bodies that spin: rotations about the axes of the world replace them
         own = [
             e
             for c in joints

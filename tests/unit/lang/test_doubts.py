@@ -22,9 +22,13 @@ def warnings(text):
     return [warning.message for warning in parse(MODEL.format(text)).warnings]
 
 
+#: models with published data that are not as a user would intend them: model -> number of warnings
+PUBLISHED = {"haug_four_link": 3}
+
+
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_no_shipped_model_has_a_warning(path):
-    assert load(path, allow_imports=True).warnings == ()
+    assert len(load(path, allow_imports=True).warnings) == PUBLISHED.get(path.stem, 0)
 
 
 @pytest.mark.parametrize(
