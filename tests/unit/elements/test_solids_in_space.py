@@ -106,12 +106,12 @@ def test_matrix_of_inertia():
         ("Sphere part(m = 1 kg, rho = 1 kg/m3, radius = 1 m)", "give either m or rho"),
         ("Sphere part(m = 1 kg, radius = 1 m, bore = 1 m)", "the inner radius is not smaller than the radius"),
         ("Cylinder part(m = 1 kg, length = 1 m, radius = 1 m, n = {0, 0, 0})", "the axis n is zero"),
-        ("Body part(m = 1 kg, I = {1, -1, 1} kg.m2)", "a moment of inertia is negative"),
+        ("Body part(m = 1 kg, I = {1, -1, 1} kg.m2)", "the moment of inertia Iyy in I is -1 kg.m2"),
         (
             "Body part(m = 1 kg, I = {{1, 0.5, 0}, {0.4, 1, 0}, {0, 0, 1}} kg.m2)",
-            "the matrix of inertia is not symmetric: I[1, 2] = 0.5, but I[2, 1] = 0.4 kg.m2",
+            "the matrix of inertia I is not symmetric: I[1, 2] = 0.5, but I[2, 1] = 0.4 kg.m2",
         ),
-        ("Body part(m = 1 kg, I = {{1, 2, 0}, {2, 1, 0}, {0, 0, 1}} kg.m2)", "a moment of inertia is negative"),
+        ("Body part(m = 1 kg, I = {{1, 2, 0}, {2, 1, 0}, {0, 0, 1}} kg.m2)", "has a negative principal moment"),
     ],
 )
 def test_refused(text, message):
