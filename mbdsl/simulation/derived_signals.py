@@ -106,14 +106,14 @@ def accelerations_in_space(system: System, name: str, q: Array, a: Callable[[], 
 
 def quaternion(system: System, name: str, q: Array) -> dict[str, Array]:
     """The quaternion (N,) of a body or frame in space at N successive states, as signals."""
-    frames, of = system.scene.frames, system.scene.aliases.get(name, name)
-    frame = frames[of if of in frames else f"{of}.c"]
-    p = np.tile(poses_in_space.quaternion_of(frame.pose[3:]), (len(q), 1))
-    body = system.tables.models.get(frame.body)
+    frame = system.scene.frames.get(system.scene.aliases.get(name, name))
+    of, axes = (name, SpatialFrame.axes) if frame is None else (frame.body, frame.pose[3:])
+    p = np.tile(poses_in_space.quaternion_of(axes), (len(q), 1))
+    body = system.tables.models.get(of)
     if body is not None and body.n > 3:
-        d = system.tables.coordinates[frame.body]
+        d = system.tables.coordinates[of]
         own = rotation_arrays.quaternions(q[:, d + 3 : d + 6])
-        p = own if frame.pose[3:] == SpatialFrame.axes else rotation_arrays.times(own, p)
+        p = own if axes == SpatialFrame.axes else rotation_arrays.times(own, p)
     for i in range(1, len(p)):  # p and -p are the same attitude
         if p[i] @ p[i - 1] < 0.0:
             p[i] = -p[i]
