@@ -42,6 +42,7 @@ Shape = AsIs | InPlane | Undeformed
 SI = DisplayUnit()
 GUESSED = 1.0  #: weight of a coordinate with a guess
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
+FAR = 1e-2  #: violation of the constraints, in the size of the mechanism, that is not that of a pose near a solution
 
 
 @dataclass(frozen=True)
@@ -270,9 +271,11 @@ def _positions(
                     return y
                 if k >= 80 and violation > 1e3 * tolerance:
                     break  # the constraints contradict each other: this is the nearest compromise
+            if k == 80 and attempt and violation > FAR and system.scene.spatial:
+                break  # plain steps converge near a solution only; in space they take long
         if violation <= 1e3 * tolerance:
             return y
-    if nearest and system.scene.spatial:
+    if nearest and isinstance(shape, AsIs) and system.scene.spatial:
         # The rotation from the guess is not linear: Gauss-Newton steps may not converge if the guess is far from all
         # poses. Steps that only close the joints end at a pose that is near, but not the nearest.
         return _positions(system, t, shape, fixed, metric, until, nearest=False)
