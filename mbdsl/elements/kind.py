@@ -240,6 +240,7 @@ class JointKind(PairKind):
     #: (values, distance of the frame origins at the start) -> why they do not fit together, or None; the kind
     #: constrains angles about a line of centres, which does not exist at zero distance
     misfit: Callable[[Mapping, float], str | None] | None = None
+    crossing: bool = False  #: in space, whether it has no meaning if the z axes of its frames are parallel at the start
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:

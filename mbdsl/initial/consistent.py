@@ -111,6 +111,8 @@ def state_at(system: System, t: float, q: Array, v: Array) -> InitialState:
         if (singular := singular_mass(system, t, q, v)) is not None:
             raise singular from problem
         raise
+    if system.scene.spatial and (singular := singular_mass(system, t, q, v, lam)) is not None:
+        raise singular  # hidden by accelerations of least norm
     turned = tuple(mirrored(system, t, q)) if system.scene.spatial else ()
     return InitialState(t, q, v, a, lam, _moved(system, t, q, v), redundant, turned)
 

@@ -3,6 +3,8 @@ constraints allow."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,18 +56,26 @@ def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | Non
     owners = [body.name for body in system.scene.bodies() for _ in body.coordinates]
     bodies = list(dict.fromkeys(owners[k] for k in moving))
     components = [system.scene.components[name] for name in bodies]
-    notes = []
-    for c in components:
-        zero = [name for name in ("m", "I") if c.values.get(name) == 0.0]
-        notes.append(
-            (f"{c.kind.name} {c.name} has {' and '.join(f'{name} = 0' for name in zero) or 'no mass'}", c.span)
-        )
+    notes = tuple((f"{c.kind.name} {c.name} has {_lacking(c.values)}", c.span) for c in components)
+    hint = "give it a mass and a moment of inertia, or hold it by further joints"
+    if any(c.kind.spatial and c.kind.name == "Rod" for c in components):
+        hint += "; a Cylinder has a moment of inertia about its axis"
     return InitialisationError(
         f"the mass matrix is singular: {few(bodies)} can move without moving a mass",
         components[0].span,
-        notes=tuple(notes),
-        hint="give it a mass and a moment of inertia, or hold it by further joints",
+        notes=notes,
+        hint=hint,
     )
+
+
+def _lacking(values: Mapping) -> str:
+    """The inertia that a body does not have."""
+    zero = [f"{name} = 0" for name in ("m", "I") if values.get(name) == 0.0]
+    I = values.get("I")
+    if values.get("m") and isinstance(I, tuple) and not isinstance(I[0], tuple):
+        axes = [axis for axis, x in zip("xyz", I, strict=True) if x == 0.0]
+        return f"no moment of inertia about its {' and '.join(axes)} axis"
+    return " and ".join(zero) or "no mass"
 
 
 def _dense(X) -> Array:

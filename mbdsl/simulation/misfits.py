@@ -12,6 +12,8 @@ from mbdsl.system.signals import values
 
 #: distance of the centres, relative to the mechanism's size, that is zero except for rounding
 COINCIDENT = 1e-9
+#: sine of the angle between axes that counts as zero
+PARALLEL = 1e-6
 
 
 def misfits(motion: Motion) -> list[str]:
@@ -27,7 +29,18 @@ def misfits(motion: Motion) -> list[str]:
         scene, first = part.system.scene, part.initial
         t, q, v = np.array([first.t]), first.q[None], first.v[None]
         for name, component in scene.components.items():
-            if not isinstance(component.kind, JointKind) or component.kind.misfit is None:
+            if not isinstance(component.kind, JointKind):
+                continue
+            if component.kind.crossing:
+                ends = [coordinate(frame, f"z{key}") for frame in component.ports.values() for key in "xyz"]
+                z = np.array([x[0] for x in values(part.system, ends, t, q, v)])
+                if np.linalg.norm(np.cross(z[:3], z[3:])) < PARALLEL:
+                    raise InitialisationError(
+                        f"the axes of {component.kind.name} {name} are parallel",
+                        component.span,
+                        hint="wheels with parallel axes: GearPair",
+                    )
+            if component.kind.misfit is None:
                 continue
             a, b = component.ports.values()
             line = [coordinate(b, key) - coordinate(a, key) for key in ("xyz" if scene.spatial else "xy")]

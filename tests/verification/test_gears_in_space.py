@@ -185,3 +185,13 @@ def test_impossible_gears(element, problem):
     bodies = "Body a(m = 1 kg, length = 1 m); Body b(m = 1 kg, length = 1 m);"
     with pytest.raises(mbdsl.ModelError, match=problem):
         mbdsl.parse(f"spatial model M Ground ground; {bodies} {element}; end M;")
+
+
+def test_shafts_that_are_parallel():
+    """A Gear has no direction to measure angles from; the message names the kind for parallel axes."""
+    with pytest.raises(mbdsl.InitialisationError, match="the axes of Gear e are parallel") as problem:
+        run(
+            """Ground ground; Body a(m = 1 kg, I = 1 kg.m2); Body b(m = 1 kg, I = 1 kg.m2);
+            Revolute A(ground, a.c); Revolute B(ground, b.c); Gear e(a.c, b.c, ratio = 2, n_b = {0, 0, 1});"""
+        )
+    assert "GearPair" in str(problem.value)

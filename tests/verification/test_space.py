@@ -317,3 +317,13 @@ def test_angle_of_a_tilted_body():
     np.testing.assert_allclose(t["wheel.phi"], np.unwrap(np.arctan2(x[:, 1], x[:, 0])), atol=1e-8)
     often = mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.02)
     assert often["wheel.phi"][-1] == pytest.approx(t["wheel.phi"][-1], abs=1e-8)
+
+
+def test_a_thin_rod_on_a_ball_joint():
+    """Nothing determines its rotation about its axis: an error at the start, which names a kind of body that helps."""
+    text = "spatial model M Ground ground; {} rod(m = 1 kg, length = 1 m{}); Spherical ball(ground, rod.a); end M;"
+    with pytest.raises(mbdsl.InitialisationError, match="rod can move without moving a mass") as problem:
+        mbdsl.simulate(mbdsl.parse(text.format("Rod", "")), stop=0.1)
+    assert "Rod rod has no moment of inertia about its x axis" in str(problem.value)
+    assert "a Cylinder has a moment of inertia about its axis" in str(problem.value)
+    mbdsl.simulate(mbdsl.parse(text.format("Cylinder", ", radius = 1 cm")), stop=0.01)

@@ -29,6 +29,7 @@ from mbdsl.elements.kind import JointKind, Parameter, Signal
 
 DRAWING = "dashed"
 PARALLEL = 0.999  #: cosine of the axes in their own frames, from which on they do not define x
+TINY = 1e-12  #: least sin^2 of the angle between the axes; where they are parallel, the assembly is an error
 U = dot(Z_A, Z_B)
 
 
@@ -76,6 +77,7 @@ KIND = JointKind(
     axes=axes,
     counts_turns=True,
     counted=("phi_a", "phi_b"),
+    crossing=True,
     spatial=True,
 )
 
@@ -101,7 +103,8 @@ def cosine(frames, a, b):
 @kernel
 def gradient(frames, a, b, p, G):
     u, i = cosine(frames, a, b), p[4]
-    A, B = (1.0 + i * u) / (1.0 - u * u), (i + u) / (1.0 - u * u)
+    sine = max(1.0 - u * u, TINY)
+    A, B = (1.0 + i * u) / sine, (i + u) / sine
     G[0, VALUE] = counted(frames, a, b, p) + i * counted(frames, b, a, p[2:]) - p[5]
     for k in range(3):
         L = A * frames[a, Z + k] - B * frames[b, Z + k]
@@ -112,7 +115,7 @@ def gradient(frames, a, b, p, G):
 def hessian(frames, a, b, p, s, H):
     """dL = A dz_a - B dz_b + (A' z_a - B' z_b) du,  dz = dphi x z,  du = (z_a x z_b) . (dphi_a - dphi_b)."""
     u, i = cosine(frames, a, b), p[4]
-    sine = 1.0 - u * u
+    sine = max(1.0 - u * u, TINY)
     A, B = s[0] * (1.0 + i * u) / sine, s[0] * (i + u) / sine
     A1, B1 = s[0] * (i + 2.0 * u + i * u * u) / (sine * sine), s[0] * (1.0 + u * u + 2.0 * i * u) / (sine * sine)
     ax, ay, az = frames[a, Z], frames[a, Z + 1], frames[a, Z + 2]
