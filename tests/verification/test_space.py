@@ -263,7 +263,7 @@ def test_driver_of_a_ball_joint():
         "Torque e(ground, body.c, tau = 1 N.m, n = {0, 0, 0});",
         "RotationalDriver e(ground, body.c, phi = 1 rad/s*time, n = {0, 0, 0});",
         "TranslationalDriver e(ground, body.c, s = 1 m/s*time, n = {0, 0, 0});",
-        "Frame e(body, n = {0, 0, 0});",
+        "Frame e(body, n = {0, 0, 0}, phi = 30 deg);",
     ],
 )
 def test_axes_that_are_zero_are_refused(element):
