@@ -91,6 +91,8 @@ class Kind:
     #: of kinds in space: values -> {port: axes (9 numbers)} of the frames that its kernels and formulas use instead of
     #: those of the ports, relative to them
     axes: Callable[[Mapping], Mapping[str, tuple[float, ...]]] = lambda values: {}
+    #: of joints in space: whether ``hessian`` has entries of rotations only, so that fewer entries couple the bodies
+    curved_by_rotations: bool = False
     #: of kinds in space: whether its kernels count the turns of angles, the signals ``counted``: ``table`` begins with
     #: two numbers of each, the angle at the end of the last accepted step and that of the last evaluation
     counts_turns: bool = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import product
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
@@ -60,11 +61,11 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 detail = -1
                 if role == "joint":
                     slots((n + row,), (n + row,))  # used if the row is left out
-                if full:
-                    slots(of_a, of_a)
-                    slots(of_a, of_b)
-                    slots(of_b, of_a)
-                    slots(of_b, of_b)
+                for own, other in product((of_a, of_b), repeat=2) if full else ():
+                    if role == "joint" and c.kind.curved_by_rotations:
+                        buffers.rotation_slots(own, other, n + row)
+                    else:
+                        slots(own, other)
                 if role == "joint":
                     for own in (of_a, of_b):
                         slots(own, (n + row,))

@@ -119,6 +119,15 @@ class Buffers:
         self.rows.extend(rows if count == 1 else [r for r in rows for _ in range(count)])
         return offset
 
+    def rotation_slots(self, rows: Sequence[int], columns: Sequence[int], spare: int) -> None:
+        """As :meth:`slots`, for entries that are zero unless both coordinates are rotations of bodies in space, whose
+        first three coordinates are displacements; the zeros are added to the entry (spare, spare)."""
+        for i, r in enumerate(rows):
+            for j, c in enumerate(columns):
+                turns = i >= 3 and j >= 3
+                self.rows.append(r if turns else spare)
+                self.columns.append(c if turns else spare)
+
 
 def of_models(models: Mapping[str, Body], value: Callable[[Body], Result]) -> list[Result]:
     """The value of the model of each body; computed once for a model that bodies share."""

@@ -33,6 +33,7 @@ KIND = JointKind(
     axes=both("z"),
     moves=(("phi_x", "rx"), ("phi_y", "ry")),
     aligned=f"({dot(X_A, X_B)} + {dot(Y_A, Y_B)})",
+    curved_by_rotations=True,
     spatial=True,
 )
 

@@ -20,6 +20,7 @@ KIND = JointKind(
     ),
     axes=lambda v: {"frame_b": about((0.0, 0.0, 1.0), -v["phi0"])} if v["phi0"] else {},
     aligned=SAME_ATTITUDE,
+    curved_by_rotations=True,
     spatial=True,
 )
 

@@ -42,6 +42,7 @@ KIND = JointKind(
     angle=("phi",),
     aligned=dot(Z_A, Z_B),
     free_axes={"rotation": "n"},
+    curved_by_rotations=True,
     spatial=True,
 )
 

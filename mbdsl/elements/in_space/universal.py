@@ -61,6 +61,7 @@ KIND = JointKind(
     axes=axes,
     moves=(("phi_a", "rz"), ("phi_b", "rx")),
     free_axes={"rotation": None},
+    curved_by_rotations=True,
     spatial=True,
 )
 
