@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.viewing.motion import motion
+from mbdsl.viewing.projection import pictured
 from mbdsl.viewing.svg_picture import still
 
 if TYPE_CHECKING:
@@ -34,9 +34,9 @@ def mode_pictures(modes: Modes, most: int) -> Iterator[str]:
     """
     for k, mode in enumerate(modes[:most], 1):
         u = LARGEST * mode.shape.real
-        q = np.stack([modes.q + u, modes.q, modes.q - u])
+        q = modes.system.moved(np.stack([modes.q] * 3), np.stack([u, 0.0 * u, -u]))
         done = {"status": "done"}
-        moving = motion(Trajectory(modes.system, modes.t + np.arange(3.0), q, np.zeros_like(q), None, done))
+        moving = pictured(Trajectory(modes.system, modes.t + np.arange(3.0), q, np.zeros_like(q), None, done))
         title = f"mode {k}: {mode.frequency:.6g} Hz"
         picture = still(moving, 0, f"mode-{k}", title, (1, 2), names=False)
         yield f"<figure>{picture}<figcaption>{title}</figcaption></figure>"

@@ -21,7 +21,7 @@ from mbdsl.version import __version__
 from mbdsl.viewing import structure_files, structure_svg
 from mbdsl.viewing.animation import animate
 from mbdsl.viewing.documents import document, frame, sheet
-from mbdsl.viewing.motion import motion
+from mbdsl.viewing.projection import pictured
 from mbdsl.viewing.svg_picture import still
 
 HERE = Path(__file__).parent
@@ -107,7 +107,7 @@ def _lead(report: Findings) -> Iterator[str]:
 
 
 def _mechanism(report: Findings) -> Section:
-    moving = motion(report.trajectory, POSES)
+    moving = pictured(report.trajectory, POSES)
     name = report.trajectory.scene.name
     behind = range(len(moving.t) - 1, 0, -1) if len(report.trajectory.scene.bodies()) <= MANY_BODIES else ()
     title = f"{name} at t = {moving.t[0]:g} s"

@@ -294,6 +294,19 @@ class Painter {
     this.line([p, q], Math.max(2, 0.22 * this.U), this.theme.rod);
   }
 
+  // bodies of projected models in space
+  draw_bar(shape, [p, q]) {
+    this.line([p, q], Math.max(3, 0.5 * this.U), this.colour(shape.name));
+  }
+
+  draw_disc(shape, points) {
+    const colour = this.colour(shape.name);
+    this.g.beginPath();
+    points.forEach(([x, y], k) => this.g[k ? "lineTo" : "moveTo"](x, y));
+    this.g.closePath();
+    this.area(mixed(colour, this.theme.paper, 0.78), colour);
+  }
+
   draw_dashed(shape, [p, q]) {
     this.g.setLineDash([5, 4]);
     this.line([p, q], this.thin, this.theme.force);

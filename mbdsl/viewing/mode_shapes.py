@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System
-from mbdsl.viewing.motion import Motion, motion
+from mbdsl.viewing.motion import Motion
+from mbdsl.viewing.projection import pictured
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -106,7 +107,7 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
     size = _extent(rest)
     for shape in shapes:
         parts = STEP * np.array([shape.real, -shape.real, shape.imag, -shape.imag])
-        near = _states(system, t, q + parts)
+        near = _states(system, t, system.moved(np.repeat(q[None], 4, axis=0), parts))
         u = _difference(near.poses)
         beams = [(_difference(c.points), _difference(c.angles)) for c in near.curves]
         # a spot is a rigid part of its track: it moves with the track and turns about it
@@ -133,9 +134,10 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
 
 
 def _states(system: System, t: float, q: Array) -> Motion:
-    """States (N, n) at one time as a motion."""
+    """States (N, n) at one time as a motion; in space its projection."""
     N = len(q)
-    return motion(Trajectory(system, np.full(N, t), q, np.zeros_like(q), None, {"status": "done"}), N)
+    states = Trajectory(system, np.full(N, t), q, np.zeros_like(q), None, {"status": "done"})
+    return pictured(states, N)
 
 
 def _difference(values: Array) -> Complex:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
-from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.body_models import at_rest, body_pose
@@ -147,7 +146,6 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     UsageError
         If the trajectory is empty.
     """
-    planar_only(trajectory.scene, "reports and animations of modes")
     if not len(trajectory.t):
         raise UsageError(f"there is no motion to show: the trajectory of {trajectory.scene.name} is empty")
     system, scene = trajectory.system, trajectory.scene

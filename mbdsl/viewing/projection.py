@@ -7,6 +7,7 @@ upwards: unit vectors with r x u = c. In the isometric view the three axes make 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from math import asin, cos, pi, radians, sin, sqrt
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from mbdsl.messages import did_you_mean
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.body_models import body_pose
 from mbdsl.system.tables import gravity
-from mbdsl.viewing.motion import GROUND, MOST_FRAMES, MOST_NUMBERS, Motion, Spot, chosen_rows
+from mbdsl.viewing.motion import GROUND, MOST_FRAMES, MOST_NUMBERS, Motion, Spot, chosen_rows, motion
 from mbdsl.viewing.shape import Shape
 from mbdsl.viewing.space.motion import SpaceMotion
 from mbdsl.viewing.space.vectors import FORCE, SpaceVector
@@ -79,6 +80,7 @@ def view(scene: Scene, name: str) -> View:
     return View(right, np.cross(towards, right), towards)
 
 
+@dataclass
 class SpatialMotion(Motion):
     """A motion whose tracks are the projected frames of bodies, and points on the edges of discs.
 
@@ -92,9 +94,9 @@ class SpatialMotion(Motion):
         The edge of a disc, by the name of the body.
     """
 
-    seen: View
-    near: Array
-    rims: dict[str, list[Spot]]
+    seen: View = field(default_factory=lambda: View(*np.eye(3)))
+    near: Array = field(default_factory=lambda: np.zeros(0))
+    rims: dict[str, list[Spot]] = field(default_factory=dict)
 
 
 def projected(trajectory: Trajectory, name: str = "iso", most: int = MOST_FRAMES) -> SpatialMotion:
@@ -145,10 +147,13 @@ def projected(trajectory: Trajectory, name: str = "iso", most: int = MOST_FRAMES
     all_places = np.stack(places, axis=1) if places else np.zeros((len(rows), 0, 3))
     picture = seen.of(all_places)
     poses = np.concatenate([picture[..., :2], np.zeros_like(picture[..., :1])], axis=-1)
-    found = SpatialMotion(scene, np.asarray(t), rows, tracks, poses, spots, owners)
-    found.seen, found.rims = seen, rims
-    found.near = np.nan_to_num(picture[..., 2]).mean(axis=0)
-    return found
+    near = np.nan_to_num(picture[..., 2]).mean(axis=0)
+    return SpatialMotion(scene, np.asarray(t), rows, tracks, poses, spots, owners, seen=seen, near=near, rims=rims)
+
+
+def pictured(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
+    """The motion of a trajectory in a picture: of a model in space its isometric view."""
+    return projected(trajectory, most=most) if trajectory.scene.spatial else motion(trajectory, most)
 
 
 def _discs(scene: Scene) -> Iterator[tuple[str, Array]]:
