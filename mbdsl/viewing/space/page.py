@@ -16,7 +16,7 @@ from mbdsl.viewing.projection import VIEWS, view
 from mbdsl.viewing.signals import Plots
 from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
 from mbdsl.viewing.space.shapes import SpaceDrawing
-from mbdsl.viewing.space.symbols import Solid
+from mbdsl.viewing.space.solid import Solid
 from mbdsl.viewing.space.vectors import SpaceVector
 
 HERE = Path(__file__).parent

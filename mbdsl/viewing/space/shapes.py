@@ -16,7 +16,8 @@ from mbdsl.numerics.rotation_arrays import of_matrix, quaternions
 from mbdsl.system.tables import gravity
 from mbdsl.viewing.motion import GROUND
 from mbdsl.viewing.space.motion import Place, SpaceMotion
-from mbdsl.viewing.space.symbols import BODY, TO_X, Solid, support, symbol
+from mbdsl.viewing.space.solid import BODY, Solid
+from mbdsl.viewing.space.symbols import TO_X, bodies_shown, support, symbol
 
 Array = NDArray[np.float64]
 
@@ -75,7 +76,9 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     shown = [*held, *(place for place in motion.spots.values() if place.track != GROUND)]
     low, high = motion.extremes(shown)
     within = _size(low, high)
-    own = {c.name: solid for c in scene.bodies() if (solid := _own(c, motion, wheels, within)) is not None}
+    elements = [c for c in scene.components.values() if len(c.ports) == 2 and not isinstance(c.kind, BodyKind)]
+    tracks = {track for c in elements for track in bodies_shown(c, motion)}  # of bodies that elements show
+    own = {c.name: solid for c in scene.bodies() if (solid := _own(c, motion, wheels, within, tracks)) is not None}
     low_, high_ = motion.extremes(corner for solid in own.values() for corner in _corners(solid))
     low, high = np.minimum(low, low_), np.maximum(high, high_)
     size = _size(low, high)
@@ -85,10 +88,13 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     bars = {c.name: list(_bars(c, motion, ports, own.get(c.name))) for c in scene.bodies()}
     lengths = [max(_length(p, q) for p, q in pairs) for pairs in bars.values() if pairs]
     unit = min(OF_SIZE * size, OF_LENGTH * float(np.median(lengths)) if lengths else np.inf) or 1.0
-    solids = [s for c in scene.bodies() for s in _body(c, motion, own.get(c.name), bars[c.name], unit)]
-    for c in scene.components.values():
-        if len(c.ports) == 2 and not isinstance(c.kind, BodyKind):
-            solids += symbol(c, motion, unit)
+    solids = [s for c in scene.bodies() for s in _body(c, motion, own.get(c.name), bars[c.name], unit, tracks)]
+    symbols = [s for c in elements for s in symbol(c, motion, unit)]
+    round_ones = [corner for s in symbols if s.role == BODY and len(s.at) == 1 for corner in _corners(s)]
+    if round_ones and size > 0.0:
+        low, high = motion.extremes(round_ones)
+        bounds = np.stack([np.minimum(bounds[0], low.min(axis=0)), np.maximum(bounds[1], high.max(axis=0))])
+    solids += symbols
     solids += [support(place, unit) for place in held]
     diagonal = float(np.linalg.norm(bounds[1] - bounds[0]))
     followed = _heaviest(scene) if size > 0.0 and diagonal > TRAVELS * size else ""
@@ -114,7 +120,9 @@ def _wheels(motion: SpaceMotion) -> Iterator[tuple[str, Solid]]:
             yield body, Solid("wheel", BODY, body, (hub.moved(p=TO_X),), (float(c.values["radius"]),) * 3)
 
 
-def _own(c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid], within: float) -> Solid | None:
+def _own(
+    c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid], within: float, shown: set[int]
+) -> Solid | None:
     """The solid of a body by its dimensions, as a wheel, or by its moments of inertia; the last only if it is not large
     beside the mechanism, whose frames are ``within`` a distance [m], and beside the frames of the body."""
     v, centre = c.values, motion.spots[f"{c.name}.c"]
@@ -130,7 +138,7 @@ def _own(c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid], within:
         return Solid("cylinder", BODY, c.name, (at,), (radius, radius, v["length"]))
     if c.kind.name == "Sphere":
         return Solid("ball", BODY, c.name, (centre,), (float(v["radius"]),) * 3)
-    if c.kind.name == "Body" and v["m"] > 0.0:
+    if c.kind.name == "Body" and v["m"] > 0.0 and centre.track not in shown:
         apart = max(hypot(*motion.spots[name].r) for name in motion.frames[c.name])
         bare = apart < 1e-9 * max(1.0, float(np.nanmax(np.abs(motion.poses[..., :3]), initial=0.0)))
         found = _of_inertia(c, centre, bare)
@@ -224,7 +232,12 @@ def _length(p: Place, q: Place) -> float:
 
 
 def _body(
-    c: Component, motion: SpaceMotion, own: Solid | None, bars: Sequence[tuple[Place, Place]], unit: float
+    c: Component,
+    motion: SpaceMotion,
+    own: Solid | None,
+    bars: Sequence[tuple[Place, Place]],
+    unit: float,
+    shown: set[int],
 ) -> Iterator[Solid]:
     if own is not None:
         yield own
@@ -234,7 +247,7 @@ def _body(
         middle = tuple(((np.array(p.r) + np.array(q.r)) / 2).tolist())
         at = Place(p.track, middle, _axis_along(along.tolist()))
         yield Solid("bar", BODY, c.name, (at,), (radius, radius, _length(p, q)))
-    if own is None and not bars:
+    if own is None and not bars and motion.spots[f"{c.name}.c"].track not in shown:
         yield Solid("ball", BODY, c.name, (motion.spots[f"{c.name}.c"],), (MASS * unit,) * 3)
 
 

@@ -7,18 +7,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from math import sqrt
-from typing import Any
 
 import numpy as np
 
 from mbdsl.elements import declaring
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.motion import GROUND
+from mbdsl.viewing.space import wheel_symbols
 from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
+from mbdsl.viewing.space.solid import BODY, DRIVE, FORCE, JOINT, SUPPORT, Solid
 
-JOINT, FORCE, DRIVE, SUPPORT, BODY = "joint", "force", "drive", "support", "body"
 #: radius of coils in units, their pitch relative to it, and numbers of turns
 COIL, PITCH, LEAST_TURNS, MOST_TURNS = 0.8, 1.6, 5, 30
 MOST_POINTS = 400  #: of a wire
@@ -27,30 +26,24 @@ HALF = sqrt(0.5)
 TO_X, TO_Y = (HALF, 0.0, HALF, 0.0), (HALF, -HALF, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Solid:
-    """A shape of unit size that is scaled by ``size`` along its axes.
-
-    ``draw`` names its geometry in the page, ``role`` is "body", "joint", "force", "drive" or "support". With two places
-    it extends along its z axis from the first to the second.
-    """
-
-    draw: str
-    role: str
-    name: str
-    at: tuple[Place, ...]
-    size: tuple[float, ...]
-    data: dict[str, Any] = field(default_factory=dict)
-
-
 Symbol = Callable[[Component, Place, Place, SpaceMotion, float], Iterator[Solid]]
 
 
 def symbol(c: Component, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
     """The symbol of an element between two frames; ``unit`` is the size of symbols [m]."""
     a, b = (motion.spot_of(frame) for frame in c.ports.values())
-    name = getattr(declaring(c.kind), "DRAWING", None) or KNOWN.get(c.kind.name, "mark")
-    yield from SYMBOLS.get(name, _mark)(c, a, b, motion, unit)
+    yield from SYMBOLS.get(_name(c), _mark)(c, a, b, motion, unit)
+
+
+def bodies_shown(c: Component, motion: SpaceMotion) -> set[int]:
+    """Tracks of the bodies that the symbol of an element shows, as gears and pulleys do."""
+    a, b = (motion.spot_of(frame).track for frame in c.ports.values())
+    name = _name(c)
+    return set() if name not in wheel_symbols.SYMBOLS else {b} if name == "rack" else {a, b}
+
+
+def _name(c: Component) -> str:
+    return getattr(declaring(c.kind), "DRAWING", None) or KNOWN.get(c.kind.name, "mark")
 
 
 def _one(draw: str, role: str, size: Sequence[float], p: tuple[float, ...] = UNTURNED, on_b: bool = False) -> Symbol:
@@ -178,6 +171,9 @@ SYMBOLS: dict[str, Symbol] = {
     "turning": _one("ring", DRIVE, (1.0, 1.0, 1.0)),
     "stop": _stop,
     "track": _track,
+    "cam": _track,
+    "dashed": _between(("cylinder", 0.1)),
+    **wheel_symbols.SYMBOLS,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,
     "nothing": _nothing,

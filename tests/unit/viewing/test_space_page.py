@@ -211,6 +211,25 @@ def test_forces_in_the_axes_of_a_frame(trajectory_of):
     assert push.values[0] == pytest.approx([0.0, 3.0, 0.0], abs=1e-12)
 
 
+def test_gears_have_their_pitch_radii(trajectory_of):
+    """A pinion of 20 mm in a ring of 60 mm, which is outside of its pitch circle; the floor is below both."""
+    scene = parse(
+        """spatial model A Ground g; Body sun(m = 1 kg, I = {1, 1, 1} g.m2);
+        Body ring(m = 1 kg, I = {1, 1, 1} g.m2); Frame other(g, r = {0.04, 0, 0});
+        Revolute p(other, sun.c); Revolute q(g, ring.c);
+        GearPair mesh(sun.c, ring.c, r_a = 20 mm, r_b = 60 mm, internal = true); end A;"""
+    )
+    states = {"sun": np.array([[0.04, 0, 0, 0, 0, 0]]), "ring": np.zeros((1, 6))}
+    drawn = drawing(motion(trajectory_of(scene, [0.0], states)))
+    (pinion,) = [s for s in drawn.solids if s.draw == "cylinder" and s.role == "body"]
+    (ring,) = [s for s in drawn.solids if s.draw == "tube"]
+    assert pinion.size[:2] == pytest.approx((0.02, 0.02)) and pinion.name == "sun"
+    assert ring.size[0] * ring.data["bore"] == pytest.approx(0.06) and ring.name == "ring"
+    assert drawn.floor.r[1] < -0.06
+    for solid in (pinion, ring):
+        assert abs(rotated(np.array(solid.at[0].p), np.array([0, 0, 1.0]))) == pytest.approx([0, 0, 1])
+
+
 def test_a_coil_has_turns_for_its_length(trajectory_of):
     """A spring of 1 m has about twice the turns of one of 0.5 m beside it, because its wire has one thickness."""
     scene = parse(
