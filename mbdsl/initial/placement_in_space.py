@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.formulas import evaluate
-from mbdsl.expressions.spatial_coordinates import CARDAN, named
+from mbdsl.expressions.spatial_coordinates import CARDAN, LOCAL, QUATERNION, named
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.graph import MechanismGraph
@@ -23,6 +23,8 @@ from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 Z = (0.0, 0.0, 1.0)
+#: signals of bodies and joints that are no angles with turns, and take long to write as expressions
+NEVER_COUNTED = {*CARDAN, *LOCAL, *QUATERNION}
 
 
 def place(system: System, graph: MechanismGraph, t: float, given: list[InitialValue]) -> Array:
@@ -93,7 +95,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         system.set_first_angle(node, said.get(node, turns.get(frame.body, 0.0) + _turn_of(frame)))
     for c in scene.components.values():
         for key in c.signals:
-            node = scene.signal_of(c, key)
+            node = scene.signal_of(c, key) if key not in NEVER_COUNTED else None
             if node is not None and node.op == "angle":
                 first = _by_formula(system, c, key, t, q) if key in c.kind.first_angles and node not in said else None
                 system.set_first_angle(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
+from typing import Any
 
 from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.errors import UsageError
@@ -20,6 +21,33 @@ ACCELERATIONS_IN_SPACE = {f"a{i}": "m/s2" for i in "xyz"} | {f"alpha{i}": "rad/s
 #: coordinates of frames in space among the signals: without the components of axes
 SPATIAL_UNITS = {k: unit for k, unit in spatial_coordinates.UNITS.items() if k not in spatial_coordinates.AXES}
 QUATERNION = spatial_coordinates.QUATERNION
+
+
+#: an expression and its unit, or what makes them: a function, its two arguments, and the unit
+Entry = tuple[Expr, str] | tuple[Callable, Any, str, str]
+
+
+class Expressions(Mapping[str, tuple[Expr, str]]):
+    """Signal name -> (expression, unit); an expression is made when it is first requested."""
+
+    def __init__(self, entries: dict[str, Entry]) -> None:
+        self.entries = entries
+
+    def __getitem__(self, name: str) -> tuple[Expr, str]:
+        entry = self.entries[name]
+        if len(entry) == 4:
+            make, owner, key, unit = entry
+            entry = self.entries[name] = (make(owner, key), unit)
+        return entry
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.entries
 
 
 class SignalNames:
@@ -41,32 +69,33 @@ class SignalNames:
         self.flexible = [c.name for c in scene.components.values() if c.deforms]
 
     @cached_property
-    def expressions(self) -> dict[str, tuple[Expr, str]]:
+    def expressions(self) -> Expressions:
         """Signal name -> (expression, unit), of signals that are functions of q, v, lam and t."""
         scene = self.scene
-        found: dict[str, tuple[Expr, str]] = {}
+        found: dict[str, Entry] = {}
         for c in scene.components.values():
-            for key, expression in scene.signals_of(c).items():
+            units_of, of_component = c.kind.unit_of, scene.signal_of
+            for key in c.signals:
                 if not (scene.spatial and key in QUATERNION):
-                    found[f"{c.name}.{key}"] = (expression, c.kind.unit_of(key) or "")
+                    found[f"{c.name}.{key}"] = (of_component, c, key, units_of(key) or "")
         units, of_frame = (SPATIAL_UNITS, spatial_coordinates.named) if scene.spatial else (UNITS, coordinate)
         for name, frame in self._frames.items():
             for key, unit in units.items():
                 if key not in QUATERNION:
-                    found.setdefault(f"{name}.{key}", (of_frame(frame, key), unit))
+                    found.setdefault(f"{name}.{key}", (of_frame, frame, key, unit))
         for name, expression in scene.variables.items():
             unit = scene.inputs[name].unit if name in scene.inputs else ""
             found.setdefault(name, (expression, unit))
         if not self.flexible:
             for name, energy in zip(ENERGIES, energies(scene), strict=True):
                 found[name] = (energy, "J")
-        return found
+        return Expressions(found)
 
     @cached_property
-    def formulas(self) -> dict[str, tuple[Expr, str]]:
+    def formulas(self) -> Expressions:
         """As ``expressions``, and quaternions as in laws, with a sign that jumps where the scalar part is zero."""
         quaternions = (name for name in self.computed if self.scene.spatial and name.rpartition(".")[2] in QUATERNION)
-        return self.expressions | {name: (self.scene.signal(name), "1") for name in quaternions}
+        return Expressions(self.expressions.entries | {name: (self.scene.signal(name), "1") for name in quaternions})
 
     @property
     def _frames(self) -> dict[str, str]:
@@ -125,7 +154,8 @@ class SignalNames:
         """Return the SI unit of a signal; "" if the signal is a pure number or its unit is unknown."""
         if name == "time":
             return "s"
-        unit = self.expressions[name][1] if name in self.expressions else self.computed.get(name, "")
+        entry = self.expressions.entries.get(name)
+        unit = entry[-1] if entry is not None else self.computed.get(name, "")
         return "" if unit == "1" else unit
 
     def select(self, patterns: str | Iterable[str]) -> list[str]:

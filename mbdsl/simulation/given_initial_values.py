@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from mbdsl.errors import ModelError, UsageError
+from mbdsl.expressions.spatial_coordinates import CARDAN
 from mbdsl.expressions.symbolic import Expr, der
 from mbdsl.lang.given_values import value
 from mbdsl.lang.initial_values import check_target
@@ -52,7 +53,8 @@ def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
     if lacking := [name for name in names if name not in initial]:
         raise UsageError(f"initial: the run of {initial.scene.name} has no signal `{lacking[0]}`")
     if scene.spatial:  # attitudes do not contain the turns
-        names += [name for name, (e, _) in known.expressions.items() if e.op == "angle" and name in initial]
+        angles = (x for x in known.expressions if ".phi" in x and x.rpartition(".")[2] not in CARDAN and x in initial)
+        names += [name for name in angles if known.expressions[name][0].op == "angle"]
     return {FINAL: {name: float(initial._signal(name)[-1]) for name in names}}
 
 
