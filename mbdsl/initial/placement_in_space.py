@@ -95,7 +95,10 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         system.set_first_angle(node, said.get(node, turns.get(frame.body, 0.0) + _turn_of(frame)))
     for c in scene.components.values():
         for key in c.signals:
-            node = scene.signal_of(c, key) if key not in NEVER_COUNTED else None
+            formula = c.kind.formulas.get(key, "")
+            if key in NEVER_COUNTED or formula.startswith(("atan2(", "der(")):
+                continue
+            node = scene.signal_of(c, key)
             if node is not None and node.op == "angle":
                 first = _by_formula(system, c, key, t, q) if key in c.kind.first_angles and node not in said else None
                 system.set_first_angle(
