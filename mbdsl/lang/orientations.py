@@ -36,6 +36,13 @@ PARAMETERS = {
 }
 #: the ways to give an orientation: parameters that are necessary, and others
 WAYS = {("phi",): ("n",), ("n_x", "n_y"): (), ("angles",): ("sequence",), ("quaternion",): ()}
+#: parameters that are not zero, and what they are
+ZERO = {
+    "n": "the direction of an axis, e.g. {0, 0, 1}",
+    "n_x": "a direction, e.g. {1, 0, 0}",
+    "n_y": "a direction, e.g. {0, 1, 0}",
+    "quaternion": "a rotation; none is {1, 0, 0, 0}",
+}
 #: two directions count as parallel if the sine of their angle is below this: the plane would be made of rounding
 PARALLEL = 1e-9
 
@@ -88,6 +95,8 @@ def pose(what: str, modifiers: Modifiers, contexts: Contexts, at: At, warn: doub
             if key == "angles" and values.shape(picked) == (2,):
                 raise ModelError(f"`angles` of {what}: found two angles, expected three")
             given[key] = argument_checks.argument_of(parameter, picked, f"`{key}` of {what}", modifier.value)
+            if key in ZERO and not any(given[key]):
+                raise ModelError(f"`{key}` of {what} is zero, expected {ZERO[key]}")
             if parameter.unit == "rad":
                 doubts.angle(warn, picked, modifier.value, f"`{key}` of {what}")
         except ModelError as problem:
@@ -96,7 +105,7 @@ def pose(what: str, modifiers: Modifiers, contexts: Contexts, at: At, warn: doub
     try:
         axes = _axes(what, given)
     except ModelError as problem:
-        key = next(k for k in ("quaternion", "sequence", "n_y", "n") if k in given)
+        key = "sequence" if "sequence" in given else "n_y"
         raise place(problem, modifiers[key].value.at) from None  # type: ignore[union-attr]
     return *given.get("r", PARAMETERS["r"].default), *axes
 
@@ -131,8 +140,6 @@ def _words(keys: Iterable[str]) -> str:
 def _axes(what: str, given: Mapping[str, Any]) -> tuple[float, ...]:
     """The axes (9) for an orientation that is given in one way."""
     if "quaternion" in given:
-        if not any(given["quaternion"]):
-            raise ModelError(f"`quaternion` of {what} is zero", hint="no rotation is {1, 0, 0, 0}")
         return poses_in_space.of_quaternion(given["quaternion"])
     if "n_x" in given:
         return _of_two(what, given["n_x"], given["n_y"])
@@ -146,17 +153,13 @@ def _axes(what: str, given: Mapping[str, Any]) -> tuple[float, ...]:
                 hint="{1, 2, 3} are Cardan angles about x, y, z; {3, 1, 3} are Euler's angles",
             )
         return poses_in_space.turned_successively(given["angles"], [int(k) - 1 for k in sequence])
-    n = given.get("n", PARAMETERS["n"].default)
-    if not any(n):
-        raise ModelError(f"`n` of {what} is zero, expected the direction of an axis", hint="e.g. n = {0, 0, 1}")
-    return poses_in_space.about(n, given["phi"]) if "phi" in given else SpatialFrame.axes
+    if "phi" not in given:
+        return SpatialFrame.axes
+    return poses_in_space.about(given.get("n", PARAMETERS["n"].default), given["phi"])
 
 
 def _of_two(what: str, n_x, n_y) -> tuple[float, ...]:
     """The axes (9) with x along n_x, and y in the plane of n_x and n_y on the side of n_y."""
-    for name, n in (("n_x", n_x), ("n_y", n_y)):
-        if not any(n):
-            raise ModelError(f"`{name}` of {what} is zero, expected a direction", hint="e.g. {0, 1, 0}")
     x = [a / hypot(*n_x) for a in n_x]
     y = [a / hypot(*n_y) for a in n_y]
     z = poses_in_space.product(x, y)
