@@ -213,10 +213,9 @@ def available(spatial: bool = False) -> dict[str, Method]:
     dict
         Name -> ``Method``, mbdsl's own methods first, then third-party integrators.
     """
-    if spatial:
-        return {name: method for name, method in compiled().items() if not method.planar}
     others: dict[str, object] = {**shipped_backends(), **_registered()[0], **_given}
-    return {**compiled(), **{name: found.METHOD for name, found in others.items()}}  # type: ignore[attr-defined]
+    found: dict[str, Method] = {name: each.METHOD for name, each in others.items()}  # type: ignore[attr-defined]
+    return {**compiled(), **{name: method for name, method in found.items() if method.spatial or not spatial}}
 
 
 def problems() -> dict[str, str]:

@@ -174,6 +174,7 @@ class External:
         self._q, self._v, self._lam = q, v, lam
         for name, body in self.system.tables.models.items():
             self.system.set_turn(name, body.turn)
+        self.system.count_angles_from_start()
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))
 
     def advance(self, steps: int) -> int:
@@ -218,6 +219,7 @@ class External:
         on_time = t >= due - near
         moved = t > self.time
         self.system.count_turns(q)
+        self.system.count_angles_up_to(t, q)
         self.time = due if on_time else max(self.time, float(t))  # no output is written twice
         self._q, self._v, self._lam = q, v, given
         if on_time or (self._every and moved):

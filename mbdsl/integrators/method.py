@@ -126,7 +126,7 @@ class Method:
     stable: float = float("inf")
     longest: float = 0.02
     diverges: str = ""
-    planar: bool = False  #: whether it serves models in the plane only
+    spatial: bool = False  #: whether a third-party integrator serves models in space, too; compiled methods do
     second_rates: bool = False  #: whether accelerations of rotations are those of rotation vectors, psi''
     past_positions: int = 0  #: row of ``vectors`` with the positions at the start of the previous step; 0: none
     rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones

@@ -113,8 +113,8 @@ def check_space(method: str, scene: Scene) -> None:
     UsageError
         If it serves the plane only.
     """
-    if declared(method).planar or method not in modules():
-        planar_only(scene, f"runs with {method}", f"take another method: {DEFAULT_METHOD}, dop853, hht-i3, ...")
+    if method not in modules() and not declared(method).spatial:
+        planar_only(scene, f"runs with {method}", "take another method, or declare `spatial=True` in its METHOD")
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:

@@ -1,4 +1,4 @@
-"""The index-1 reduction: y' = f(t, y) with y = [q; v], from the equations at acceleration level.
+"""The index-1 reduction: y' = f(t, y) with y = [x; v], from the equations at acceleration level.
 
     q' = v,   [[M, J^T], [J, 0]] [v'; lam] = [Q; gamma_c],   J = [Phi_q; Gam_v]
 
@@ -6,6 +6,8 @@ Exact solutions satisfy Phi = 0, Phi_q v + Phi_t = 0 and Gam = 0 if they do so i
 ``project`` corrects them by the smallest change in the norm of the masses, with one linear system for both levels:
 
     [[M, J^T], [J, 0]] [dq, dv; ...] = -[0, 0; (Phi, 0), (Phi_q v + Phi_t, Gam)],   repeated until convergence
+
+In the plane, x is q; in space it has quaternions (:mod:`mbdsl.system.quaternions`).
 
 Source: the reduction is classical; projection onto invariants: E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical
 Integration* (2006), section IV.4; in the norm of the masses: C. Lubich, BIT 31 (1991), 545-550.
@@ -21,6 +23,7 @@ from numpy.typing import NDArray
 from mbdsl.compilation import buffer_layout
 from mbdsl.numerics.saddle_point import refined
 from mbdsl.system.accelerations import balance
+from mbdsl.system.quaternions import Quaternions
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -45,24 +48,26 @@ class Index1:
     def __init__(self, system: System, left_out: Sequence[int] = ()) -> None:
         self.system, self.n = system, system.n
         self.evaluations = 0
+        self.coordinates = Quaternions(system.n, system.tables.rotations[:, 0])
         rows = np.delete(np.arange(system.m + system.p), list(left_out))
         self._kept = np.concatenate([np.arange(self.n), self.n + rows])
         self._all = len(rows) == system.m + system.p
         self._d: Array | None = None
 
     def join(self, q: Array, v: Array) -> Array:
-        """y (2n,) of q and v (n,)."""
-        return np.concatenate([q, v])
+        """y (x and v) of q and v (n,)."""
+        return np.concatenate([self.coordinates.join(q), v])
 
     def split(self, y: Array) -> tuple[Array, Array]:
-        """q and v (n,) of y (2n,), copies."""
-        return y[: self.n].copy(), y[self.n :].copy()
+        """q and v (n,) of y, copies."""
+        size = self.coordinates.size
+        return self.coordinates.split(y[:size]), y[size:].copy()
 
     def __call__(self, t: float, y: Array) -> Array:
-        """f(t, y) (2n,); nan if forces are not finite or accelerations do not exist."""
+        """f(t, y), as y; nan if forces are not finite or accelerations do not exist."""
         self.evaluations += 1
-        q, v = y[: self.n], y[self.n :]
-        return np.concatenate([v, self.motion(t, q, v)[0]])
+        q, v = self.split(y)
+        return np.concatenate([self.coordinates.rates(y[: self.coordinates.size], v), self.motion(t, q, v)[0]])
 
     def motion(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
         """Accelerations a (n,) and multipliers lam (m + p,) at a state; nan if they do not exist."""
@@ -89,27 +94,28 @@ class Index1:
         return np.full(n, np.nan), np.full(len(lam), np.nan)
 
     def project(self, t: float, y: Array) -> Array:
-        """The state (2n,) nearest to ``y`` that satisfies the constraints of positions and velocities.
+        """The state, as y, nearest to ``y`` that satisfies the constraints of positions and velocities.
 
         If there is none, the last iterate is returned; it violates the constraints or is nan.
         """
         system, n, m = self.system, self.n, self.system.m
+        x, v = self.coordinates.units(y[: self.coordinates.size]), y[self.coordinates.size :]
         if not m and not system.p:
-            return y
+            return np.concatenate([x, v])
         scale = np.concatenate([system.tables.scale] * 2)
         for _ in range(MOST):
-            work = system._at(t, y[:n], y[n:])
+            work = system._at(t, self.coordinates.split(x), v)
             right = np.zeros((n + m + system.p, 2))
             right[n : n + m, 0] = -work.vectors[buffer_layout.FORCE, n : n + m]
             right[n : n + m, 1] = -work.vectors[buffer_layout.FORCE2, n : n + m]
             right[n + m :, 1] = -work.vectors[buffer_layout.FORCE, n + m : system.unknowns]
             change = self._solve(self._matrix(t, 0.0), right[self._kept])[:n].T.ravel()
-            y = y + change
-            speed = 1.0 + np.abs(y[n:] * scale[n:]).max(initial=0.0)
+            x, v = self.coordinates.moved(x, change[:n]), v + change[n:]
+            speed = 1.0 + np.abs(v * scale[n:]).max(initial=0.0)
             size = np.abs(change * scale)
             if not max(size[:n].max(initial=0.0), size[n:].max(initial=0.0) / speed) > ARRIVED:
                 break
-        return y
+        return np.concatenate([x, v])
 
     def _matrix(self, t: float, cL: float):
         """[[M, J^T - cL Q_lam], [J, 0]] of the last evaluated state, without rows and columns that are left out."""

@@ -290,6 +290,20 @@ class System:
             assert self._work is not None
             self.set_first_angle(node, float(self._work.numbers[places[0] + 1]))
 
+    def count_angles_from_start(self) -> None:
+        """Count the turns of angles between frames in space from their values at the start of a motion on."""
+        for node, places in self.tables.angles.items():
+            for at in places:
+                self.set_number(at, self.tables.first_angles.get(node, 0.0))
+
+    def count_angles_up_to(self, t: float, q: Array) -> None:
+        """Count them up to the accepted state q (n,), the end of a step."""
+        if self.tables.angles:
+            numbers = self._at(t, q).numbers
+            for places in self.tables.angles.values():
+                for at in places:
+                    numbers[at] = numbers[at + 1]
+
     def Phi(self, t: float, q) -> Array:
         """Position-level constraints (m,)."""
         return self.evaluate(t, q)[1]

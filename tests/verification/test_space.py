@@ -286,18 +286,6 @@ def test_free_bodies_are_named_a_kind_that_exists_in_space():
     mbdsl.parse(text.replace("{}", free))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "what"),
-    [
-        (("simulate", "--method", "scipy-radau"), "runs with scipy-radau"),
-    ],
-)
-def test_parts_that_serve_the_plane_only_say_so(arguments, what, capsys):
-    assert main([*arguments, str(SPACE / "heavy_top.mbd")]) != 0
-    text = " ".join(capsys.readouterr().err.split())
-    assert what in text and "not available for models in space" in text
-
-
 def test_angle_of_a_tilted_body():
     """A hinge about a skew axis n: the angle of the body's x axis about z, from Rodrigues' formula, with its turns."""
     text = """spatial model Skew

@@ -186,7 +186,8 @@ class _Peaks:
         self._seen = np.zeros(len(self._peaks.terms))
         self._approaches, self._found = problem.system.kept(Approaches), problem.approaches
         self._approaching = np.zeros((5, len(self._approaches.arguments)))
-        counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
+        tables = problem.system.tables
+        counted = bool(tables.angles) or any(body.counter >= 0 for body in tables.models.values())
         #: largest number of steps searched together; 1 if turns are counted, because the last accepted state is needed
         self.most = 1 if counted or not len(self._seen) else TOGETHER
 
@@ -269,7 +270,7 @@ class _Switches:
             If it has values that are not finite.
         """
         a = self._f.motion(t, q, v)[0]
-        y = self._f.project(t + s, self._f.join(q + s * (v + s / 2 * a), v + s * a))
+        y = self._f.project(t + s, self._f.join(self._system.moved(q, s * (v + s / 2 * a)), v + s * a))
         if not np.isfinite(y).all():
             raise IntegrationError(NOT_FINITE, hint=DOMAIN)
         return t + s, *self._f.split(y)

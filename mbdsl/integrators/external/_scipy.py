@@ -29,22 +29,22 @@ Array = NDArray[np.float64]
 LEAST = 2.3e-14
 
 
-def weights(problem: Problem, share: float) -> tuple[Array, Array]:
-    """Relative and absolute tolerances (2n,) of a step: ``share`` times those of the problem.
+def weights(problem: Problem, f: Index1, share: float) -> tuple[Array, Array]:
+    """Relative and absolute tolerances of a step, as y: ``share`` times those of the problem.
 
     Only velocities have relative tolerances: a crank must have the same accuracy after a hundred turns as before.
     """
     assert problem.tol is not None
     q, v = problem.tolerances()
-    n = problem.system.n
-    relative = np.concatenate([np.full(n, LEAST), np.full(n, max(LEAST, share * problem.tol))])
-    return relative, share * np.concatenate([q, v])
+    relative = np.concatenate([np.full(f.coordinates.size, LEAST), np.full(len(v), max(LEAST, share * problem.tol))])
+    # a rotation by d changes a quaternion by d/2
+    return relative, share * np.concatenate([f.coordinates.each(q, 0.5), v])
 
 
 def solve(problem: Problem, make: Callable[..., Any], share: float, multistep: bool = False) -> Iterator[State]:
     """Yield the states at all steps and outputs; ``make(f, t, y, stop, rtol, atol)`` returns an ``OdeSolver``."""
     f = Index1(problem.system, problem.left_out)
-    rtol, atol = weights(problem, share)
+    rtol, atol = weights(problem, f, share)
 
     def projected(t: float, y: Array) -> Array:
         return f(t, f.project(t, y))

@@ -37,6 +37,7 @@ METHOD = Method(
     sets=2,
     steps=("controlled",),
     searches=True,
+    spatial=True,
     needs="scikit-sundae: pip install '.[sundials]' in the folder of mbdsl",
 )
 #: tolerance of a step, relative to that of the problem
@@ -70,7 +71,8 @@ class _Piece:
         self._before = problem.counts.copy()
         self._solver = _solver(problem, F)
         a, lam = (problem.a, problem.lam) if t == problem.start else onto.motion(t, q, v)
-        self._solver.init_step(t, F.join(q, v, lam), F.join(v, a, np.zeros_like(lam)))
+        y = F.join(q, v, lam)
+        self._solver.init_step(t, y, F.rates(y, a))
 
     def step(self) -> None:
         if self._looked_at != self.t:
@@ -119,7 +121,8 @@ def _solver(problem: Problem, F: StabilisedIndex2):
         small = rows.astype(np.int32), starts.astype(np.int32)  # IDA reads 32-bit indices
         pattern = csc_array((np.ones(len(rows)), *small), shape=(F.size, F.size))
         options = {"linsolver": "sparse", "jacfn": sparse, "sparsity": pattern}
-    atol = np.concatenate([SHARE * q, SHARE * v, unseen])
+    # a rotation by d changes a quaternion by d/2
+    atol = np.concatenate([F.coordinates.each(SHARE * q, 0.5), SHARE * v, unseen])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a warning that both a Jacobian and a pattern are given
         most = min(problem.longest, problem.stop - problem.start)

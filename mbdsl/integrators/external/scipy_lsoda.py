@@ -18,6 +18,7 @@ METHOD = Method(
     own_reactions=False,
     steps=("controlled",),
     searches=True,
+    spatial=True,
 )
 
 #: smaller rates are set to zero, because LSODA computes nan from numbers close to underflow

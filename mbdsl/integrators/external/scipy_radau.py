@@ -16,6 +16,7 @@ METHOD = Method(
     own_reactions=False,
     steps=("controlled",),
     searches=True,
+    spatial=True,
 )
 
 

@@ -3,7 +3,7 @@
 ``stages`` are the kernels of :class:`mbdsl.integrators.loop.run_data.Stages`, for some number of stages.
 """
 
-from mbdsl.compilation.buffer_layout import N_Q, POSITION0, SCALE, VELOCITY0
+from mbdsl.compilation.buffer_layout import N_Q, N_ROTATIONS, POSITION0, SCALE, VELOCITY0
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.loop_state import (
     DIVERGED,
@@ -32,8 +32,9 @@ ASSUMED, OFTEN = 0.05, 4
 #: POWER; the step size is proportional to the error of this formula to the power EXPONENT; a contraction is measured
 #: where changes are above MEASURED times the smallest ones, and is regarded as known for KNOWN steps
 FACTOR, POWER, EXPONENT, MEASURED, KNOWN = range(5)
-#: error left by Newton's iteration, relative to the tolerance over the whole time
-LEFT = 0.2
+#: error left by Newton's iteration, relative to the tolerance over the whole time: in the plane, and in space, where
+#: small components of a change contract more slowly than its largest ones, as for a coin that rolls and spins
+LEFT, LEFT_IN_SPACE = 0.2, 0.02
 #: the same where rounding limits it, relative to the allowed error of a step
 STALLED = 1e-3
 
@@ -72,10 +73,13 @@ def renew_matrices(t, h, still, stages, run):
 def newton(t, h, size, stages, run):
     """Solve the stages of a step from t; a status."""
     memory, reals, integers, length = run.memory, run.reals, run.integers, run.reals[STOP] - run.reals[START]
-    tolerance, unit = LEFT * reals[TOL] * h / length, 1.0 / memory[SPEED] if reals[TOL] > 0.0 else h
+    spatial = run.layout[N_ROTATIONS] > 0
+    tolerance = (LEFT_IN_SPACE if spatial else LEFT) * reals[TOL] * h / length
+    unit = 1.0 / memory[SPEED] if reals[TOL] > 0.0 else h
     # Errors of all steps add up: little more than half of the last digit is acceptable.
     floor = 0.5 * EPS * size
-    noise = max(1e3 * floor, STALLED * strict(run))
+    # In space slow contraction may be due to spins instead of rounding.
+    noise = max(1e3 * floor, tolerance if spatial else STALLED * strict(run))
     # The first change has no former one to be compared with.
     contraction, former = min(max(memory[CONTRACTION], ASSUMED if integers[UNSEEN] >= OFTEN else 1e-3), 0.9), 0.0
     integers[UNSEEN] += 1

@@ -12,6 +12,7 @@ from mbdsl.compilation.buffer_layout import (
     FORCE,
     FORCE0,
     N_Q,
+    N_ROTATIONS,
     SCALE,
     SOLVER,
     UNKNOWN0,
@@ -79,6 +80,8 @@ def method(stages, rows, matrices, coefficients):
 
 #: contraction above which the next step starts with new matrices
 SLOW = 0.02
+#: contraction up to which steps become longer in space: the c with the least iterations for a time, 1/(c log(1/c))
+CHEAPEST = 0.37
 #: largest error that may be due to rounding, relative to what is allowed
 NOISE = 100.0
 #: error, relative to what is allowed, up to which a step may pass a corner of a force
@@ -146,6 +149,9 @@ def next_length(error, h, times, formulas, run):
     memory, reals = run.memory, run.reals
     if reals[TOL] > 0.0:
         new = filtered_length(h, error, run)
+        if run.layout[N_ROTATIONS] > 0 and run.integers[UNSEEN] == 0:
+            # the contraction is about proportional to h: a spinning body needs a new matrix in every step
+            new = min(new, h * max(1.0, CHEAPEST / memory[CONTRACTION]))
         keep = 0.95 <= new / h <= 1.15 and memory[CONTRACTION] < SLOW  # the matrices can be kept for another step
         reals[STEP_SIZE], reals[LAST_H], memory[ERROR] = h if keep else new, h, error
     memory[LAST] = h

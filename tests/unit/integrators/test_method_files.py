@@ -145,7 +145,7 @@ def test_a_changed_file_that_it_imports_is_part_of_its_digest(files, tmp_path, m
     [
         (
             RK4.replace("def solve(problem):", "def solve(problem)"),
-            "m.py:20:19: error: expected ':'\n    def solve(problem)\n                      ^\n"
+            "m.py:21:19: error: expected ':'\n    def solve(problem)\n                      ^\n"
             "  = it is not valid Python\n",
         ),
         (
@@ -207,7 +207,7 @@ def test_no_file(capsys):
         (
             "f(t + h, y + h * k3)",
             "g(t + h, y + h * k3)",
-            "rk4.py:30:18: error: rk4 stopped at t = 0 s: NameError: name 'g' is not defined\n"
+            "rk4.py:31:18: error: rk4 stopped at t = 0 s: NameError: name 'g' is not defined\n"
             "                k4 = g(t + h, y + h * k3)\n                     ^\n"
             "  = the file of the method raised this error; --debug shows the traceback\n",
         ),
