@@ -69,6 +69,14 @@ def arm_in_space():
     return made(scene, t, {"arm": arm, "ball": np.column_stack([np.cos(t), np.sin(t), 0.3 * t])})
 
 
+@pytest.fixture(scope="session")
+def arm_page(arm_in_space, tmp_path_factory):
+    """The page of `arm_in_space`."""
+    path = tmp_path_factory.mktemp("space") / "arm.html"
+    arm_in_space.animate(path)
+    return path
+
+
 class Browser:
     """A page in a headless browser, with what it loads and writes to its console."""
 
@@ -136,6 +144,14 @@ class Browser:
         while self.finished == before:
             self.receive()
         self.settle()
+
+    def open_small(self, path, **how):
+        """Open a page whose picture is small, because browsers without a graphics card paint scenes slowly."""
+        self.open(path, **{"width": 820, "height": 420, **how})
+
+    def messages(self):
+        """What the page writes to the console, without remarks of the driver on speed without a graphics card."""
+        return [x for x in self.said if "GL Driver Message" not in x.get("entry", {}).get("text", "")]
 
     def settle(self):
         """Wait until the page is painted."""

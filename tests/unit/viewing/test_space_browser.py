@@ -37,28 +37,11 @@ MATRIX = """((name) => {
 
 
 @pytest.fixture(scope="module")
-def arm_page(arm_in_space, tmp_path_factory):
-    path = tmp_path_factory.mktemp("space") / "arm.html"
-    arm_in_space.animate(path)
-    return path
-
-
-@pytest.fixture(scope="module")
 def ball(trajectory_of):
     """A mass on a helix, alone and without a floor."""
     scene = parse("spatial model A Ground ground(g = 0); PointMass ball(m = 1 kg); FreeMotion f(ground, ball); end A;")
     t = np.linspace(0.0, 4.0, 201)
     return trajectory_of(scene, t, {"ball": np.column_stack([np.cos(t), np.sin(t), 0.3 * t])})
-
-
-def messages(browser):
-    """What the page writes to the console, without remarks of the driver on speed without a graphics card."""
-    return [x for x in browser.said if "GL Driver Message" not in x.get("entry", {}).get("text", "")]
-
-
-def opened(browser, path, **how):
-    """Open a page whose picture is small, because browsers without graphics card paint slowly."""
-    browser.open(path, **{"width": 820, "height": 420, **how})
 
 
 def drag(browser, by, button="left", modifiers=0):
@@ -75,7 +58,7 @@ def drag(browser, by, button="left", modifiers=0):
 def test_the_scene_graph_is_the_trajectory(browser, arm_page):
     """The matrices of the arm's bar, whose z axis is along it, and of the ball, at frames and between them; at 0.39275
     the stored quaternions before and after half a turn have opposite signs."""
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     for part in (0.0, 0.31, 0.39275, 0.6425, 1.0):
         browser.scrub(part)
         t = browser.state()["time"]
@@ -100,7 +83,7 @@ def test_attitudes(browser, trajectory_of, tmp_path):
     psi = np.array([[0.3, -0.8, 0.5], [-1.2, 0.4, 2.1], [2.0, 1.0, -1.5]])
     r = np.array([[1.0, 2.0, 3.0], [-1.0, 0.5, 0.0], [0.0, 0.0, 1.0]])
     trajectory_of(scene, [0.0, 1.0, 2.0], {"b": np.column_stack([r, psi])}).animate(tmp_path / "page.html")
-    opened(browser, tmp_path / "page.html")
+    browser.open_small(tmp_path / "page.html")
     for k, part in enumerate((0.0, 0.5, 1.0)):
         browser.scrub(part)
         R = Rotation.from_rotvec(psi[k])
@@ -121,7 +104,7 @@ def test_springs_reach_from_frame_to_frame(browser, trajectory_of, tmp_path):
     )
     r = np.array([[2.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
     trajectory_of(scene, [0.0, 1.0], {"ball": r}).animate(tmp_path / "page.html")
-    opened(browser, tmp_path / "page.html")
+    browser.open_small(tmp_path / "page.html")
     size = browser.value("data.solids.find((s) => s.draw === 'coil').size[0]")
     for part in (0.0, 0.5, 1.0):
         browser.scrub(part)
@@ -137,13 +120,13 @@ def test_springs_reach_from_frame_to_frame(browser, trajectory_of, tmp_path):
 
 def test_prints_have_the_picture(browser, arm_page):
     """The picture can be read at any time after it is painted, as a print does."""
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     browser.settle()
     assert browser.value(PIXELS.replace("paint();", "", 1))[2] > 100
 
 
 def test_the_table_of_poses(browser, arm_page):
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     browser.value("document.getElementById('values').open = true")
     browser.scrub(0.25)
     rows = browser.value(
@@ -159,7 +142,7 @@ def test_the_table_of_poses(browser, arm_page):
 def test_pixels_are_where_the_trajectory_is(browser, ball, tmp_path):
     """In parallel projection a ball is a disc about its projected centre, to a pixel; also after zoom and pan."""
     ball.animate(tmp_path / "page.html")
-    opened(browser, tmp_path / "page.html")
+    browser.open_small(tmp_path / "page.html")
     browser.key("p", 80, "p")
     width, height = browser.value("[canvas.clientWidth, canvas.clientHeight]")
     acts = ("", "setView('front')", "zoom(0.7, 100, 90)", "setView('top')", "move(20, -30)")
@@ -180,7 +163,7 @@ def test_pixels_are_where_the_trajectory_is(browser, ball, tmp_path):
 @pytest.mark.parametrize("parallel", [False, True])
 def test_the_view_is_fitted_to_the_motion(browser, arm_page, parallel):
     """At any time everything is in the picture; over the motion it fills three quarters of the height or the width."""
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     browser.value(f"option('ground', false), switchCamera({str(parallel).lower()}), 0")
     width, height = browser.value("[canvas.clientWidth, canvas.clientHeight]")
     found = []
@@ -195,7 +178,7 @@ def test_the_view_is_fitted_to_the_motion(browser, arm_page, parallel):
 
 def test_the_picture_moves_and_has_a_floor(browser, arm_page):
     """A quarter of the pixels show the floor's lines and shadows at most; another time is another picture."""
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     browser.scrub(0.1)
     first = browser.value(PIXELS)
     browser.scrub(0.3)
@@ -207,7 +190,7 @@ def test_the_picture_moves_and_has_a_floor(browser, arm_page):
 
 def test_a_drag_turns_the_view(browser, arm_page):
     """By 0.008 rad for a pixel, and the drawing with it; with shift, or the right button, the view moves."""
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     browser.value("switchCamera(true), 0")
     browser.settle()
     before, pixels = browser.state(), browser.value(PIXELS)
@@ -227,7 +210,7 @@ def test_a_drag_turns_the_view(browser, arm_page):
 
 
 def test_the_wheel_keeps_the_point_below_the_pointer(browser, arm_page):
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     x, y = browser.value("(({ left, top }) => [left + 300, top + 100])(canvas.getBoundingClientRect())")
     # the point in the plane of the picture through the target that is below the pointer
     point = "(() => { const [r, u] = view.axes; const s = view.scale; return sum([1, view.target],"
@@ -240,7 +223,7 @@ def test_the_wheel_keeps_the_point_below_the_pointer(browser, arm_page):
 
 
 def test_keys(browser, arm_page):
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     assert browser.state()["playing"] is False
     for key, name in zip("1234", ("front", "side", "top", "iso"), strict=True):
         browser.key(key, ord(key), key)
@@ -280,14 +263,14 @@ def test_keys(browser, arm_page):
 
 
 def test_time_passes_with_the_clock(browser, arm_page):
-    opened(browser, arm_page, still=False)
+    browser.open_small(arm_page, still=False)
     assert browser.state()["playing"] is True
     begin = "motion.seek(0.5); playing = true; before = 1000; advance(1100); playing = false; motion.time"
     assert browser.value(begin) == pytest.approx(0.6)
 
 
 def test_a_followed_body_stays_in_the_middle(browser, arm_page):
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     browser.key("b", 66, "b")
     browser.key("b", 66, "b")
     assert browser.value("document.getElementById('follow').value") == "ball"
@@ -300,7 +283,7 @@ def test_a_followed_body_stays_in_the_middle(browser, arm_page):
 
 
 def test_a_click_traces_a_point(browser, arm_page, arm_in_space):
-    opened(browser, arm_page)
+    browser.open_small(arm_page)
     browser.scrub(0.4)
     x, y = browser.value(
         "(({ left, top }) => { const p = painter.place(data.points['arm.b']); return [left + p[0], top + p[1]]; })"
@@ -328,7 +311,7 @@ def test_arrows_are_forces(browser, tmp_path, trajectory_of):
     t = np.linspace(0.0, 2.0, 11)
     states = {"ball": np.column_stack([0 * t, 0 * t, 1 + t]), "arm": np.column_stack([0.5 + 0 * t, *[0 * t] * 5])}
     trajectory_of(scene, t, states).animate(tmp_path / "page.html")
-    opened(browser, tmp_path / "page.html")
+    browser.open_small(tmp_path / "page.html")
     browser.scrub(0.5)
     most = browser.value("data.largest")
     assert (most["forces force"], most["forces torque"]) == pytest.approx((20.0, 4.0), rel=1e-6)
@@ -349,7 +332,7 @@ def test_arrows_are_forces(browser, tmp_path, trajectory_of):
 def test_a_ghost_moves_with_the_motion(browser, ball, trajectory_of, tmp_path):
     other = trajectory_of(ball.scene, ball.t, {"ball": np.column_stack([0 * ball.t, 0 * ball.t, ball.t])})
     ball.animate(tmp_path / "page.html", ghost=other)
-    opened(browser, tmp_path / "page.html")
+    browser.open_small(tmp_path / "page.html")
     browser.scrub(0.5)
     matrix = browser.value(f"{MATRIX.replace('painter.solids', 'painter.behind')}('ball')")
     assert matrix[12:15] == pytest.approx([0, 0, 2.0], abs=1e-6)
@@ -364,106 +347,9 @@ def test_a_fast_wheel_shows_stored_attitudes(browser, trajectory_of, tmp_path):
     t = np.linspace(0.0, 1.0, 5)
     phi = np.angle(np.exp(2j * np.arange(5)))
     trajectory_of(scene, t, {"b": np.column_stack([t, *[0 * t] * 4, phi])}).animate(tmp_path / "page.html")
-    opened(browser, tmp_path / "page.html")
+    browser.open_small(tmp_path / "page.html")
     for part, row in ((0.3, 1), (0.4, 2)):
         browser.scrub(part)
         pose = np.array(browser.value("motion.pose(data.bodies.b)"))
         assert pose[0] == pytest.approx(t[row])
         assert abs(pose[3:] @ [np.cos(row), 0, 0, np.sin(row)]) == pytest.approx(1.0, abs=1e-6)
-
-
-def test_nothing_is_loaded_and_the_console_is_silent(browser, arm_page):
-    opened(browser, arm_page, still=False)
-    for key in "fmlnd134":
-        browser.key(key, ord(key.upper()), key)
-    browser.scrub(0.5)
-    assert [url for url in browser.loaded if not url.startswith("data:")] == [arm_page.as_uri()]
-    assert messages(browser) == []
-    # the policy forbids scripts from text
-    browser.value("document.body.appendChild(Object.assign(document.createElement('script'), { text: 'run = 1' })); 0")
-    browser.settle()
-    assert browser.value("window.run === undefined") is True
-    assert len(messages(browser)) == 1
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [400, 800, 1400])
-def test_widths_and_themes(browser, arm_page, width, scheme):
-    """Nothing is wider than the window, buttons do not overlap, and the paper has the colour of the theme."""
-    opened(browser, arm_page, width=width, height=800, scheme=scheme)
-    found = browser.value(
-        "[document.documentElement.scrollWidth, canvas.clientWidth, canvas.clientHeight,"
-        " $('views').getBoundingClientRect().right, $('view').getBoundingClientRect().left]"
-    )
-    assert found[0] <= width and found[1] >= min(400, width) and found[2] >= 300
-    assert found[3] <= found[4]
-    browser.value("option('ground', false), 0")
-    corner = browser.value(
-        "(() => { paint(); const g = document.createElement('canvas').getContext('2d'); g.drawImage(canvas, 0, 0);"
-        " return [...g.getImageData(2, 2, 1, 1).data].slice(0, 3); })()"
-    )
-    assert corner == pytest.approx([255, 255, 255] if scheme == "light" else [0x15, 0x18, 0x1D], abs=1)
-    assert messages(browser) == []
-
-
-def test_without_webgl_there_is_a_picture(browser, arm_page):
-    """The projected picture of the start, a message, and plots that follow the time."""
-    source = "const own = HTMLCanvasElement.prototype.getContext;"
-    source += " HTMLCanvasElement.prototype.getContext = function (kind)"
-    source += " { return kind.startsWith('webgl') ? null : own.apply(this, arguments); };"
-    script = browser.send("Page.addScriptToEvaluateOnNewDocument", source=source)
-    try:
-        opened(browser, arm_page)
-        browser.scrub(0.5)
-        assert browser.state()["time"] == pytest.approx(2.0)
-        text, paths, width = browser.value(
-            "[$('still').textContent, document.querySelectorAll('#still svg path').length,"
-            " document.querySelector('#still svg').getBoundingClientRect().width]"
-        )
-        assert "WebGL" in text and paths > 0 and width > 300
-        assert float(browser.value("plots.charts.length")) > 0
-        browser.key("+", 187, "+")
-        browser.key("4", 52, "4")
-        assert messages(browser) == []
-    finally:
-        browser.send("Page.removeScriptToEvaluateOnNewDocument", identifier=script["identifier"])
-
-
-def test_a_long_chain_needs_few_calls(browser, trajectory_of, tmp_path):
-    """150 links are drawn by as many calls as 50: each geometry is one instanced mesh, for the picture and shadows."""
-
-    def calls(count):
-        text = f"""spatial model A Ground ground; for i in 1:{count} loop Rod link[i](m = 1 kg, length = 1 m); end for;
-          Spherical first(ground, link[1].a);
-          for i in 2:{count} loop Spherical pin[i](link[i - 1].b, link[i].a); end for; end A;"""
-        t = np.array([0.0, 1.0])
-        states = {f"link[{k + 1}]": np.column_stack([[k + 0.5] * 2, t, *[0 * t] * 4]) for k in range(count)}
-        trajectory_of(parse(text), t, states).animate(tmp_path / "page.html", signals="link[1].x")
-        opened(browser, tmp_path / "page.html")
-        browser.scrub(1.0)
-        assert browser.value(f"{MATRIX}('link[{count}]')")[12:15] == pytest.approx([count - 0.5, 1.0, 0.0], rel=1e-4)
-        browser.value("option('frames', false), paint(), 0")
-        return browser.value("painter.renderer.info.render.calls")
-
-    few, many = calls(50), calls(150)
-    assert many <= few < 20  # few solids have edges, by one call each
-
-
-def test_a_notebook_shows_the_page(browser, arm_in_space, tmp_path):
-    """The page works in a sandboxed frame of a notebook with the policy of its front end."""
-    policy = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data:"
-    (tmp_path / "notebook.html").write_text(
-        f'<!DOCTYPE html><meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{policy}">'
-        f"<body>{arm_in_space.animate()._repr_html_()}</body>",
-        encoding="utf-8",
-    )
-    browser.open(tmp_path / "notebook.html")
-    (target,) = [x["targetId"] for x in browser.send("Target.getTargets")["targetInfos"] if x["type"] == "iframe"]
-    notebook = browser.session
-    browser.session = browser.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-    try:
-        browser.send("Runtime.enable")
-        assert browser.value("drawable && painter.renderer.info.render.frame > 0") is True
-    finally:
-        browser.session = notebook
-    assert messages(browser) == []
