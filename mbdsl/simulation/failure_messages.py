@@ -242,6 +242,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         loop_state.STIFF: "take radau5, whose steps are not limited by stability",
         STALLED: "make this force smoother, such as by a larger v_s in tanh(v/v_s), or try a larger tolerance",
     }[status]
+    if status == loop_state.DIVERGED and motion.plan.tol is None and system.tables.has_tape:
+        hint = f"take --tol, which shortens the steps that do not converge at a jump of a force, or {hint}"
     special = declared(integration.method).diverges
     if status == loop_state.DIVERGED and system.m and special:
         hint += f"; {special}"

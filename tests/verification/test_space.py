@@ -315,3 +315,13 @@ def test_a_thin_rod_on_a_ball_joint():
     assert "Rod rod has no moment of inertia about its x axis" in str(problem.value)
     assert "a Cylinder has a moment of inertia about its axis" in str(problem.value)
     mbdsl.simulate(mbdsl.parse(text.format("Cylinder", ", radius = 1 cm")), stop=0.01)
+
+
+def test_the_remedy_where_fixed_steps_do_not_converge_works():
+    """The sling of a trebuchet opens at `vx > 0`, which rounding decides while the stone rests: fixed steps of 1 ms do
+    not converge at the release, and the message names the option that passes it."""
+    text = (SPACE / "trebuchet.mbd").read_text(encoding="utf-8").replace("stone.vx > 1 m/s", "stone.vx > 0")
+    with pytest.raises(mbdsl.IntegrationError, match="does not converge") as problem:
+        mbdsl.simulate(mbdsl.parse(text), method="hht-si2", step=1e-3)
+    assert "--tol" in problem.value.hint
+    assert mbdsl.simulate(mbdsl.parse(text), method="hht-si2", tol=1e-3).t[-1] == 1.2
