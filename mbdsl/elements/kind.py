@@ -27,8 +27,9 @@ class Parameter:
     """A parameter of the components of a kind, given as a modifier.
 
     A value must have the dimension of ``unit`` ("1": a pure number; "": not a number, as for choices and frame lists;
-    of a law: any unit). ``shape`` is () for a scalar, (2,) for a planar vector. ``law`` parameters take expressions in
-    time and signals, evaluated at every step. A default of None means that the parameter is optional.
+    of a law: any unit). ``shape`` is () for a scalar, (2,) for a vector in the plane, (3,) for one
+    in space. ``law`` parameters take expressions in time and signals, evaluated at every step. A default of None means
+    that the parameter is optional.
     """
 
     name: str
@@ -105,7 +106,7 @@ class Kind:
     follows: str = ""
     #: values (with defaults; of laws only: None or not) -> error text or None, for conditions that declarations lack
     check: Callable[[Mapping], str | None] = lambda values: None
-    #: values -> why they are valid, but probably not as intended, or None
+    #: values -> the reason why valid values are probably not intended, or None
     doubt: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
@@ -233,8 +234,9 @@ class JointKind(PairKind):
     #: in space, for the same purpose: motions of frame_b from frame_a, one after the other, as (signal, way), along the
     #: axes x, y, z of the frame moved so far, or about them: rx, ry, rz; by default those of ``along`` and ``angle``
     moves: tuple[tuple[str, str], ...] = ()
-    #: in space, of free motions with one axis, "rotation" or "translation": the parameter that is this axis. For None,
-    #: the axes of the joint's own frames are used: x of frame_b turns about z of frame_a, or its origin moves along x
+    #: in space: "rotation" or "translation", if the joint leaves it free about or along one axis -> the parameter that
+    #: is this axis. For None, the axes of the joint's own frames are used: x of frame_b turns about z of frame_a, or
+    #: its origin moves along x
     free_axes: Mapping[str, str | None] = field(default_factory=dict)
     #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
     #: constraints hold as well because axes have opposite senses

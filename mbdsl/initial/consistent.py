@@ -40,7 +40,6 @@ Array = NDArray[np.float64]
 Shape = AsIs | InPlane | Undeformed
 
 SI = DisplayUnit()
-GUESSED = 1.0  #: weight of a coordinate with a guess
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
 FAR = 1e-2  #: violation of the constraints, in the size of the mechanism, that is not that of a pose near a solution
 

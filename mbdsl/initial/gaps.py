@@ -58,7 +58,7 @@ def parts(system: System, t: float, q: Array, own: slice) -> tuple[float, float]
 
 
 def text(far: float, turned: float) -> str:
-    """ "0.02 m and 1.5 deg"; parts that are small beside the other, as rounding errors are, are left out."""
+    """ "0.02 m and 1.5 deg"; a part at rounding level compared with the other is left out."""
     largest = max(far, turned)
     found = [f"{far:.3g} m"] if far > 1e-6 * largest else []
     if turned > 1e-6 * largest:

@@ -15,7 +15,7 @@ from mbdsl.lang.unparse import write
 from mbdsl.messages import did_you_mean
 
 FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")
-#: joints in space -> those that they are in the plane
+#: joints in space -> their counterparts in the plane
 IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic"}
 VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
 

@@ -1,6 +1,6 @@
 """Limits of a model. They bound the time and memory for reading a file; each has a clear message.
 
-They are far beyond the needs of a planar mechanism; a model that reaches one contains a mistake.
+They are far beyond the needs of a mechanism; a model that reaches one contains a mistake.
 """
 
 FILE_SIZE = 1_000_000  #: characters of one source text

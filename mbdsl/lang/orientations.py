@@ -36,7 +36,7 @@ PARAMETERS = {
 }
 #: the ways to give an orientation: parameters that are necessary, and others
 WAYS = {("phi",): ("n",), ("n_x", "n_y"): (), ("angles",): ("sequence",), ("quaternion",): ()}
-#: parameters that are not zero, and what they are
+#: parameters that must not be zero -> the expected value, in messages
 ZERO = {
     "n": "the direction of an axis, e.g. {0, 0, 1}",
     "n_x": "a direction, e.g. {1, 0, 0}",

@@ -42,7 +42,7 @@ class LargeRotations:
                 self.angle, self.body = largest, body
 
     def warning(self) -> str | None:
-        """What to say about them; None if no body makes half a turn in a step."""
+        """A warning about them; None if no body makes half a turn in a step."""
         if self.angle == 0.0:
             return None
         return (

@@ -15,7 +15,6 @@ from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.run import MOST_OUTPUT
-from mbdsl.mechanism.planar_only import planar_only
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.numerics.tolerance import misfit, rounding
 
@@ -106,15 +105,18 @@ def plan(
 
 
 def check_space(method: str, scene: Scene) -> None:
-    """Check that a method solves the equations of ``scene``, which is in space.
+    """Check that a method solves the equations of ``scene``, a model in space.
 
     Raises
     ------
     UsageError
-        If it serves the plane only.
+        If the method serves the plane only.
     """
     if method not in modules() and not declared(method).spatial:
-        planar_only(scene, f"runs with {method}", "take another method, or declare `spatial=True` in its METHOD")
+        raise UsageError(
+            f"{method} is not available for models in space, and {scene.name} is one",
+            hint="take another method, or declare `spatial=True` in its METHOD",
+        )
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:

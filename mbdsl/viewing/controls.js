@@ -1,4 +1,4 @@
-// What the user does: buttons, lists, keys.
+// Controls of the page: buttons, lists, keys.
 function speeds() {
   if (data.modes) {
     for (const speed of [0.1, 0.2, 0.5, 1, 2, 5])

@@ -1,4 +1,4 @@
-"""Attitudes in space: as initial values, as signals and in laws, beside SciPy's rotations and differences."""
+"""Attitudes in space: as initial values, as signals and in laws, compared with SciPy's rotations and differences."""
 
 import numpy as np
 import pytest

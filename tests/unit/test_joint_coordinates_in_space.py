@@ -1,4 +1,4 @@
-"""Coordinates of joints in space at the start, beside rotations of SciPy, and along motions, beside differences."""
+"""Coordinates of joints in space at the start, against rotations of SciPy, and along motions, against differences."""
 
 import numpy as np
 import pytest

@@ -96,7 +96,7 @@ def counted(frames, f, other, p):
 
 @kernel
 def cosine(frames, a, b):
-    """u"""
+    """u = z_a . z_b."""
     return frames[a, Z] * frames[b, Z] + frames[a, Z + 1] * frames[b, Z + 1] + frames[a, Z + 2] * frames[b, Z + 2]
 
 

@@ -14,7 +14,7 @@ from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, add_cross
 
 
 class Motion(NamedTuple):
-    """What the code of a scene reads from the module of the coordinates that friction resists."""
+    """The ``KIND`` of a module with the coordinates that friction resists, for the code of a scene."""
 
     rows: int
     counts_turns: bool = False
@@ -26,12 +26,12 @@ def size(normal: str, parameter: str, *rates: str) -> str:
 
 
 def speed(parameter: str, *rates: str) -> str:
-    """u."""
+    """The speed u of sliding, as a formula."""
     return reduce(lambda a, b: f"hypot({a}, {b})", (*rates, f"(1e-6*{parameter}_s)"))
 
 
 def components(parameter: str, *rates: str) -> tuple[str, ...]:
-    """F r_i/u."""
+    """The components F r_i/u, as formulas."""
     return tuple(f"friction*{rate}/{speed(parameter, *rates)}" for rate in rates)
 
 

@@ -1,4 +1,4 @@
-"""What friction in a ball joint resists: rotations about x_a, y_a and z_a (3 rows)."""
+"""Motions that friction in a ball joint resists: rotations about x_a, y_a and z_a (3 rows)."""
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z

@@ -1,4 +1,4 @@
-"""What friction on a curve or a surface resists: motion of the origin of frame b along x_a, y_a and z_a (3 rows)."""
+"""Motions that friction on a curve or a surface resists: of the origin of frame b along x_a, y_a and z_a (3 rows)."""
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot2, dot2_hessian

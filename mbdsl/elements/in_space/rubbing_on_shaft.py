@@ -1,4 +1,4 @@
-"""What friction on a shaft resists: motion of the origin of frame b along x_a, and rotation about x_a (2 rows)."""
+"""Motions that friction on a shaft resists: of the origin of frame b along x_a, and rotation about x_a (2 rows)."""
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, dot2, dot2_hessian

@@ -59,7 +59,7 @@ NOISE = 0.3
 LONG = 100
 #: largest size that loosens the bounds of kinematics: larger coordinates count turns or long travels
 FAR = 16.0
-#: speed of points at this part of the mechanism's length from the axis of a spin, relative to the spin
+#: distance from the axis of a spin at which its speed counts, relative to the mechanism's length
 SPIN = 1e-2
 EPS = 2.220446049250313e-16
 

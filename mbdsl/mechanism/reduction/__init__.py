@@ -122,7 +122,8 @@ def _planar(graph: MechanismGraph, notes: list[Note]) -> PlanarMotion | None:
         motion = in_plane(graph)
     except NotPlanar as problem:
         by = problem.component
-        notes.append(Note("kept", bodies, f"held in a plane, but of {by.name}: {problem.why}", (by.name,), by.span))
+        why = f"held in a plane, but solved in space because of {by.name}: {problem.why}"
+        notes.append(Note("kept", bodies, why, (by.name,), by.span))
         return None
     if motion is not None:
         normal = ", ".join(f"{x:.6g}" for x in motion.plane.normal)

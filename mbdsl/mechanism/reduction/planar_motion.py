@@ -134,7 +134,7 @@ class _Writer:
         name = c.kind.name
         write = WRITERS.get(name)
         if write is None:
-            raise NotPlanar(c, f"{name} is solved in space")
+            raise NotPlanar(c, f"{name} has no counterpart in the plane")
         if c.friction is not None:
             raise NotPlanar(c, "its friction depends on all of its reactions")
         if name in ALIGNED and not aligned(self.plane, *c.ports.values()):

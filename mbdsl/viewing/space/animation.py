@@ -1,4 +1,4 @@
-"""What an animation of a model in space has in place of that of a planar model: its page, and projected pictures."""
+"""The page of an animation of a model in space, and its projected pictures."""
 
 from __future__ import annotations
 

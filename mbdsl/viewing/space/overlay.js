@@ -1,4 +1,4 @@
-// What is written over the scene: names, centres of mass, ends of paths, the scale, the directions of the axes.
+// Marks over the scene: names, centres of mass, ends of paths, the scale, the directions of the axes.
 function paintOverlay(g, ratio) {
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
   g.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);

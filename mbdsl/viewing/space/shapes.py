@@ -124,7 +124,7 @@ def _own(
     c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid], within: float, shown: set[int]
 ) -> Solid | None:
     """The solid of a body by its dimensions, as a wheel, or by its moments of inertia; the last only if it is not large
-    beside the mechanism, whose frames are ``within`` a distance [m], and beside the frames of the body."""
+    compared with ``within``, the size [m] of the mechanism, and with distances of the body's frames from its centre."""
     v, centre = c.values, motion.spots[f"{c.name}.c"]
     if c.name in wheels:
         return wheels[c.name]

@@ -1,4 +1,4 @@
-"""Symbols of joints and forces in space: what is drawn at or between the two frames of an element, by its kind.
+"""Symbols of joints and forces in space: solids at or between the two frames of an element, by its kind.
 
 ``KNOWN`` maps the names of kinds to their symbols. A kind of another file, or of another package, names one of
 ``SYMBOLS`` in its file, ``DRAWING = "spring"``; without it an element is drawn as a small cube.

@@ -1,4 +1,4 @@
-"""Frames in space by angle and axis, two directions, successive angles and quaternions, beside SciPy's rotations."""
+"""Frames in space by angle and axis, two directions, successive angles and quaternions, against SciPy's rotations."""
 
 import numpy as np
 import pytest
