@@ -166,9 +166,7 @@ PARAMETERS = {
 MOMENTS, PRODUCTS = ("I_11", "I_22", "I_33"), ("I_21", "I_31", "I_32")
 
 
-def parameter(
-    known: Sequence[str], name: str, given: Mapping[str, s.Expression], spatial: bool = False
-) -> str | None:
+def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression], spatial: bool = False) -> str | None:
     """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
     if spatial and "I" in known and name in (*MOMENTS, *PRODUCTS):
         return f"write `I = {inertia(given)}`"

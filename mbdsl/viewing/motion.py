@@ -146,13 +146,11 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     UsageError
         If the trajectory is empty.
     """
-    if not len(trajectory.t):
-        raise UsageError(f"there is no motion to show: the trajectory of {trajectory.scene.name} is empty")
     system, scene = trajectory.system, trajectory.scene
-    owners = _owners(system)
+    owners = frames_of_bodies(scene)
     models = system.tables.models
     size = sum(3 * len(owners[name]) + 2 * STATIONS if body.deforms else 3 for name, body in models.items())
-    rows = chosen_rows(trajectory.t, int(max(2, min(most, MOST_NUMBERS // max(1, size)))))
+    rows = shown_rows(trajectory, most, size)
     states = _States(system, trajectory.t, trajectory.q, trajectory.v, rows)
     tracks: list[str] = []
     spots: dict[str, Spot] = {}
@@ -179,6 +177,19 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     return Motion(scene, np.asarray(trajectory.t)[rows], rows, tracks, poses, spots, owners, curves)
 
 
+def shown_rows(trajectory: Trajectory, most: int, numbers: int) -> NDArray[np.int64]:
+    """The rows that are shown: at most ``most``, and fewer if the ``numbers`` of each are many.
+
+    Raises
+    ------
+    UsageError
+        If the trajectory is empty.
+    """
+    if not len(trajectory.t):
+        raise UsageError(f"there is no motion to show: the trajectory of {trajectory.scene.name} is empty")
+    return chosen_rows(trajectory.t, int(max(2, min(most, MOST_NUMBERS // max(1, numbers)))))
+
+
 def chosen_rows(t: Array, most: int) -> NDArray[np.int64]:
     """Rows of at most ``most`` times (N,) that are evenly distributed over the duration, first and last included."""
     if len(t) <= most:
@@ -190,10 +201,10 @@ def chosen_rows(t: Array, most: int) -> NDArray[np.int64]:
     return np.unique(rows)
 
 
-def _owners(system: System) -> dict[str, list[str]]:
+def frames_of_bodies(scene: Scene) -> dict[str, list[str]]:
     """Body -> its frames, in the order of the scene."""
     found: dict[str, list[str]] = {}
-    for name, frame in system.scene.frames.items():
+    for name, frame in scene.frames.items():
         found.setdefault(frame.body, []).append(name)
     return found
 

@@ -21,7 +21,7 @@ from mbdsl.messages import did_you_mean
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.body_models import body_pose
 from mbdsl.system.tables import gravity
-from mbdsl.viewing.motion import GROUND, MOST_FRAMES, MOST_NUMBERS, Motion, Spot, chosen_rows, motion
+from mbdsl.viewing.motion import GROUND, MOST_FRAMES, Motion, Spot, frames_of_bodies, motion, shown_rows
 from mbdsl.viewing.shape import Shape
 from mbdsl.viewing.space.motion import SpaceMotion
 from mbdsl.viewing.space.vectors import FORCE, SpaceVector
@@ -109,13 +109,9 @@ def projected(trajectory: Trajectory, name: str = "iso", most: int = MOST_FRAMES
     """
     scene, system = trajectory.scene, trajectory.system
     seen = view(scene, name)
-    if not len(trajectory.t):
-        raise UsageError(f"there is no motion to show: the trajectory of {scene.name} is empty")
-    owners: dict[str, list[str]] = {}
-    for frame in scene.frames.values():
-        owners.setdefault(frame.body, []).append(frame.name)
+    owners = frames_of_bodies(scene)
     count = sum(len(frames) for frames in owners.values()) + RIM * len(scene.components)
-    rows = chosen_rows(trajectory.t, int(max(2, min(most, MOST_NUMBERS // max(1, 3 * count)))))
+    rows = shown_rows(trajectory, most, 3 * count)
     t, q, v = trajectory.t[rows], trajectory.q[rows], trajectory.v[rows]
     tracks: list[str] = []
     places: list[Array] = []

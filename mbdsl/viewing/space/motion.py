@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation_arrays import of_matrix, quaternions, times
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.body_models import body_pose
-from mbdsl.viewing.motion import GROUND, MOST_FRAMES, MOST_NUMBERS, chosen_rows
+from mbdsl.viewing.motion import GROUND, MOST_FRAMES, frames_of_bodies, shown_rows
 
 Array = NDArray[np.float64]
 
@@ -128,13 +127,9 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> SpaceMotion:
         If the trajectory is empty.
     """
     scene, system = trajectory.scene, trajectory.system
-    if not len(trajectory.t):
-        raise UsageError(f"there is no motion to show: the trajectory of {scene.name} is empty")
-    owners: dict[str, list[str]] = {}
-    for frame in scene.frames.values():
-        owners.setdefault(frame.body, []).append(frame.name)
+    owners = frames_of_bodies(scene)
     models = system.tables.models
-    rows = chosen_rows(trajectory.t, int(max(2, min(most, MOST_NUMBERS // max(1, 7 * len(models))))))
+    rows = shown_rows(trajectory, most, 7 * len(models))
     q = trajectory.q[rows]
     tracks: list[str] = []
     poses: list[Array] = []
