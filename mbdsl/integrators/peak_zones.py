@@ -174,7 +174,7 @@ class Landings:
         run = self._run
         if len(states[0]) < 2 or not self._looks.terms:
             return []
-        return self._looks.first(*states, self._inputs, float(run.reals[LEAST_H]), run.seen)
+        return self._looks.first(*states, self._inputs, float(run.reals[LEAST_H]), run.seen, run.turns)
 
     def _note_approaches(self, states: States) -> None:
         run = self._run

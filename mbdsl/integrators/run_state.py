@@ -17,6 +17,7 @@ from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
+from mbdsl.system.peaks_along_motion import Turns
 
 Array = NDArray[np.float64]
 
@@ -159,6 +160,11 @@ class RunState:
         tables = self.system.tables
         counted = [at for places in tables.angles.values() for at in places]
         return [*(body.counter for body in tables.models.values() if body.counter >= 0), *counted]
+
+    @property
+    def turns(self) -> Turns:
+        """The angles that count turns, at the end of the last accepted step."""
+        return Turns(-1, {node: float(self.numbers[at]) for node, at in self.system.searched_angles.items()})
 
     @property
     def time(self) -> float:

@@ -51,6 +51,16 @@ THROUGH = np.linalg.inv(np.vander(np.arange(4) / 3.0, increasing=True))
 POSITION = {rate: key for key, rate in RATE.items()} | {"vz": "z"}
 
 
+class Turns(NamedTuple):
+    """Values of angles that count turns, at the first (0) or the last (-1) of several states."""
+
+    at: int
+    angles: Mapping[Expr, float]
+
+
+UNCOUNTED = Turns(0, {})
+
+
 class OnTheWay:
     """The terms of a system that may have a hidden peak between two states."""
 
@@ -67,17 +77,26 @@ class OnTheWay:
         self._leaves = leaves(*self.terms)
 
     def first(
-        self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float, seen: Array
+        self,
+        t: Array,
+        q: Array,
+        v: Array,
+        lam: Array,
+        inputs: Mapping[str, float],
+        least: float,
+        seen: Array,
+        turns: Turns = UNCOUNTED,
     ) -> list[Zone]:
         """Zones (in time) of the first step in which a term has a hidden peak.
 
         States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
+        Angles in space that count turns have the values ``turns`` at one of the ends; q contains them up to turns.
         ``seen`` is the largest magnitude of each term at the ends of steps so far, which the run keeps; it is updated
         if nothing is found. The result does not depend on how many steps are searched together.
         """
         h, count = np.diff(t), len(t) - 1
         with np.errstate(all="ignore"):
-            ways = self._ways(t, q, v, lam)
+            ways = self._ways(t, q, v, lam, turns)
             found: list[Zone] = []
             resolved = h >= SHORT * least
             suspected = self._suspected(_along(self.terms, ways, inputs), resolved, seen)
@@ -114,7 +133,7 @@ class OnTheWay:
             found.append((size, slight, steps))
         return found
 
-    def _ways(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
+    def _ways(self, t: Array, q: Array, v: Array, lam: Array, turns: Turns) -> dict[Expr, Array]:
         """Coefficients (K, 4) of the polynomials for the leaves, over the completed part of a step (0 to 1)."""
         joints = {x: x.value[0] for x in self._leaves if x.op == "coordinate" and x.value[1] == JOINT}  # type: ignore[index]
         inner = leaves(*joints.values())
@@ -125,6 +144,8 @@ class OnTheWay:
                 (y,) = _values([composite], found, {}, k, points)
                 if composite.op == "angle":
                     y = np.unwrap(y)
+                    if composite in turns.angles:
+                        y += 2.0 * np.pi * np.round((turns.angles[composite] - y[turns.at]) / (2.0 * np.pi))
                 found[x] = y.reshape(-1, 4) @ THROUGH.T
         return found
 

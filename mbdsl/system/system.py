@@ -296,6 +296,11 @@ class System:
             for at in places:
                 self.set_number(at, self.tables.first_angles.get(node, 0.0))
 
+    def counted_angles(self) -> dict[Expr, float]:
+        """Angles of ``searched_laws`` that count turns, at the last accepted state."""
+        numbers = self.tables.numbers if self._work is None else self._work.numbers
+        return {node: float(numbers[at]) for node, at in self.searched_angles.items()}
+
     def count_angles_up_to(self, t: float, q: Array) -> None:
         """Count them up to the accepted state q (n,), the end of a step."""
         if self.tables.angles:
@@ -491,6 +496,11 @@ class System:
         """Those that are searched for peaks along the motion: not the rows of rolling discs, smooth functions that are
         zero at all states and differ from zero between them by interpolation only."""
         return {x: law for x, law in self.laws.items() if x not in self.tables.without_laws}
+
+    @cached_property
+    def searched_angles(self) -> dict[Expr, int]:
+        """Angles of these laws that count turns -> offset in numbers of their value at the last accepted step."""
+        return {substitute(node, self._at_rest): places[0] for node, places in self.tables.angles.items()}
 
     def _at_rest(self, x: Expr) -> Expr | None:
         """The value of a coordinate of a frame that does not move."""

@@ -31,7 +31,34 @@ def test_a_narrow_window_of_an_angle_is_not_passed():
     J = (0.3 + 4 * 0.4 + 4 * 0.5) / 9.0
     after = math.sqrt(2.0**2 - 2.0 * 0.08 / J)
     for method in ("hht-si2", "nstiff"):
-        run = mbdsl.simulate(mbdsl.parse(text), stop=1.0, interval=0.1, tol=1e-5, method=method)
+        run = mbdsl.simulate(mbdsl.parse(text), stop=1.0, interval=0.1, tol=1e-5, method=method, general=True)
         w = run["hinge.w"]
         assert np.allclose(w[run.t < 0.45], 2.0, rtol=1e-6)
         assert abs(w[-1] - after) < 1e-4
+
+
+def test_a_window_after_the_first_turn():
+    """A torque of 40 N.m over 2 mrad, after a turn and 1 rad, takes 0.08 J; methods of the loop and of SciPy.
+
+    The motion passes the window at (2 pi + 1)/(2 rad/s) = 3.64 s."""
+    at = 2.0 * math.pi + 1.0
+    law = f"torque = if phi > {at!r} rad and phi < {at + 0.002!r} rad then 40 N.m else 0 N.m"
+    text = ROTOR.format(law=law)
+    J = (0.3 + 4 * 0.4 + 4 * 0.5) / 9.0
+    after = math.sqrt(2.0**2 - 2.0 * 0.08 / J)
+    for method in ("hht-si2", "radau5", "scipy-lsoda"):
+        run = mbdsl.simulate(mbdsl.parse(text), stop=4.0, interval=0.1, tol=1e-5, method=method, general=True)
+        assert np.allclose(run["hinge.w"][run.t < 3.6], 2.0, rtol=1e-6), method
+        assert abs(run["hinge.w"][-1] - after) < 1e-4, method
+
+
+def test_fixed_steps_and_a_window_after_the_first_turn():
+    """Steps of 1 ms, of 8 mrad, may pass over a window of 2 mrad. The motion, from 0 to 9.6 rad, passes that at one
+    turn and 1 rad, but not those at other turns."""
+    law = "torque = if phi > {0!r} rad and phi < {1!r} rad then 40 N.m else 0 N.m"
+    warned = []
+    for at in (2.0 * math.pi + 1.0, -4.0 * math.pi + 1.0, 12.0 * math.pi + 1.0):
+        text = ROTOR.format(law=law.format(at, at + 0.002)).replace("2 rad/s", "8 rad/s")
+        run = mbdsl.simulate(mbdsl.parse(text), stop=1.2, interval=0.1, step=1e-3, general=True)
+        warned.append(any("law" in w for w in run.stats["warnings"]))
+    assert warned == [True, False, False]

@@ -26,6 +26,7 @@ from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT,
 from mbdsl.integrators.loop.switch_location import JUMP
 from mbdsl.system.close_approaches import Approaches
 from mbdsl.system.index1 import Index1
+from mbdsl.system.peaks_along_motion import Turns
 from mbdsl.system.peaks_in_time import Zone
 from mbdsl.system.switches import law_of
 
@@ -213,11 +214,13 @@ class _Peaks:
             lam = np.zeros((len(t), self._system.m + self._system.p))
             if self._system.of_multipliers:
                 lam = np.array([self._f.motion(*x)[1] for x in states])
-            if found := self._peaks.first(t, q, v, lam, self._inputs, self._least, self._seen):
+            turns = Turns(0, self._system.counted_angles())
+            if found := self._peaks.first(t, q, v, lam, self._inputs, self._least, self._seen, turns):
                 last = int(np.searchsorted(t, found[0].start, side="right")) - 1
                 if last:  # update self._seen by the steps that are kept
                     kept = slice(last + 1)
-                    self._peaks.first(t[kept], q[kept], v[kept], lam[kept], self._inputs, self._least, self._seen)
+                    part = t[kept], q[kept], v[kept], lam[kept]
+                    self._peaks.first(*part, self._inputs, self._least, self._seen, turns)
                 self._ahead += found
                 self._tries, self._from = (self._tries + 1 if self._from == t[last] else 0), t[last]
                 if self._tries > TRIES:
