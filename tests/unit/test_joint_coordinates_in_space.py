@@ -21,7 +21,7 @@ EXACT = 1e-12
 def run(joint, more="", stop=1e-3, interval=1e-3, **initial):
     said = " ".join(f"j.{name} = {value!r};" for name, value in initial.items())
     text = MODEL.format(joint=f"{joint} j", more=more, initial=said)
-    return mbdsl.simulate(mbdsl.parse(text), stop=stop, interval=interval, step=1e-3)
+    return mbdsl.simulate(mbdsl.parse(text), stop=stop, interval=interval, step=1e-3, general=True)
 
 
 def relative(t, k=0):

@@ -158,7 +158,7 @@ def test_a_stop_along_any_axis():
       guide.s = 0 m;
       guide.v = {v0} m/s;
     end Slope;"""
-    t = mbdsl.simulate(mbdsl.parse(text), step=1e-4, stop=0.06, interval=0)
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-4, stop=0.06, interval=0, general=True)
     weight = 9.81 * n[2]
     depth = (np.sqrt(weight**2 + k * v0**2) - weight) / k
     assert t["guide.s"].max() == pytest.approx(depth, abs=2e-6)
