@@ -193,7 +193,7 @@ class PairKind(Kind):
     ports: tuple[str, ...] = ("frame_a", "frame_b")
 
 
-_TORQUES = ("rotational_spring_damper", "torque", "rubbing_in_socket")
+_TORQUES = ("rotational_spring_damper", "torque", "sliding_in_socket")
 
 
 @dataclass(eq=False, repr=False)

@@ -3,14 +3,14 @@
 g = y_a . d,   z_a . d,   y_a . x_b,   z_a . x_b     with d = r_b - r_a, x along n                     (4 rows)
 
 Friction: a force mu |(lam_1, lam_2)| on the surface of the shaft, against the sliding there, v along the axis and
-radius w around it, see friction.py and rubbing.py. Without a radius, it acts along the axis only.
+radius w around it, see friction.py and sliding_friction.py. Without a radius, it acts along the axis only.
 """
 
 from collections.abc import Mapping
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
-from mbdsl.elements.in_space import prismatic, rubbing
+from mbdsl.elements.in_space import prismatic, sliding_friction
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
 from mbdsl.elements.in_space.prismatic import X_A, Y_A, Y_B, Z_A
 from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, reactions, total
@@ -19,7 +19,7 @@ from mbdsl.elements.kind import JointKind, Parameter, Signal
 X_B = axis("frame_b", "x")
 
 RATES = "v", "(radius*w)"
-ALONG, AROUND = rubbing.components("v", *RATES)
+ALONG, AROUND = sliding_friction.components("v", *RATES)
 
 
 def derive(v: Mapping) -> dict:
@@ -43,8 +43,8 @@ KIND = JointKind(
     reactions=reactions(
         total(("-lam[1]", Y_A), ("-lam[2]", Z_A)), total(("lam[3]", cross(Y_A, X_B)), ("lam[4]", cross(Z_A, X_B)))
     ),
-    friction=rubbing.size("hypot(lam[1], lam[2])", "v", *RATES),
-    friction_along="rubbing_on_shaft",
+    friction=sliding_friction.size("hypot(lam[1], lam[2])", "v", *RATES),
+    friction_along="sliding_on_shaft",
     friction_rows=(ALONG, f"radius*{AROUND}"),
     check=lambda v: direction(v) or friction.check({"mu": v["mu"], "mu_s": v["mu_s"]}),
     derive=derive,

@@ -2,8 +2,8 @@
 
 g = z_a . d,   x_a . z_b,   y_a . z_b     with d = r_b - r_a, z along n                  (3 rows)
 
-Friction: a force mu |lam_1| at the origin of frame_b against its sliding, see friction.py and rubbing.py. The torque
-about n depends on the distribution of the pressure, and is left out.
+Friction: a force mu |lam_1| at the origin of frame_b against its sliding, see friction.py and sliding_friction.py. The
+torque about n depends on the distribution of the pressure, and is left out.
 """
 
 from mbdsl.compilation.marks import kernel

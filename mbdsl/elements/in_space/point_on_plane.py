@@ -2,12 +2,12 @@
 
 g = z_a . d     with d = r_b - r_a, z along n                                            (1 row)
 
-Friction: a force mu |lam| against the sliding, see friction.py and rubbing.py.
+Friction: a force mu |lam| against the sliding, see friction.py and sliding_friction.py.
 """
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
-from mbdsl.elements.in_space import rubbing
+from mbdsl.elements.in_space import sliding_friction
 from mbdsl.elements.in_space.coordinates import Z, dot2, dot2_hessian
 from mbdsl.elements.in_space.revolute import X_A, Y_A, Z_A
 from mbdsl.elements.in_space.vectors import D, direction, dot, reactions, total, turned_to
@@ -27,9 +27,9 @@ KIND = JointKind(
         Signal("s_y", "m", dot(Y_A, D), "position of frame_b along the y axis of the plane"),
     ),
     reactions=reactions(total(("-lam[1]", Z_A)), None),
-    friction=rubbing.size("abs(lam[1])", "v", *RATES),
-    friction_along="rubbing_on_plane",
-    friction_rows=rubbing.components("v", *RATES),
+    friction=sliding_friction.size("abs(lam[1])", "v", *RATES),
+    friction_along="sliding_on_plane",
+    friction_rows=sliding_friction.components("v", *RATES),
     check=lambda v: direction(v) or friction.check(v),
     derive=friction.derive,
     effects=friction.EFFECTS,

@@ -7,13 +7,13 @@ With n = f_x x_a + f_y y_a + f_z z_a and the virtual change B z of d in frame_a,
     G = (-n, n x d, n, 0),   H = that of n . d with the axes of frame_a in n, and B^T F B, F = sum f_ij e_i e_j^T
 
 The reaction is normal to the surface. f has to have a gradient on it. Friction: a force mu times the reaction against
-the sliding, see friction.py and rubbing.py.
+the sliding, see friction.py and sliding_friction.py.
 """
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
-from mbdsl.elements.in_space import rubbing
+from mbdsl.elements.in_space import sliding_friction
 from mbdsl.elements.in_space.coordinates import PHI_A, R_A, R_B, X, dot2_hessian
 from mbdsl.elements.in_space.prismatic import X_A, Y_A, Z_A
 from mbdsl.elements.in_space.vectors import D, Vector, dot, reactions, total
@@ -49,9 +49,9 @@ KIND = JointKind(
     ),
     signals=SIGNALS,
     reactions=reactions(force(1), None),
-    friction=rubbing.size("hypot(hypot(fx, fy), fz)", "v", *RATES),
-    friction_along="rubbing_in_space",
-    friction_rows=rubbing.components("v", *RATES),
+    friction=sliding_friction.size("hypot(hypot(fx, fy), fz)", "v", *RATES),
+    friction_along="sliding_in_space",
+    friction_rows=sliding_friction.components("v", *RATES),
     check=friction.check,
     derive=friction.derive,
     effects=friction.EFFECTS,

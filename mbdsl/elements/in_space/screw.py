@@ -6,7 +6,7 @@ h = pitch/(2 pi), and the angle is that of y_b about x_a. Whole turns, that is w
 row: the number of turns follows from the position, so that s = h phi.
 
 Friction: a force mu N along the thread at its mean radius r, against the sliding there, v along the axis and r w around
-it, see friction.py and rubbing.py. The flanks of a square thread carry the thrust lam_5 with the normal force
+it, see friction.py and sliding_friction.py. The flanks of a square thread carry the thrust lam_5 with the normal force
 lam_5 (1 + (h/r)^2)^(1/2), and N contains the load (lam_1, lam_2) across the axis as well.
 """
 
@@ -16,7 +16,7 @@ from math import floor, pi
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
-from mbdsl.elements.in_space import cylindrical, prismatic, rubbing
+from mbdsl.elements.in_space import cylindrical, prismatic, sliding_friction
 from mbdsl.elements.in_space.coordinates import (
     PHI_A,
     PHI_B,
@@ -66,7 +66,7 @@ KIND = in_space(
             (f"(lam[5]*pitch/{2 * pi!r})", X_A),
         ),
     ),
-    friction=rubbing.size(f"hypot(hypot(lam[1], lam[2]), {FLANKS})", "v", *cylindrical.RATES),
+    friction=sliding_friction.size(f"hypot(hypot(lam[1], lam[2]), {FLANKS})", "v", *cylindrical.RATES),
     derive=friction.derive,
     check=check,
     table=lambda v: (v["pitch"] / (2 * pi),),

@@ -2,12 +2,12 @@
 
 g = r_b - r_a                                                                        (3 rows)
 
-Friction: a torque mu radius |lam| against the relative rotation, see friction.py and rubbing.py.
+Friction: a torque mu radius |lam| against the relative rotation, see friction.py and sliding_friction.py.
 """
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
-from mbdsl.elements.in_space import rubbing
+from mbdsl.elements.in_space import sliding_friction
 from mbdsl.elements.in_space.coordinates import point
 from mbdsl.elements.in_space.prismatic import X_A, Y_A, Z_A
 from mbdsl.elements.in_space.vectors import W, cardan_angles, dot, reactions
@@ -25,9 +25,9 @@ KIND = JointKind(
     ),
     signals=cardan_angles(),
     reactions=reactions(("-lam[1]", "-lam[2]", "-lam[3]"), None),
-    friction=rubbing.size("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w", *RATES),
-    friction_along="rubbing_in_socket",
-    friction_rows=rubbing.components("w", *RATES),
+    friction=sliding_friction.size("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w", *RATES),
+    friction_along="sliding_in_socket",
+    friction_rows=sliding_friction.components("w", *RATES),
     check=friction.check,
     derive=friction.derive,
     effects=friction.EFFECTS,

@@ -2,7 +2,7 @@
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z
-from mbdsl.elements.in_space.rubbing import Motion, turn, turn_hessian
+from mbdsl.elements.in_space.sliding_friction import Motion, turn, turn_hessian
 
 KIND = Motion(3)
 

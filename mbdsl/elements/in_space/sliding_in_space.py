@@ -2,7 +2,7 @@
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot2, dot2_hessian
-from mbdsl.elements.in_space.rubbing import Motion
+from mbdsl.elements.in_space.sliding_friction import Motion
 
 KIND = Motion(3)
 
