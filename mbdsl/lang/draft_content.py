@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 from mbdsl.elements import find
 from mbdsl.elements.kind import Kind
@@ -83,9 +83,9 @@ def _first_steps(node: object) -> Iterator[tuple[s.Step, bool]]:
 
 
 def _refers(node: object, d: s.Declaration, own: Sequence[str] = ()) -> bool:
-    """Whether a syntax tree refers to ``d``; alone, names of components in ``own`` denote something else."""
+    """Whether a syntax tree refers to ``d``; alone, names in ``own`` denote something else."""
     for step, alone in _first_steps(node):
-        if step.name != d.name or (alone and step.name in own and _kind(d)):
+        if step.name != d.name or (alone and step.name in own):
             continue
         element = step.indices and all(isinstance(i, s.Number) for i in step.indices)
         if not (element and is_element(d)) or step.indices == d.indices:
@@ -93,35 +93,37 @@ def _refers(node: object, d: s.Declaration, own: Sequence[str] = ()) -> bool:
     return False
 
 
-def _kind(d: s.Declaration) -> Kind | None:
-    return find(ALIASES.get(d.type, d.type))
+def _kind(d: s.Declaration, spatial: bool) -> Kind | None:
+    return find(ALIASES.get(d.type, d.type), spatial)
 
 
-def _has_ports(d: s.Declaration) -> bool:
-    kind = _kind(d)
+def _has_ports(d: s.Declaration, spatial: bool) -> bool:
+    kind = _kind(d, spatial)
     return kind is not None and bool(kind.ports)
 
 
-def _declaration_refers(d: s.Declaration, to: s.Declaration) -> bool:
+def _declaration_refers(d: s.Declaration, to: s.Declaration, spatial: bool) -> bool:
     if _refers((d.value, d.indices, d.notes), to):
         return True
-    kind = _kind(d)
+    kind = _kind(d, spatial)
     if kind is None:
         return _refers(d.arguments, to)
     frames = tuple(a for a in d.arguments if not a.name or a.name in kind.ports)
     values = tuple(a for a in d.arguments if a not in frames)
-    return _refers(frames, to) or _refers(values, to, [*(p.name for p in kind.parameters), *kind.formulas])
+    # In a law, a component with the name of a signal or parameter of the law's own component is hidden by it.
+    own = [*(p.name for p in kind.parameters), *kind.formulas] if _kind(to, spatial) else []
+    return _refers(frames, to) or _refers(values, to, own)
 
 
-def _attached(connections: Sequence[s.Connect], entries: Mapping[str, Entry], to: s.Declaration) -> Iterator[str]:
+def _attached(content: Content, to: s.Declaration) -> Iterator[str]:
     """The joints and forces that are connected with the body or frame ``to``."""
-    if _has_ports(to):
+    if _has_ports(to, content.spatial):
         return
-    for item in connections:
+    joints = {k: e.declaration for k, e in content.entries.items() if _has_ports(e.declaration, content.spatial)}
+    for item in content.connections:
         for one, other in ((item.first, item.second), (item.second, item.first)):
             if _refers(one, to):
-                found = entries.items()
-                yield from (k for k, e in found if _has_ports(e.declaration) and _refers(other, e.declaration))
+                yield from (k for k, d in joints.items() if _refers(other, d))
 
 
 def find_dependents(content: Content, names: Sequence[str]) -> list[str]:
@@ -130,8 +132,9 @@ def find_dependents(content: Content, names: Sequence[str]) -> list[str]:
     pending = [content.entries[name].declaration for name in names]
     while pending:
         to = pending.pop()
-        direct = {key for key, e in content.entries.items() if _declaration_refers(e.declaration, to)}
-        direct |= set(_attached(content.connections, content.entries, to))
+        entries = content.entries.items()
+        direct = {key for key, e in entries if _declaration_refers(e.declaration, to, content.spatial)}
+        direct |= set(_attached(content, to))
         direct -= {*found, *names}
         found |= direct
         pending += [content.entries[key].declaration for key in direct]
@@ -153,9 +156,10 @@ def without(content: Content, gone: set[str]) -> Content:
     def stays(node: s.Node) -> bool:
         return not any(_refers(node, d) for d in out)
 
-    return Content(
-        {key: e for key, e in content.entries.items() if key not in gone},
-        [item for item in content.connections if stays(item)],
-        [item for item in content.initial if stays(item)],
-        {key: a for key, a in content.settings.items() if stays(a)},
+    return replace(
+        content,
+        entries={key: e for key, e in content.entries.items() if key not in gone},
+        connections=[item for item in content.connections if stays(item)],
+        initial=[item for item in content.initial if stays(item)],
+        settings={key: a for key, a in content.settings.items() if stays(a)},
     )

@@ -81,3 +81,33 @@ def test_pickled_and_with_other_parameters():
     scene = pickle.loads(pickle.dumps(b)).scene()
     assert scene.components["rope"].values["length"] == 0.5
     assert scene.with_parameters(L=0.7).components["rope"].values["length"] == 0.7
+
+
+@pytest.mark.parametrize("dependents", [False, True])
+def test_after_a_removal_the_model_remains_in_space(dependents):
+    """The same scene as of a Builder that never had the component."""
+    b = top()
+    b.Box("box", m=1, length=1, width=1, height=1)
+    b.remove("box", dependents=dependents)
+    assert b.scene() == top().scene() and b.scene().spatial
+    with pytest.raises(ModelError, match="there is no kind of component called `FlexibleBeam` in space"):
+        b.add("FlexibleBeam", "beam", length=1)
+
+
+def test_replaced_the_model_remains_in_space():
+    b = top()
+    b.Body("top", m="15 kg", I=(0.234375, 0.46875, 0.234375), frames={"foot": (0, -1, 0)}, replace=True)
+    b.initial("top.wy", 150.0, replace=True)
+    assert {**b.scene().components} == {**top().scene().components} and b.scene().spatial
+
+
+def test_what_is_connected_with_a_removed_body_refers_to_it():
+    """A joint that exists in space only, and is connected by ``connect``."""
+    b = mbdsl.SpatialBuilder("M")
+    ground, body, ball = b.Ground("ground"), b.PointMass("body", m=1), b.Spherical("ball")
+    b.connect(ball.frame_a, ground)
+    b.connect(ball.frame_b, body)
+    with pytest.raises(mbdsl.errors.UsageError, match="`body` cannot be removed: ball refers to it"):
+        b.remove("body")
+    assert b.remove("body", dependents=True) == ("body", "ball")
+    assert list(b.scene().components) == ["ground"]
