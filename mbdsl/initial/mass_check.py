@@ -16,6 +16,7 @@ from mbdsl.system.system import System
 Array = NDArray[np.float64]
 
 DEPENDENT = 1e-9  #: singular values below this part of the largest are zero
+ROUNDING = 1e-13  #: entries below this part of those of other motions of the same body are sums that cancel
 PART = 0.1  #: a body takes part in a motion in which one of its coordinates is this part of the largest
 MOST = 400  #: largest number of massless coordinates that are examined
 
@@ -43,17 +44,19 @@ def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | Non
     if not 0 < light.shape[1] <= MOST:
         return None
     light = light / system.tables.scale[:, None]
-    J = _dense(system.velocity_jacobian(t, q, v) @ light)
+    owners = [body.name for body in system.scene.bodies() for _ in body.coordinates]
+    whole = _whole_bodies(light, system.tables.scale, owners)
+    J = _significant(system.velocity_jacobian(t, q, v), light, whole)
     size = np.linalg.norm(J, axis=1, keepdims=True)
     free = light @ _null_space(J / np.where(size > 0.0, size, 1.0))
     if lam is not None and free.shape[1]:
         held = (system.stiffness(t, q, v, lam), system.damping(t, q, v, lam))
-        free = free @ _null_space(np.vstack([free.T @ _dense(X @ free) for X in held]))
+        whole = _whole_bodies(free, system.tables.scale, owners)
+        free = free @ _null_space(np.vstack([_significant(X, free, whole, left=True) for X in held]))
     if not free.shape[1]:
         return None
     share = np.abs(free * system.tables.scale[:, None]).max(axis=1)
     moving = np.flatnonzero(share > PART * share.max())
-    owners = [body.name for body in system.scene.bodies() for _ in body.coordinates]
     bodies = list(dict.fromkeys(owners[k] for k in moving))
     components = [system.scene.components[name] for name in bodies]
     notes = tuple((f"{c.kind.name} {c.name} has {_lacking(c.values)}", c.span) for c in components)
@@ -76,6 +79,23 @@ def _lacking(values: Mapping) -> str:
         axes = [axis for axis, x in zip("xyz", I, strict=True) if x == 0.0]
         return f"no moment of inertia about its {' and '.join(axes)} axis"
     return " and ".join(zero) or "no mass"
+
+
+def _whole_bodies(motions: Array, scale: Array, owners: list[str]) -> Array:
+    """Motions (n, k) in which every coordinate of a body moves as far as that which moves farthest."""
+    _, body = np.unique(owners, return_inverse=True)
+    farthest = np.zeros((body.max() + 1, motions.shape[1]))
+    np.maximum.at(farthest, body, np.abs(motions * scale[:, None]))
+    return farthest[body] / scale[:, None]
+
+
+def _significant(X, motions: Array, whole: Array, left: bool = False) -> Array:
+    """X @ motions, or motions.T @ X @ motions, where rounding errors are zeros: a thin rod turns about the axis through
+    a ball without moving it, and without a torque."""
+    found, bound = _dense(X @ motions), _dense(abs(X) @ whole)
+    if left:
+        found, bound = motions.T @ found, whole.T @ bound
+    return np.where(np.abs(found) > ROUNDING * bound, found, 0.0)
 
 
 def _dense(X) -> Array:
