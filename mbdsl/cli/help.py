@@ -42,11 +42,14 @@ def run(args: argparse.Namespace) -> int:
     elif word in kinds() or word in kinds(spatial=True):
         from mbdsl.cli._kind_text import kind_text
 
-        if word not in kinds():
-            print("of models in space, `spatial model Name ... end Name;`\n")
-        print(kind_text({**kinds(spatial=True), **kinds()}[word]))
+        if word in kinds():
+            print(kind_text(kinds()[word]))
+        if word in kinds(spatial=True):
+            before = "\n" if word in kinds() else ""
+            print(f"{before}in models in space, `spatial model Name ... end Name;`\n")
+            print(kind_text(kinds(spatial=True)[word]))
     else:
-        known = [*commands(), *TOPICS, *kinds()]
+        known = [*commands(), *TOPICS, *kinds(), *kinds(spatial=True)]
         listed = f"topics: {', '.join(TOPICS)}; `mbdsl help` lists the commands, `mbdsl help kinds` the kinds"
         raise UsageError(f"there is no command, topic or kind `{word}`", hint=did_you_mean(word, known) or listed)
     return 0
@@ -73,16 +76,21 @@ def _kinds() -> str:
     from mbdsl.elements.kind import BodyKind, JointKind
 
     groups: dict[str, list] = {"bodies": [], "joints and drivers": [], "forces": []}
-    for kind in kinds().values():
+    known = {**kinds(spatial=True), **kinds()}
+    for kind in known.values():
         place = 0 if isinstance(kind, BodyKind) else 1 if isinstance(kind, JointKind) else 2
         groups[list(groups)[place]].append(kind)
-    wide = max(map(len, kinds())) + 2
+    only = {**dict.fromkeys(kinds(spatial=True), " (in space only)"), **dict.fromkeys(kinds(), " (in the plane only)")}
+    only |= dict.fromkeys(set(kinds()) & set(kinds(spatial=True)), "")
+    wide = max(map(len, known)) + 2
     lines = []
     for title, found in groups.items():
         lines += [title]
         for kind in sorted(found, key=lambda kind: kind.name):
             lines += textwrap.wrap(
-                f"  {kind.name:{wide}}{kind.doc}", text_width(COLUMNS), subsequent_indent=" " * (wide + 2)
+                f"  {kind.name:{wide}}{kind.doc}{only[kind.name]}",
+                text_width(COLUMNS),
+                subsequent_indent=" " * (wide + 2),
             )
         lines += [""]
     return "\n".join([*lines, "`mbdsl help KIND` lists parameters and signals."])

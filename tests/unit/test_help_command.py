@@ -83,14 +83,37 @@ def test_units_and_prefixes_are_those_of_the_language(say):
 
 def test_all_kinds_are_listed_and_described(say):
     listed = say("help", "kinds")[1]
-    assert re.findall(r"^  (\w+)  ", listed, re.MULTILINE) and set(kinds()) == set(
-        re.findall(r"^  (\w+) ", listed, re.MULTILINE)
-    )
-    for name, kind in kinds().items():
+    names = re.findall(r"^  (\w+) ", listed, re.MULTILINE)
+    assert len(names) == len(set(names)) and set(names) == {*kinds(), *kinds(spatial=True)}
+    for name in names:
         code, out, _ = say("help", name)
-        assert code == 0 and out.startswith(f"{name}: ")
-        assert {p.name for p in kind.parameters} <= set(re.findall(r"^  (\w+) ", out, re.MULTILINE))
-        assert max(map(len, out.splitlines())) <= 80
+        plane, mark, space = out.partition("in models in space, `spatial model Name ... end Name;`\n\n")
+        assert code == 0 and max(map(len, out.splitlines())) <= 80
+        assert bool(mark) == (name in kinds(spatial=True))
+        for text, known in ((plane, kinds()), (space, kinds(spatial=True))):
+            if name not in known:
+                assert not text
+                continue
+            assert text.startswith(f"{name}: ")
+            shown = set(re.findall(r"^  (\w+) ", text, re.MULTILINE))
+            assert {x.name for x in (*known[name].parameters, *known[name].signals)} <= shown
+
+
+def test_kinds_of_one_dimension_are_marked(say):
+    listed = say("help", "kinds")[1]
+    entries = dict(re.findall(r"^  (\w+) ((?:.+\n)(?: {6,}.*\n)*)", listed, re.MULTILINE))
+    flat = {name: " ".join(text.split()) for name, text in entries.items()}
+    assert flat["Spherical"].endswith("(in space only)") and flat["Box"].endswith("(in space only)")
+    assert flat["FlexibleBeam"].endswith("(in the plane only)")
+    assert "only)" not in flat["Revolute"] and "only)" not in flat["Force"]
+
+
+def test_a_kind_in_the_plane_and_in_space(say):
+    """A hinge has an axis in space only, a force its z component."""
+    for name, of_space in (("Revolute", "n"), ("RotationalDriver", "n"), ("Force", "fz")):
+        plane, _, space = say("help", name)[1].partition("in models in space")
+        assert not re.search(rf"^  {of_space} ", plane, re.MULTILINE)
+        assert re.search(rf"^  {of_space} ", space, re.MULTILINE)
 
 
 def test_a_kind(say):
@@ -107,6 +130,7 @@ frame_a.
     ("words", "message"),
     [
         (["Revolut"], "error: there is no command, topic or kind `Revolut`\n  = did you mean `Revolute` or "),
+        (["Sphericl"], "error: there is no command, topic or kind `Sphericl`\n  = did you mean `Spherical`"),
         (["unit"], "error: there is no command, topic or kind `unit`\n  = did you mean `units`"),
         (
             ["xyzzy"],
