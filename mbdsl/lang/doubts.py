@@ -66,6 +66,19 @@ def hidden_signal(warn: Warn, name: str, owner: str, at: At) -> None:
     )
 
 
+def misplaced_experiment(warn: Warn, notes: tuple[s.Argument, ...], what: str) -> None:
+    """Warn about the settings of a simulation in the annotation of a component or connection."""
+    for part in notes:
+        name = part.name or (write(part.value.function) if isinstance(part.value, s.Call) else "")
+        if name.lower() == "experiment":
+            at = part.at or (part.value.at if part.value is not None else None)
+            warn(
+                f"this `experiment` has no effect: its annotation belongs to {what}, not to the model",
+                at,
+                "is a `;` missing before `annotation`?",
+            )
+
+
 def hidden_pi(warn: Warn, name: str, value: Value | None, at: At) -> None:
     """Warn about a component or value called ``pi``, except for the number itself."""
     if name.rpartition(".")[2].partition("[")[0] != "pi":

@@ -9,7 +9,7 @@ from math import prod
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import functions, limits, orientations, values
+from mbdsl.lang import doubts, functions, limits, orientations, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
@@ -154,6 +154,7 @@ class Instance:
             kind = self._classes[id(d)] = classify(d, member.unit, self._around, self.assembly.spatial)
         if d.notes:
             self._refuse_shapes(d, kind)
+            doubts.misplaced_experiment(self.assembly.warn, d.notes, f"`{d.name}`")
         if "input" in d.prefixes:
             refuse_other_inputs(d, kind)
         looped = block and d.indices
@@ -473,6 +474,7 @@ class Instance:
 
     def _equation(self, item: s.Item, scope: Scope) -> None:
         if isinstance(item, s.Connect):
+            doubts.misplaced_experiment(self.assembly.warn, item.notes, "the connection")
             self.assembly.connect(item.first, item.second, scope, item.at)
         elif isinstance(item, s.Relation):
             if not is_assertion(item):

@@ -279,7 +279,8 @@ class _Builders:
     # -- equations ---------------------------------------------------------------------------------------------
 
     def connect(self, parts: list) -> s.Connect:
-        return s.Connect(parts[2], parts[4], at=self._at(parts[0], parts[5]))
+        notes = next((part.arguments for part in parts if isinstance(part, s.Annotation)), ())
+        return s.Connect(parts[2], parts[4], notes, at=self._at(parts[0], parts[5]))
 
     def relation(self, parts: list) -> s.Relation:
         return s.Relation(parts[0], parts[2] if len(parts) > 3 else None, at=parts[0].at)

@@ -232,6 +232,7 @@ class Connect(Item):
 
     first: Expression
     second: Expression
+    notes: tuple[Argument, ...] = ()  #: arguments of its annotation
 
 
 @node

@@ -58,6 +58,30 @@ def test_warned(text, message):
 
 
 @pytest.mark.parametrize(
+    ("before", "what"),
+    [
+        ("PointMass p(m = 1); FreeMotion f(world, p)", "`f`"),
+        ("parameter Real a = 1", "`a`"),
+        (
+            "PointMass p(m = 1); FreeMotion f; equation connect(f.frame_a, world); connect(f.frame_b, p)",
+            "the connection",
+        ),
+    ],
+)
+def test_an_experiment_without_the_semicolon_before_it(before, what):
+    """With the semicolon it is that of the model, and there is no warning."""
+    note = "annotation(experiment(StopTime = 2 s))"
+    scene = parse(MODEL.format(f"{before} {note};"))
+    (found,) = scene.warnings
+    assert found.message == f"this `experiment` has no effect: its annotation belongs to {what}, not to the model"
+    assert found.hint == "is a `;` missing before `annotation`?"
+    line = MODEL.format(f"{before} {note};").splitlines()[found.span.line - 1]
+    assert line[found.span.column - 1 :].startswith("experiment(") and scene.experiment.stop is None
+    right = parse(MODEL.format(f"{before}; {note};"))
+    assert right.warnings == () and right.experiment.stop == 2.0
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "initial equation pin.phi = 6.28; pin.w = 300;",
