@@ -360,18 +360,23 @@ def _inputs(scene: Scene) -> Entry:
 
 
 def _flexibility(motion: Motion) -> list[Entry]:
-    """Flexible bodies, and their effect on the mass matrix."""
+    """Flexible bodies, bodies that turn in space, and their effect on the mass matrix."""
     scene = motion.system.scene
-    found = [c for c in _solved(motion) if c.name in _deforming(motion, 1)]
+    special = [c for c in _solved(motion) if c.name in _deforming(motion, 1)]
+    turning, found = [c for c in special if c.kind.spatial], [c for c in special if not c.kind.spatial]
+    kernels = _kernels(motion, "flexibility")
     of = sum(len(c.coordinates) - 3 for c in found)
     nothing = "left out on request" if "flexibility" in scene.without else "all bodies are rigid"
-    entry = _entry("flexibility", found, nothing, unknowns=of, kernels=_kernels(motion, "flexibility"))
+    entries = [_entry("flexibility", found, nothing, unknowns=of, kernels=() if turning else kernels)]
+    if scene.spatial:
+        entries.append(_entry("gyroscopic torques", turning, "no body turns in space", kernels=kernels))
     varies = [c for c in found if c.name in _deforming(motion, 2)]
-    mass = _entry("mass matrix", varies or found, "diagonal and constant: coordinates of centres of mass")
-    if found:
-        mass.why = f"of {mass.why}: {'it depends on coordinates' if varies else 'constant, but not diagonal'}"
+    mass = _entry("mass matrix", varies or special, "diagonal and constant: coordinates of centres of mass")
+    if special:
+        constant = "constant in the axes of the bodies" if turning else "constant, but not diagonal"
+        mass.why = f"of {mass.why}: {'it depends on coordinates' if varies else constant}"
         mass.kernels = _kernels(motion, "mass matrix")
-    return [entry, mass]
+    return [*entries, mass]
 
 
 def _deforming(motion: Motion, least: int) -> set[str]:

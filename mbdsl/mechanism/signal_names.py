@@ -99,8 +99,17 @@ class SignalNames:
 
     @property
     def _frames(self) -> dict[str, str]:
-        """Names and other names of frames -> their names."""
-        return {name: name for name in self.scene.frames} | dict(self.scene.aliases)
+        """Names and other names of frames -> their names.
+
+        The frames with the axes of a joint or force in space are left out: they are named like its ports, which denote
+        in models the frames that it is attached to."""
+        components = self.scene.components
+
+        def named(name: str) -> bool:
+            owner = components.get(name.rpartition(".")[0])
+            return owner is None or isinstance(owner.kind, BodyKind)
+
+        return {name: name for name in self.scene.frames if named(name)} | dict(self.scene.aliases)
 
     @cached_property
     def computed(self) -> dict[str, str]:

@@ -96,3 +96,17 @@ def test_rates_are_the_derivatives_of_the_angles(joint):
         assert np.abs(angle[2::2] - angle[:-2:2] - change).max() < drift
     if joint == "Universal":
         assert abs(t["j.phi_a"][-1]) > 2 * np.pi  # it counts turns
+
+
+def test_frames_with_the_axes_of_a_joint_are_not_signals():
+    """In laws `J.frame_a` is the frame that the joint is attached to, and not one with the joint's axes."""
+    text = """spatial model M
+      Ground ground;
+      Rod bar(m = 1 kg, length = 1 m);
+      Revolute J(ground, bar.a, n = {0, 1, 0});
+      Real s = J.frame_b.wy_local;
+    end M;"""
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-2, stop=0.1)
+    assert not [name for name in t.signals if name.startswith("J.frame")]
+    assert "bar.a.wy_local" in t
+    np.testing.assert_array_equal(t["s"], t["bar.a.wy_local"])

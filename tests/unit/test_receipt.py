@@ -250,3 +250,12 @@ def test_show_where_nothing_is_solved(capsys, tmp_path):
     )
     assert say(capsys, "show", "--stage", "code", path)[1] == "# nothing is left to be solved\n"
     assert say(capsys, "show", "--stage", "system", path)[1].startswith("moved: a, by A, d: ")
+
+
+def test_bodies_that_turn_in_space_are_not_flexible():
+    """A top has gyroscopic torques; a Geneva drive in space, which is solved in the plane, has none."""
+    top = explain(MODELS / "space" / "heavy_top.mbd", measured=False)
+    assert entry(top, "gyroscopic torques").why == "top"
+    assert entry(top, "gyroscopic torques").present and not entry(top, "flexibility").present
+    flat = explain(MODELS / "space" / "geneva_drive.mbd", measured=False)
+    assert not entry(flat, "gyroscopic torques").present and not entry(flat, "flexibility").present

@@ -200,3 +200,23 @@ def test_an_axis_that_is_given_is_kept():
     assert {found[name].values["n"] for name in (*names, "slide", "end_stop")} == {(2.0, 3.0, 6.0)}
     found = mbdsl.parse(text.replace("{0}", ", n = {0, 1, 0}")).components
     assert {found[name].values["n"] for name in names} == {(0.0, 1.0, 0.0)}
+
+
+@pytest.mark.parametrize("general", [False, True])
+@pytest.mark.parametrize(
+    "driver", ["RotationalDriver d(pin, phi = 3 rad/s2*time^2)", "RotationalVelocityDriver d(pin, w = 6 rad/s2*time)"]
+)
+def test_the_torque_of_a_motor_is_that_about_its_axis(driver, general):
+    """n . J n alpha, with n = (2, -1, 2)/3 and alpha = 6 rad/s2, on a body whose bearing is its centre of mass."""
+    text = f"""spatial model Motor
+      Ground ground(g = 0);
+      Body rotor(m = 2 kg, I = {{{{0.3, 0.05, 0}}, {{0.05, 0.4, 0.02}}, {{0, 0.02, 0.5}}}} kg.m2);
+      Revolute pin(ground, rotor.c, n = {{2, -1, 2}});
+      {driver};
+    initial equation
+      pin.phi = 0;
+      pin.w = 0;
+    end Motor;"""
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, stop=0.2, interval=0.1, general=general)
+    moment = (4 * 0.3 + 0.4 + 4 * 0.5 - 2 * 2 * 0.05 - 2 * 2 * 0.02) / 9.0
+    np.testing.assert_allclose(t["d.tau"], 6.0 * moment, rtol=1e-9)

@@ -14,7 +14,7 @@ KIND = in_space(
     rotational_driver.KIND,
     parameters=(*rotational_driver.KIND.parameters, revolute.AXIS),
     signals=revolute.SIGNALS_OF_ANGLE,
-    reactions=reactions(None, total(("-lam[1]", revolute.GRADIENT))),
+    reactions=reactions(None, total(("-lam[1]", revolute.GRADIENT)), "-lam[1]"),
     table=lambda v: (0.0, 0.0),
     check=direction,
     follows="rotation",

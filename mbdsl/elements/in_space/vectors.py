@@ -54,8 +54,10 @@ def slip() -> Vector:
     return minus(rate, cross(spin("frame_a"), D))
 
 
-def reactions(force: Vector | None, torque: Vector | None) -> tuple[Signal, ...]:
-    """The wrench that a joint transmits to frame_b, at its origin in world axes."""
+def reactions(force: Vector | None, torque: Vector | None, about_n: str = "") -> tuple[Signal, ...]:
+    """The wrench that a joint transmits to frame_b, at its origin in world axes.
+
+    ``tau`` is the torque ``about_n``, a formula, of kinds that transmit one about their axis; else it equals ``tz``."""
     found = (
         []
         if force is None
@@ -63,7 +65,8 @@ def reactions(force: Vector | None, torque: Vector | None) -> tuple[Signal, ...]
     )
     if torque is not None:
         found += [Signal(f"t{i}", "N.m", f, f"torque about {i}") for i, f in zip("xyz", torque, strict=True)]
-        found.append(Signal("tau", "N.m", torque[2], "torque about z"))
+        meaning = "torque about the axis n" if about_n else "torque about the z axis of the world"
+        found.append(Signal("tau", "N.m", about_n or torque[2], meaning))
     return tuple(found)
 
 
