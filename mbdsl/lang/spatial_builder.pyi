@@ -81,8 +81,8 @@ class SpatialBuilder(Builder):
             centres), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along
             y on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m]
             (torque about x on frame_b), ``ty`` [N.m] (torque about y on frame_b),
-            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z
-            on frame_b).
+            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about
+            the z axis of the world on frame_b).
 
         Raises
         ------
@@ -381,7 +381,8 @@ class SpatialBuilder(Builder):
             x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N] (force
             along z on frame_b), ``tx`` [N.m] (torque about x on frame_b), ``ty``
             [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque about z on
-            frame_b), ``tau`` [N.m] (torque about z on frame_b).
+            frame_b), ``tau`` [N.m] (torque about the z axis of the world on
+            frame_b).
 
         Raises
         ------
@@ -498,8 +499,8 @@ class SpatialBuilder(Builder):
             phi_y), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
             on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
-            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
-            frame_b).
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
+            axis of the world on frame_b).
 
         Raises
         ------
@@ -658,8 +659,8 @@ class SpatialBuilder(Builder):
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
             frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
-            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
-            frame_b).
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
+            axis of the world on frame_b).
 
         Raises
         ------
@@ -797,7 +798,8 @@ class SpatialBuilder(Builder):
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
-            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+            about z on frame_b), ``tau`` [N.m] (torque about the z axis of the world
+            on frame_b).
 
         Raises
         ------
@@ -967,7 +969,7 @@ class SpatialBuilder(Builder):
             about n_b), ``w_a`` [rad/s] (rate of phi_a), ``w_b`` [rad/s] (rate of
             phi_b), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
             about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
-            [N.m] (torque about z on frame_b).
+            [N.m] (torque about the z axis of the world on frame_b).
 
         Raises
         ------
@@ -1035,8 +1037,8 @@ class SpatialBuilder(Builder):
             centres), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along
             y on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m]
             (torque about x on frame_b), ``ty`` [N.m] (torque about y on frame_b),
-            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z
-            on frame_b).
+            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about
+            the z axis of the world on frame_b).
 
         Raises
         ------
@@ -1191,8 +1193,8 @@ class SpatialBuilder(Builder):
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
             frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
-            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
-            frame_b).
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
+            axis of the world on frame_b).
 
         Raises
         ------
@@ -1599,7 +1601,8 @@ class SpatialBuilder(Builder):
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
-            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+            about z on frame_b), ``tau`` [N.m] (torque about the z axis of the world
+            on frame_b).
 
         Raises
         ------
@@ -1662,8 +1665,8 @@ class SpatialBuilder(Builder):
             rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
             on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
-            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
-            frame_b).
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
+            axis of the world on frame_b).
 
         Raises
         ------
@@ -1727,8 +1730,8 @@ class SpatialBuilder(Builder):
             rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
             on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
-            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
-            frame_b).
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
+            axis of the world on frame_b).
 
         Raises
         ------
@@ -1867,7 +1870,8 @@ class SpatialBuilder(Builder):
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
-            about z on frame_b), ``tau`` [N.m] (torque about z on frame_b).
+            about z on frame_b), ``tau`` [N.m] (torque about the z axis of the world
+            on frame_b).
 
         Raises
         ------
@@ -1926,8 +1930,8 @@ class SpatialBuilder(Builder):
             follower), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
             along y on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m]
             (torque about x on frame_b), ``ty`` [N.m] (torque about y on frame_b),
-            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z
-            on frame_b).
+            ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about
+            the z axis of the world on frame_b).
 
         Raises
         ------
@@ -1977,7 +1981,7 @@ class SpatialBuilder(Builder):
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
             about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
-            [N.m] (torque about z on frame_b).
+            [N.m] (torque about the axis n on frame_b).
 
         Raises
         ------
@@ -2148,7 +2152,7 @@ class SpatialBuilder(Builder):
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
             about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
-            [N.m] (torque about z on frame_b).
+            [N.m] (torque about the axis n on frame_b).
 
         Raises
         ------
@@ -2219,7 +2223,7 @@ class SpatialBuilder(Builder):
             (force along y on frame_b), ``fz`` [N] (force along z on frame_b),
             ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque about y
             on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m]
-            (torque about z on frame_b).
+            (torque about the z axis of the world on frame_b).
 
         Raises
         ------
@@ -2751,8 +2755,8 @@ class SpatialBuilder(Builder):
             phi_b), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
             on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
-            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about z on
-            frame_b).
+            [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
+            axis of the world on frame_b).
 
         Raises
         ------

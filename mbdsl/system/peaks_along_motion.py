@@ -22,7 +22,7 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der, evaluate, leaves, rebuild, walk
-from mbdsl.system.peaks_in_time import Function, Zone, degree, hiding, monotone, zones
+from mbdsl.system.peaks_in_time import Function, Zone, degree, hiding, monotone, terms, zones
 from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
@@ -100,8 +100,12 @@ class OnTheWay:
             found: list[Zone] = []
             resolved = h >= SHORT * least
             suspected = self._suspected(_along(self.terms, ways, inputs), resolved, seen)
+            laws: dict[Expr, Array] = {}
             for n, (size, slight, steps) in enumerate(suspected):
                 f = _only(_along(self.terms[n : n + 1], ways, inputs))
+                if self._system.scene.spatial and len(steps):
+                    slight = slight + TINY * self._sizes(self._roots[n], laws, t, q, v, lam, inputs)
+                    steps = steps[_excess(f, steps) > slight[steps]]
                 for some in np.split(steps, range(TOGETHER, len(steps), TOGETHER)):
                     some = some[some < count]
                     if hidden := self._hidden(n, f, some, least / h, size.copy(), slight):
@@ -112,6 +116,26 @@ class OnTheWay:
             if not found:
                 seen[:] = [size[-1] for size, *_ in suspected]
         return found
+
+    def _sizes(
+        self,
+        root: Expr,
+        known: dict[Expr, Array],
+        t: Array,
+        q: Array,
+        v: Array,
+        lam: Array,
+        inputs: Mapping[str, float],
+    ) -> Array:
+        """The magnitude (K,) of the largest term of a law in each step.
+
+        Products with a component of an axis that is zero are rounding relative to it; their peaks have no meaning."""
+        if root not in known:
+            given = {name: np.full(len(t), x) for name, x in inputs.items()}
+            found = values(self._system, terms(root), t, q, v, lam, given)
+            y = np.nan_to_num(np.abs([np.broadcast_to(x, t.shape) for x in found]), posinf=0.0).max(axis=0)
+            known[root] = np.maximum(y[:-1], y[1:])
+        return known[root]
 
     def _suspected(self, f: Functions, resolved: NDArray, seen: Array) -> list[tuple[Array, Array, NDArray]]:
         """For every term: its largest magnitude so far (count,), the negligible height of a peak in each step (count,),
@@ -244,6 +268,13 @@ class Functions(NamedTuple):
     values: Callable[[NDArray, Array, Array], list[Jet]]  #: the same, without bounds on slopes
     over: Callable[[NDArray], list[Jet]]  #: bounds over all steps from each given one to the next given one
     at: Callable[[NDArray, Array], list[Array]]
+
+
+def _excess(f: Function, steps: NDArray) -> Array:
+    """By how much the bounds of a term in each of these steps exceed its values at the ends."""
+    zero, one = np.zeros(len(steps)), np.ones(len(steps))
+    y0, y1, jet = f.at(steps, zero), f.at(steps, one), f.jet(steps, zero, one)
+    return np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
 
 
 def _only(f: Functions) -> Function:

@@ -62,3 +62,21 @@ def test_fixed_steps_and_a_window_after_the_first_turn():
         run = mbdsl.simulate(mbdsl.parse(text), stop=1.2, interval=0.1, step=1e-3, general=True)
         warned.append(any("law" in w for w in run.stats["warnings"]))
     assert warned == [True, False, False]
+
+
+def test_terms_that_are_rounding_have_no_peaks():
+    """The rate of a hinge with a skew axis contains products with components of axes that are zero except for rounding,
+    whose noise is not a peak. A damper as a law equals the damper with the same constant."""
+    text = """spatial model Damped
+      Ground ground(n = {0, 0, -1});
+      Body a(m = 1 kg, I = {1, 2, 2} kg.m2, frames(p = {0.3, 0.1, 0.2}, q = {-0.3, 0, 0}));
+      Body b(m = 1 kg, I = {1, 2, 2} kg.m2, frames(p = {0.3, 0.1, 0.2}));
+      Revolute J(ground, a.p, n = {1, 2, 2});
+      Revolute K(a.q, b.p, n = {1, 0, 0});
+      RotationalSpringDamper e(J, %s);
+    end Damped;"""
+    law, constant = (mbdsl.parse(text % x) for x in ("torque = (0.2 N.m.s)*e.w", "c = 0.2 N.m.s/rad"))
+    given = {"stop": 0.1, "interval": 0.05}
+    assert not mbdsl.simulate(law, step=1e-3, **given).stats["warnings"]
+    one, other = (mbdsl.simulate(x, method="dop853", tol=1e-9, **given) for x in (law, constant))
+    np.testing.assert_allclose(one["b.x"], other["b.x"], rtol=0, atol=2e-9)  # the tolerances of both runs

@@ -235,6 +235,21 @@ def test_uncertain_turns_are_reported():
     np.testing.assert_allclose(t["pin.phi"], 40.0 * np.cos(2.0 * t.t), rtol=0, atol=1e-3)
 
 
+def test_turns_between_outputs_at_rest_are_reported():
+    """The prescribed angle is 10 rad at 0.5 s and 0 at 1 s, where the hinge rests: the outputs' rates show nothing."""
+    text = """spatial model Swing
+      Ground ground;
+      Rod a(m = 1 kg, length = 1 m);
+      Revolute pin(ground, a.a);
+      RotationalDriver d(pin, phi = (5 rad)*(1 - cos((2*pi*(1 rad/s))*time)));
+    end Swing;"""
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.5, stop=1.0)
+    assert [w for w in t.stats["warnings"] if "pin.phi may be wrong by whole turns after t = 0 s" in w]
+    t = mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.05, stop=1.0)
+    assert not t.stats["warnings"]
+    np.testing.assert_allclose(t["pin.phi"], 5.0 * (1.0 - np.cos(2.0 * np.pi * t.t)), rtol=0, atol=1e-9)
+
+
 def test_driver_of_a_ball_joint():
     """The angle of a driven body whose axes tilt has the prescribed rate, and the driver's power is the energy's rate.
 
