@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 
 from mbdsl.elements.kind import Kind
@@ -13,6 +14,8 @@ from mbdsl.lang.source import At
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 
+#: a unit that is divided by an angle
+_PER_ANGLE = re.compile(r"/\s*m?(rev|rad|deg)\b")
 #: takes a message, its place and a remedy
 Warn = Callable[[str, At, str], None]
 
@@ -30,6 +33,18 @@ def angle(warn: Warn, value: Value, e: s.Expression | None, what: str) -> None:
                 f"write `{_with_unit(e, x, 'deg')}`; if radians are meant, `{_with_unit(e, x, 'rad')}`",
             )
             return
+
+
+def pitch_per_angle(warn: Warn, owner: str, value: Value, e: s.Expression | None) -> None:
+    """Warn about a pitch in mm/rev or m/rad: angles have no dimension, and a pitch is the length of a turn here."""
+    unit = value.unit if isinstance(value, Quantity) else None
+    if unit is not None and e is not None and e.at is not None and _PER_ANGLE.search(unit.text):
+        x = float(getattr(value.value, "value", value.value))  # type: ignore[union-attr,arg-type]
+        warn(
+            f"the pitch of `{owner}` is a length per angle [{unit.text}], and is read as {x:.3g} m for a turn",
+            e.at,
+            f"the pitch is the displacement of a turn: write `pitch = {2.0 * math.pi * x:.6g} m`",
+        )
 
 
 def damping_alone(warn: Warn, kind: Kind, owner: str, modifiers: Mapping[str, Modifier]) -> None:

@@ -186,6 +186,8 @@ class Part:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
             if parameter.unit == "rad":
                 doubts.angle(self.assembly.warn, picked, modifier.value, f"`{parameter.name}` of `{self.name}`")
+            if parameter.name == "pitch":
+                doubts.pitch_per_angle(self.assembly.warn, self.name, picked, modifier.value)
             same = same and picked is value
         doubts.damping_alone(self.assembly.warn, self.kind, self.name, self.template.modifiers)
         laws = {p.name: modifier for p in self.kind.parameters if p.law and (modifier := self._modifier(p.name))}

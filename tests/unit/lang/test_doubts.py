@@ -104,6 +104,32 @@ def test_not_warned(text):
     assert warnings(text) == []
 
 
+SCREW = """spatial model M
+  Ground ground;
+  Body nut(m = 1 kg, I = {{1, 1, 1}} kg.m2);
+  {}
+end M;
+"""
+
+
+@pytest.mark.parametrize(
+    ("pitch", "of_a_turn"),
+    [("5 mm/rev", "0.005 m"), ("-5 mm/rev", "-0.005 m"), ("2 mm/deg", "0.72 m"), ("1 m/rad", "6.28319 m")],
+)
+def test_a_pitch_per_angle(pitch, of_a_turn):
+    """The remedy is the displacement of 360 deg, and has no warning itself."""
+    (found,) = parse(SCREW.format(f"Screw s(ground, nut.c, pitch = {pitch});")).warnings
+    assert found.message.startswith("the pitch of `s` is a length per angle")
+    assert found.hint.endswith(f"write `pitch = {of_a_turn}`")
+    assert found.span.column == len("  Screw s(ground, nut.c, pitch = ") + 1
+    assert not parse(SCREW.format(f"Screw s(ground, nut.c, pitch = {of_a_turn});")).warnings
+
+
+def test_a_pitch_per_angle_in_a_parameter():
+    (found,) = parse(SCREW.format("parameter Real p = 5 mm/rev; Screw s(ground, nut.c, pitch = p);")).warnings
+    assert found.hint.endswith("write `pitch = 0.005 m`")
+
+
 def test_elements_of_an_array_are_warned_about_once():
     found = warnings(
         "Rod link[5](each m = 1, each length = 1); RotationalSpringDamper s[5](world, link.a, each c = 3);"
