@@ -31,14 +31,23 @@ class KindMethods:
     """The methods of a Builder that add components."""
 
     def __getattr__(self, name: str) -> Any:
-        hint = did_you_mean(name, [*known(), *(n for n in dir(type(self)) if not n.startswith("_"))])
-        raise AttributeError(f"Builder has no `{name}`" + (f"; {hint}" if hint else ""))
+        hint = did_you_mean(name, [n for n in dir(self) if not n.startswith("_")])
+        raise AttributeError(f"{type(self).__name__} has no `{name}`" + (f"; {hint}" if hint else ""))
+
+    def __dir__(self) -> list[str]:
+        return [n for n in super().__dir__() if not isinstance(inspect.getattr_static(type(self), n, None), _NoMethod)]
 
 
 def known(spatial: bool = False) -> dict[str, Kind]:
     """Name of a method -> its kind."""
     found = kinds(spatial)
-    return dict(sorted({**found, **{name: found[kind] for name, kind in ALIASES.items() if kind in found}}.items()))
+    aliases = {name: found[kind] for name, kind in ALIASES.items() if not (spatial and name == "PlanarWorld")}
+    return dict(sorted({**found, **aliases}.items()))
+
+
+def missing(spatial: bool) -> list[str]:
+    """Names of the methods of the plane that a Builder of models in space does not have."""
+    return [name for name in known() if name not in known(spatial)]
 
 
 def signature(kind: Kind) -> inspect.Signature:
@@ -149,10 +158,19 @@ def _method(name: str, kind: Kind) -> Callable[..., Handle]:
     return method
 
 
+class _NoMethod:
+    """In the place of an inherited method: there is no attribute of its name."""
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        raise AttributeError(f"{owner.__name__} has no such method")  # of instances, __getattr__ names it
+
+
 def add_methods(to: type, spatial: bool = False) -> None:
     """Add the methods of all kinds, of the plane or of space, to a class."""
     for name, kind in known(spatial).items():
         setattr(to, name, _method(name, kind))
+    for name in missing(spatial):
+        setattr(to, name, _NoMethod())
 
 
 add_methods(KindMethods)

@@ -10,7 +10,7 @@ from pathlib import Path
 from textwrap import indent
 
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.kind_methods import documentation, known, signature
+from mbdsl.lang.kind_methods import documentation, known, missing, signature
 from mbdsl.storage.output_files import write_text
 
 PATH = Path(__file__).with_name("kind_methods.pyi")
@@ -24,6 +24,7 @@ from mbdsl.elements.kind import Kind
 from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
 
 def known(spatial: bool = False) -> dict[str, Kind]: ...
+def missing(spatial: bool) -> list[str]: ...
 def add_methods(to: type, spatial: bool = False) -> None: ...
 def signature(kind: Kind) -> Signature: ...
 def documentation(name: str, kind: Kind) -> str: ...
@@ -65,7 +66,8 @@ def stub() -> str:
 
 def stub_in_space() -> str:
     """The text of the stub of the methods in space."""
-    return "\n".join([_HEAD_IN_SPACE, *(_method(name, kind) for name, kind in known(spatial=True).items())])
+    none = "".join(f"    {name}: None  # type: ignore[assignment]\n" for name in missing(spatial=True))
+    return "\n".join([_HEAD_IN_SPACE + none, *(_method(name, kind) for name, kind in known(spatial=True).items())])
 
 
 def _method(name: str, kind: Kind) -> str:

@@ -21,6 +21,8 @@ class SpatialBuilder(Builder):
         quaternion: Vector | None = None,
         replace: bool = False,
     ) -> Handle: ...
+    FlexibleBeam: None  # type: ignore[assignment]
+    PlanarWorld: None  # type: ignore[assignment]
 
     def BeltDrive(  # type: ignore[override]
         self,
@@ -1195,47 +1197,6 @@ class SpatialBuilder(Builder):
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
             axis of the world on frame_b).
-
-        Raises
-        ------
-        ModelError, UsageError
-            If a value is wrong; the model does not change.
-        """
-
-    def PlanarWorld(  # type: ignore[override]
-        self,
-        name: str,
-        *,
-        g: Number = 9.81,
-        n: Vector = (0.0, -1.0, 0.0),
-        frames: Frames = {},
-        doc: str = "",
-        replace: bool = False,
-    ) -> Handle:
-        """Add a PlanarWorld: the inertial world. Its name stands for the frame at
-        the origin; gravity acts on every body.
-
-        Parameters
-        ----------
-        name : str
-            Name of the component.
-        g : number or str, optional [m/s2]
-            Gravitational acceleration; at least 0.
-        n : (3,) numbers or str, optional
-            Direction of gravity, of length 1.
-        frames : mapping, optional
-            Further frames: ``{"tip": (x, y, z)}`` [m], from the reference point, or
-            with an orientation as of the method ``frame``: ``{"tip": {"r": (x, y,
-            z), "angles": (a, b, c)}}`` [m, rad].
-        doc : str, optional
-            Description, one line.
-        replace : bool, optional
-            True: replaces the component of this name, if there is one.
-
-        Returns
-        -------
-        Handle
-            The component.
 
         Raises
         ------

@@ -38,6 +38,19 @@ def test_all_kinds_in_space_are_methods():
         assert getattr(b, name).__doc__.startswith("Add a")
 
 
+@pytest.mark.parametrize("name", ["FlexibleBeam", "PlanarWorld"])
+def test_kinds_of_the_plane_alone_are_no_methods(name):
+    b = mbdsl.SpatialBuilder("M")
+    assert hasattr(mbdsl.Builder("M"), name) and name in dir(mbdsl.Builder("M"))
+    assert not hasattr(b, name) and name not in dir(b) and not hasattr(mbdsl.SpatialBuilder, name)
+    with pytest.raises(AttributeError, match=f"^SpatialBuilder has no `{name}`") as caught:
+        getattr(b, name)
+    assert f"did you mean `{name}`" not in str(caught.value)
+    with pytest.raises(ModelError, match=f"there is no kind of component called `{name}` in space"):
+        b.add(name, "x")
+    assert {"Ground", "World", "Spherical", "frame", "scene", "name"} <= set(dir(b))
+
+
 def test_frames_turned_about_an_axis():
     b = mbdsl.SpatialBuilder("M")
     ground = b.Ground("ground")
@@ -52,7 +65,10 @@ def test_frames_turned_about_an_axis():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (lambda b: b.FlexibleBeam("f", length=1), "there is no kind of component called `FlexibleBeam` in space"),
+        (
+            lambda b: b.add("FlexibleBeam", "f", length=1),
+            "there is no kind of component called `FlexibleBeam` in space",
+        ),
         (lambda b: b.Revolute("j", "ground", "top.foot", axis=(0, 0, 1)), "Revolute `j` has no parameter `axis`"),
         (lambda b: b.Body("k", m=1, I=(1, 1, 1, 1)), "found an array of 4 values, expected an array of 3 values"),
         (lambda b: b.Revolute("j", "ground", "top.foot", n=(0, 0, 0)), "the axis n is zero"),
