@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System
-from mbdsl.viewing.motion import Motion
+from mbdsl.viewing.motion import NEGLIGIBLE, Motion, is_apart
 from mbdsl.viewing.projection import pictured
 
 Array = NDArray[np.float64]
@@ -111,11 +111,13 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
         u = _difference(near.poses)
         beams = [(_difference(c.points), _difference(c.angles)) for c in near.curves]
         # a spot is a rigid part of its track: it moves with the track and turns about it
-        at = [(s.track, rest.pose(s)[0, :2] - rest.poses[0, s.track, :2]) for s in rest.spots.values() if s.track >= 0]
+        at = [(s.track, rest.pose(s)[0, :2] - rest.poses[0, s.track, :2]) for s in rest.points if s.track >= 0]
         arms = np.array([arm for _, arm in at]).reshape(-1, 2)
         own = u[[track for track, _ in at]]
         moved = own[:, :2] + own[:, 2:] * np.stack([-arms[:, 1], arms[:, 0]], axis=1)
         most = max((_length(x) for x in (moved, *(p for p, _ in beams)) if x.size), default=0.0)
+        if most < NEGLIGIBLE * size * np.abs(shape).max(initial=0.0):  # rounding: the mode turns bodies about points
+            most = 0.0
         turn = float(np.abs(u[:, 2]).max(initial=0.0))
         factor = min(LARGEST * size / most if most > 0.0 else np.inf, TURN / turn if turn > 0.0 else np.inf)
         factor = factor if np.isfinite(factor) else 1.0
@@ -154,9 +156,10 @@ def _length(u: Complex) -> float:
 
 
 def _extent(rest: Motion) -> float:
-    """The diagonal of the rectangle of all frames and beams [m]; 1 if it is a point."""
-    low, high = rest.extremes(list(rest.spots.values()))
+    """The diagonal of the rectangle of all points and beams [m]; 1 if it is a point."""
+    low, high = rest.extremes(rest.points)
     ends = [low, high, *(c.points[0] for c in rest.curves)]
     every = np.concatenate(ends)
     every = every[np.isfinite(every).all(axis=1)]
-    return float(np.hypot(*np.ptp(every, axis=0))) or 1.0 if len(every) else 1.0
+    extent = float(np.hypot(*np.ptp(every, axis=0))) if len(every) else 0.0
+    return extent if is_apart(extent, every) else 1.0

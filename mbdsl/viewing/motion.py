@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 GROUND = -1  #: the track of frames that do not move
 TOGETHER = 256  #: number of spots that are evaluated at once
 ROUNDING = 1e-10  #: bending strain that counts as zero
+NEGLIGIBLE = 1e-9  #: distance [m] that counts as zero, relative to the distance from the origin if this is larger
 STATIONS = 25  #: number of sampled points on a beam
 #: limits of a page: frames of a motion, and numbers of all poses together
 MOST_FRAMES, MOST_NUMBERS = 3000, 12_500_000
@@ -93,6 +94,11 @@ class Motion:
     spots: dict[str, Spot]
     frames: dict[str, list[str]]
     curves: list[Curve] = field(default_factory=list)
+
+    @property
+    def points(self) -> list[Spot]:
+        """All points of the picture that are known by spots."""
+        return list(self.spots.values())
 
     def pose(self, spot: Spot) -> Array:
         """The pose (N, 3) [m, m, rad] of a spot in world axes."""
@@ -175,6 +181,11 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     for k, track in enumerate(tracks):
         poses[:, k] = states.track(track)
     return Motion(scene, np.asarray(trajectory.t)[rows], rows, tracks, poses, spots, owners, curves)
+
+
+def is_apart(length: float, places: Array) -> bool:
+    """Whether a length [m] between places (..., d) [m] is more than their rounding."""
+    return length > NEGLIGIBLE * max(1.0, float(np.nanmax(np.abs(places), initial=0.0)))
 
 
 def shown_rows(trajectory: Trajectory, most: int, numbers: int) -> NDArray[np.int64]:

@@ -21,7 +21,7 @@ from mbdsl.messages import did_you_mean
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.body_models import body_pose
 from mbdsl.system.tables import gravity
-from mbdsl.viewing.motion import GROUND, MOST_FRAMES, Motion, Spot, frames_of_bodies, motion, shown_rows
+from mbdsl.viewing.motion import GROUND, MOST_FRAMES, Motion, Spot, frames_of_bodies, is_apart, motion, shown_rows
 from mbdsl.viewing.shape import Shape
 from mbdsl.viewing.space.motion import SpaceMotion
 from mbdsl.viewing.space.vectors import FORCE, SpaceVector
@@ -82,7 +82,7 @@ def view(scene: Scene, name: str) -> View:
 
 @dataclass
 class SpatialMotion(Motion):
-    """A motion whose tracks are the projected frames of bodies, and points on the edges of discs.
+    """A motion whose tracks are the projected frames of bodies, and points on the edges of discs and plates.
 
     Attributes
     ----------
@@ -91,12 +91,17 @@ class SpatialMotion(Motion):
     near : (T,) [m]
         Mean position of the tracks towards the viewer.
     rims : dict of str to list of Spot
-        The edge of a disc, by the name of the body.
+        The edge of a disc or a plate, by the name of the body.
     """
 
     seen: View = field(default_factory=lambda: View(*np.eye(3)))
     near: Array = field(default_factory=lambda: np.zeros(0))
     rims: dict[str, list[Spot]] = field(default_factory=dict)
+
+    @property
+    def points(self) -> list[Spot]:
+        """All frames, and the edges of discs and plates."""
+        return [*self.spots.values(), *(spot for rim in self.rims.values() for spot in rim)]
 
 
 def projected(trajectory: Trajectory, name: str = "iso", most: int = MOST_FRAMES) -> SpatialMotion:
@@ -118,6 +123,8 @@ def projected(trajectory: Trajectory, name: str = "iso", most: int = MOST_FRAMES
     spots: dict[str, Spot] = {}
     rims: dict[str, list[Spot]] = {}
     discs = dict(_discs(scene))
+    if not any(_has_arms(scene.components[body], scene, frames) for body, frames in owners.items()):
+        discs = dict(_plates(scene)) | discs
     for body, frames in owners.items():
         component, model = scene.components[body], system.tables.models.get(body)
         d = system.tables.coordinates.get(body, 0)
@@ -136,7 +143,7 @@ def projected(trajectory: Trajectory, name: str = "iso", most: int = MOST_FRAMES
                 tracks.append(frame)
                 places.append(place(pose))
         if model is not None and body in discs:
-            rims[body] = [Spot(len(tracks) + k) for k in range(RIM)]
+            rims[body] = [Spot(len(tracks) + k) for k in range(len(discs[body]))]
             for point in discs[body]:
                 tracks.append(f"{body}.rim")
                 places.append(place((*point.tolist(), *np.eye(3).ravel().tolist())))
@@ -168,6 +175,25 @@ def _discs(scene: Scene) -> Iterator[tuple[str, Array]]:
             if low > 0.0 and middle < FLAT * low and high > (low + middle) / FLAT:  # as of a thin disc: C = A + B
                 axis = np.eye(3)[int(np.argmax(c.values["I"]))]
                 yield c.name, _circle(axis, sqrt(2 * high / c.values["m"]))
+
+
+def _has_arms(c: Component, scene: Scene, frames: Sequence[str]) -> bool:
+    """Whether a body that moves has frames apart from its centre of mass."""
+    arms = [np.array(body_pose(c, scene.frames[name])[:3], float) for name in frames]
+    return bool(c.kind.coordinates) and is_apart(max(map(np.linalg.norm, arms)), np.zeros(0))
+
+
+def _plates(scene: Scene) -> Iterator[tuple[str, Array]]:
+    """Bodies that turn, and the corners (4, 3) of the largest section of the cuboid with their moments of inertia."""
+    for c in scene.bodies():
+        m, *J = c.kind.table(dict(c.values))  # type: ignore[attr-defined]
+        if "rx" not in c.kind.coordinates or m <= 0.0:
+            continue
+        moments, axes = np.linalg.eigh(np.array(J, float).reshape(3, 3))  # the least is that about the longest edge
+        edges = np.sqrt(np.maximum(6.0 * (moments.sum() - 2.0 * moments) / m, 0.0))  # J_x = m (b^2 + c^2)/12
+        if moments[0] > 0.0:
+            signs = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+            yield c.name, (signs * edges[:2] / 2) @ axes[:, :2].T
 
 
 def _circle(normal: Array, radius: float) -> Array:
@@ -208,7 +234,7 @@ def _body(c: Component, motion: SpatialMotion, ports: set[str]) -> Iterator[Shap
         return
     for spot in held:
         yield Shape("bar", c.name, (centre, spot))
-    if not held and c.name not in motion.rims:
+    if not held and len(motion.rims.get(c.name, ())) != RIM:
         yield Shape("mass", c.name, (centre,))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.given_shapes import around, given_shapes
-from mbdsl.viewing.motion import GROUND, Motion, Spot
+from mbdsl.viewing.motion import GROUND, Motion, Spot, is_apart
 from mbdsl.viewing.symbols import Shape, symbol
 
 Array = NDArray[np.float64]
@@ -101,6 +101,8 @@ def _in_space(motion: Motion) -> Drawing:
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         low = high = np.zeros(2)
     extent = float(np.hypot(*(high - low)))
+    if not is_apart(extent, motion.poses[..., :2]):
+        low, extent = high, 0.0
     return Drawing(shapes(motion), (*low.tolist(), *high.tolist()), 0.6 * OF_EXTENT * extent or 1.0)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 
@@ -14,7 +14,7 @@ from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.rotation_arrays import of_matrix, quaternions
 from mbdsl.system.tables import gravity
-from mbdsl.viewing.motion import GROUND
+from mbdsl.viewing.motion import GROUND, is_apart
 from mbdsl.viewing.space.motion import Place, SpaceMotion
 from mbdsl.viewing.space.solid import BODY, Solid
 from mbdsl.viewing.space.symbols import TO_X, bodies_shown, support, symbol
@@ -26,6 +26,7 @@ BAR, MASS = 0.34, 0.8  #: radius of bars and of bodies without dimensions, in un
 FLAT = 1.2  #: ratio of moments of inertia up to which a body counts as a thin disc
 THIN = 0.08  #: thickness of a disc relative to its radius
 LARGE, DISCS = 0.5, 1.5  #: largest radius of solids and discs by moments of inertia, relative to the mechanism
+POINT = 0.02  #: extent of all frames relative to solids by moments of inertia up to which the frames are at one point
 TRAVELS = 4.5  #: extent of the motion relative to the mechanism from which the camera follows a body at first
 #: kinds of elements for which no point of the ground is special
 UNATTACHED = {"RollingDisc", "KnifeEdge", "PointOnPlane", "Force", "Torque", "FreeMotion", "VelocityConstraint"}
@@ -73,18 +74,27 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     wheels = dict(_wheels(motion))
     attached = dict.fromkeys(motion.spot_of(frame) for frame in sorted(ports))
     held = [place for place in attached if place.track == GROUND and _is_held(place, motion)]
-    shown = [*held, *(place for place in motion.spots.values() if place.track != GROUND)]
-    low, high = motion.extremes(shown)
-    within = _size(low, high)
     elements = [c for c in scene.components.values() if len(c.ports) == 2 and not isinstance(c.kind, BodyKind)]
     tracks = {track for c in elements for track in bodies_shown(c, motion)}  # of bodies that elements show
-    own = {c.name: solid for c in scene.bodies() if (solid := _own(c, motion, wheels, within, tracks)) is not None}
-    low_, high_ = motion.extremes(corner for solid in own.values() for corner in _corners(solid))
-    low, high = np.minimum(low, low_), np.maximum(high, high_)
+    given = {c.name: solid for c in scene.bodies() if (solid := _given(c, motion, wheels)) is not None}
+    others = [c for c in scene.bodies() if c.name not in given and motion.spots[f"{c.name}.c"].track not in tracks]
+    derived = {c.name: solid for c in others if (solid := _of_inertia(c, motion)) is not None}
+    moving = [place for place in motion.spots.values() if place.track != GROUND]
+    # frames of given solids that no element is attached to are no lengths of the mechanism
+    free = {p for p in moving if motion.tracks[p.track] in given and p not in attached and any(p.r)}
+    low, high = motion.extremes([*held, *(place for place in moving if place not in free)])
+    frames = _size(low, high)
+    low, high = _enclosed(low, high, [*free, *(p for solid in given.values() for p in _corners(solid))], motion)
+    if frames > POINT * min(map(_reach, derived.values()), default=0.0):  # otherwise solids are its only lengths
+        within = _size(low, high)
+        derived = {name: solid for name, solid in derived.items() if _is_small(solid, motion, within)}
+    own = given | derived
+    low, high = _enclosed(low, high, (p for solid in derived.values() for p in _corners(solid)), motion)
     size = _size(low, high)
     bounds = np.stack([low.min(axis=0), high.max(axis=0)])
     if not np.isfinite(bounds).all():
         bounds, size = np.zeros((2, 3)), 0.0
+    size = size if is_apart(size, motion.poses[..., :3]) else 0.0
     bars = {c.name: list(_bars(c, motion, ports, own.get(c.name))) for c in scene.bodies()}
     lengths = [max(_length(p, q) for p, q in pairs) for pairs in bars.values() if pairs]
     unit = min(OF_SIZE * size, OF_LENGTH * float(np.median(lengths)) if lengths else np.inf) or 1.0
@@ -120,11 +130,14 @@ def _wheels(motion: SpaceMotion) -> Iterator[tuple[str, Solid]]:
             yield body, Solid("wheel", BODY, body, (hub.moved(p=TO_X),), (float(c.values["radius"]),) * 3)
 
 
-def _own(
-    c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid], within: float, shown: set[int]
-) -> Solid | None:
-    """The solid of a body by its dimensions, as a wheel, or by its moments of inertia; the last only if it is not large
-    compared with ``within``, the size [m] of the mechanism, and with distances of the body's frames from its centre."""
+def _enclosed(low: Array, high: Array, places: Iterable[Place], motion: SpaceMotion) -> tuple[Array, Array]:
+    """Boxes (N, 3) over time, enlarged to contain places."""
+    lower, higher = motion.extremes(places)
+    return np.minimum(low, lower), np.maximum(high, higher)
+
+
+def _given(c: Component, motion: SpaceMotion, wheels: Mapping[str, Solid]) -> Solid | None:
+    """The solid of a body by its dimensions, or as a wheel."""
     v, centre = c.values, motion.spots[f"{c.name}.c"]
     if c.name in wheels:
         return wheels[c.name]
@@ -138,22 +151,30 @@ def _own(
         return Solid("cylinder", BODY, c.name, (at,), (radius, radius, v["length"]))
     if c.kind.name == "Sphere":
         return Solid("ball", BODY, c.name, (centre,), (float(v["radius"]),) * 3)
-    if c.kind.name == "Body" and v["m"] > 0.0 and centre.track not in shown:
-        apart = max(hypot(*motion.spots[name].r) for name in motion.frames[c.name])
-        bare = apart < 1e-9 * max(1.0, float(np.nanmax(np.abs(motion.poses[..., :3]), initial=0.0)))
-        found = _of_inertia(c, centre, bare)
-        if found is None or within == 0.0:
-            return found
-        most = (DISCS if found.draw == "cylinder" else LARGE) * within
-        if found.draw == "ball" and not bare:
-            most = min(most, apart) / 2
-        return found if _reach(found) < most else None
     return None
 
 
-def _of_inertia(c: Component, centre: Place, bare: bool) -> Solid | None:
-    """A ball or a thin disc with the moments of inertia of a body; if it is bare, that is, has no frames apart from its
-    centre, otherwise a cuboid."""
+def _apart(name: str, motion: SpaceMotion) -> float:
+    """The largest distance [m] of frames of a body from its centre, 0 if it is rounding."""
+    apart = max(hypot(*motion.spots[frame].r) for frame in motion.frames[name])
+    return apart if is_apart(apart, motion.poses[..., :3]) else 0.0
+
+
+def _is_small(solid: Solid, motion: SpaceMotion, within: float) -> bool:
+    """Whether a solid by moments of inertia is not large compared with ``within``, the size [m] of the mechanism, and
+    with distances of the body's frames from its centre."""
+    most, apart = (DISCS if solid.draw == "cylinder" else LARGE) * within, _apart(solid.name, motion)
+    if solid.draw == "ball" and apart:
+        most = min(most, apart) / 2
+    return _reach(solid) < most
+
+
+def _of_inertia(c: Component, motion: SpaceMotion) -> Solid | None:
+    """A ball or a thin disc with the moments of inertia of a body; if it has no frames apart from its centre, otherwise
+    a cuboid."""
+    if c.kind.name != "Body" or not c.values["m"] > 0.0:
+        return None
+    centre, bare = motion.spots[f"{c.name}.c"], not _apart(c.name, motion)
     m = c.values["m"]
     J = np.array(c.kind.table(dict(c.values))[1:], float).reshape(3, 3)  # type: ignore[attr-defined]
     moments, axes = np.linalg.eigh(J)
