@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from math import asin, cos, pi, radians, sin, sqrt
+from math import asin, cos, hypot, pi, radians, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -179,8 +179,8 @@ def _discs(scene: Scene) -> Iterator[tuple[str, Array]]:
 
 def _has_arms(c: Component, scene: Scene, frames: Sequence[str]) -> bool:
     """Whether a body that moves has frames apart from its centre of mass."""
-    arms = [np.array(body_pose(c, scene.frames[name])[:3], float) for name in frames]
-    return bool(c.kind.coordinates) and is_apart(max(map(np.linalg.norm, arms)), np.zeros(0))
+    arms = [hypot(*body_pose(c, scene.frames[name])[:3]) for name in frames]
+    return bool(c.kind.coordinates) and is_apart(max(arms), np.zeros(0))
 
 
 def _plates(scene: Scene) -> Iterator[tuple[str, Array]]:
