@@ -337,13 +337,28 @@ class Part:
     def follow(self, joint: Part) -> None:
         """Take the axis of a joint that it is attached to, unless it has its own."""
         kind, follows = joint.kind, self.kind.follows
-        if not isinstance(kind, JointKind) or follows not in kind.free_axes or self._modifier("n"):
+        if not isinstance(kind, JointKind) or not kind.free_axes:
+            return
+        if follows not in kind.free_axes and kind.rows == 5 and isinstance(self.kind, JointKind):
+            raise self._immovable(joint)  # it leaves one motion free, and another one is prescribed
+        if follows not in kind.free_axes or self._modifier("n"):
             return
         axis = kind.free_axes[follows]
         if axis is None:
             self.joint = joint
         else:
             self._values = FrozenDict({**self.values, "n": joint.values[axis]})
+
+    def _immovable(self, joint: Part) -> ModelError:
+        """The error of a driver of a motion that the joint does not have."""
+        turns = self.kind.follows == "rotation"
+        one, other = ("Rotational", "Translational") if turns else ("Translational", "Rotational")
+        return ModelError(
+            f"{self.kind.name} `{self.name}` drives {joint.kind.name} `{joint.name}`, "
+            f"which does not {'turn' if turns else 'slide'}",
+            span_of(self.at),
+            f"use a {self.kind.name.replace(one, other)}, or attach it to a joint that {'turns' if turns else 'slides'}",
+        )
 
     def own_frame(self, port: str) -> Frame:
         """The frame that its kernels use for a port: that of the port, or one with other axes."""

@@ -187,6 +187,15 @@ def _bushing(name: str, given: dict[str, s.Expression], ends: Ends, spatial: boo
     return f"write `Bushing {name}({shown});`, whose frames coincide where it is relaxed"
 
 
+def _massless_rod(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
+    """A rod with two joints that let it turn at its ends: a distance."""
+    length = write(given["rodLength"]) if "rodLength" in given else "..."
+    if "rodLength" not in given and isinstance(r := given.get("rRod_ia"), s.Array):
+        known = _length(r)
+        length = f"{known:.12g} m" if known is not None else length
+    return f"write `Distance {name}(length = {length});`, a rod without mass; connect it as before"
+
+
 def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
     first = ends("frame_a")
     return f"a point of a body is a frame: write `Frame {name}({first[0] if first else 'body'}, r = {{x, y}});`"
@@ -195,6 +204,8 @@ def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool
 _MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends, bool], str]] = {
     "Parts.SpringDamper": _bushing,
     "Marker": _marker,
+    "SphericalSpherical": _massless_rod,
+    "UniversalSpherical": _massless_rod,
     "FixedTranslation": _translation,
     "FixedRotation": _rotation,
     "Parts.Fixed": _fixed,

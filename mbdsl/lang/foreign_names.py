@@ -164,12 +164,18 @@ PARAMETERS = {
 
 #: parameters of the inertia of a body
 MOMENTS, PRODUCTS = ("I_11", "I_22", "I_33"), ("I_21", "I_31", "I_32")
+#: other names of these
+_INERTIA = {"Ixx": "I_11", "Iyy": "I_22", "Izz": "I_33", "Ixy": "I_21", "Ixz": "I_31", "Iyz": "I_32"}
 
 
 def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression], spatial: bool = False) -> str | None:
     """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
-    if spatial and "I" in known and name in (*MOMENTS, *PRODUCTS):
-        return f"write `I = {inertia(given)}`"
+    if spatial and "I" in known and name in (*MOMENTS, *PRODUCTS, *_INERTIA):
+        return f"write `I = {inertia({_INERTIA.get(key, key): value for key, value in given.items()})}`"
+    if name == "diameter" and "radius" in known:
+        return f"write `radius = {_half(given[name])}`" if name in given else "give its `radius`"
+    if spatial and name in ("radius", "diameter") and "length" in known and "radius" not in known:
+        return "use a Cylinder, which has a `radius`"
     if (same := _SAME.get(name)) in known:
         value = vector(given.get(name), spatial)
         return f"write `{same} = {value}`" if name in given else f"it is called `{same}` here"
@@ -178,6 +184,12 @@ def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression]
         damping = write(given["d"]) if "d" in given else "..."
         return f"here `k` is the stiffness and `c` the damping: write `{stiffness}c = {damping}`"
     return PARAMETERS.get(name)
+
+
+def _half(e: s.Expression) -> str:
+    if isinstance(e, s.Number):
+        return f"{e.value / 2:g}{f' {e.unit.text}' if e.unit is not None else ''}"
+    return f"({write(e)})/2"
 
 
 def constant(name: str) -> str:

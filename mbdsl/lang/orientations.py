@@ -41,7 +41,7 @@ ZERO = {
     "n": "the direction of an axis, e.g. {0, 0, 1}",
     "n_x": "a direction, e.g. {1, 0, 0}",
     "n_y": "a direction, e.g. {0, 1, 0}",
-    "quaternion": "a rotation; none is {1, 0, 0, 0}",
+    "quaternion": "a rotation; for none, write {1, 0, 0, 0}",
 }
 #: two directions count as parallel if the sine of their angle is below this: the plane would be made of rounding
 PARALLEL = 1e-9

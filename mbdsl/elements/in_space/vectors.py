@@ -123,7 +123,7 @@ def about(n: Sequence[float], phi: float) -> tuple[float, ...]:
 
 def direction(v) -> str | None:
     """A ``check`` for the axis n."""
-    return "the axis n is zero" if not any(v["n"]) else None
+    return "the axis n is zero, expected a direction such as {0, 0, 1}" if not any(v["n"]) else None
 
 
 def both(default: str):

@@ -52,7 +52,12 @@ def test_bodies(body, message, hint, place):
 @pytest.mark.parametrize(
     ("more", "message", "hint", "place"),
     [
-        ("Revolute j(ground, b.c, n = {0, 0, 0});", "the axis n is zero", "", "{0, 0, 0}"),
+        (
+            "Revolute j(ground, b.c, n = {0, 0, 0});",
+            "the axis n is zero, expected a direction such as {0, 0, 1}",
+            "",
+            "{0, 0, 0}",
+        ),
         ("Revolute j(ground, b.c, n = {0, 0, 1, 0});", "found an array of 4 values", "`n = {x, y, z}`", "{0, 0"),
         ("Revolute j(ground, b.c, n = {0, 0, 1} m);", "found a length [m], expected a pure number", "", "{0, 0"),
         ("Revolute j(ground, b.c, n = 3);", "found a single value", "a vector is written `n = {x, y, z}`", "3)"),
@@ -65,6 +70,54 @@ def test_bodies(body, message, hint, place):
 def test_joints(more, message, hint, place):
     found = refused(SPACE.format(body=GOOD, more=more))
     assert message in found[0] and hint in found[1] and found[2].startswith(place)
+
+
+@pytest.mark.parametrize(
+    ("more", "message", "hint"),
+    [
+        (
+            "Prismatic j(ground, b.c); RotationalDriver d(j, phi = time);",
+            "Prismatic `j`, which does not turn",
+            "use a T",
+        ),
+        ("Revolute j(ground, b.c); TranslationalDriver d(j, s = time);", "`j`, which does not slide", "use a Rot"),
+        ("Prismatic j(ground, b.c); RotationalVelocityDriver d(j, n = {1, 0, 0}, w = 1);", "does not turn", "use a T"),
+    ],
+)
+def test_drivers_of_motions_that_a_joint_does_not_have(more, message, hint):
+    found = refused(SPACE.format(body=GOOD, more=more))
+    assert message in found[0] and hint in found[1] and found[2].startswith("d(j")
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        "Cylindrical j(ground, b.c);",
+        "PointOnLine j(ground, b.c);",
+        "Planar j(ground, b.c);",
+        "Screw j(ground, b.c, pitch = 1 m);",
+    ],
+)
+def test_joints_that_turn_and_slide_take_both_drivers(joint):
+    for driver in ("RotationalDriver d(j, phi = 0.1);", "TranslationalDriver d(j, s = 0.1);"):
+        mbdsl.parse(SPACE.format(body=GOOD, more=joint + driver))
+
+
+@pytest.mark.parametrize(
+    ("more", "hint"),
+    [
+        ("Body k(m = 1 kg, Ixx = 1, Iyy = 2, Izz = 3);", "write `I = {1, 2, 3}`"),
+        ("Body k(m = 1 kg, Ixx = 1, Iyy = 2, Izz = 3, Ixy = 4);", "write `I = {{1, 4, 0}, {4, 2, 0}, {0, 0, 3}}`"),
+        ("Body k(m = 1 kg, Izz = 3);", "write `I = {..., ..., 3}`"),
+        ("Cylinder k(m = 1 kg, length = 1 m, diameter = 50 mm);", "write `radius = 25 mm`"),
+        ("parameter Length d = 1 m; Sphere k(m = 1 kg, diameter = d);", "write `radius = (d)/2`"),
+        ("Rod k(m = 1 kg, length = 1 m, radius = 1 cm);", "use a Cylinder, which has a `radius`"),
+        ("SphericalSpherical k(rodLength = 0.5);", "write `Distance k(length = 0.5);`"),
+        ("UniversalSpherical k(rRod_ia = {3, 0, 4});", "write `Distance k(length = 5 m);`"),
+    ],
+)
+def test_names_of_other_programs(more, hint):
+    assert hint in refused(SPACE.format(body=GOOD, more=more))[1]
 
 
 @pytest.mark.parametrize(
