@@ -357,7 +357,7 @@ class Part:
             f"{self.kind.name} `{self.name}` drives {joint.kind.name} `{joint.name}`, "
             f"which does not {'turn' if turns else 'slide'}",
             span_of(self.at),
-            f"use a {self.kind.name.replace(one, other)}, or attach it to a joint that {'turns' if turns else 'slides'}",
+            f"use a {self.kind.name.replace(one, other)}, or a joint that {'turns' if turns else 'slides'}",
         )
 
     def own_frame(self, port: str) -> Frame:

@@ -73,7 +73,7 @@ def test_elements_of_arrays_have_their_own_orientations():
         ("n_x = {1, 0, 0}, n_y = {-2, 0, 0}", "`n_x` and `n_y` of `f` are parallel", "at right angles to n_x"),
         ("n_x = {0, 0, 0}, n_y = {0, 1, 0}", "`n_x` of `f` is zero, expected a direction", None),
         ("n = {0, 0, 0}, phi = 1", "`n` of `f` is zero, expected the direction of an axis", None),
-        ("quaternion = {0, 0, 0, 0}", "`quaternion` of `f` is zero, expected a rotation; for none, write {1, 0, 0, 0}", None),
+        ("quaternion = {0, 0, 0, 0}", "`quaternion` of `f` is zero, expected a rotation; for none, write {1", None),
         ("quaternion = {1, 0, 0}", "found an array of 3 values, expected an array of 4 values", None),
         ("quaternion = {1, 0, 0, 0} m", "found a length [m], expected a pure number", None),
         ("phi = 3 deg, angles = {1, 2, 3} deg", "is given twice, by `phi` and by `angles`", "keep one of"),
