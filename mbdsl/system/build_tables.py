@@ -20,6 +20,9 @@ from mbdsl.system.in_space import layout_of
 from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
 from mbdsl.system.tables import Buffers, Tables, gravity, of_models
 
+#: initial positions below this part of the radii of gyration are rounding: assembly closes gaps to 1e-12
+COINCIDENT = 1e-10
+
 
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
     """Make the tables of ``scene``; ``general`` tables have space for all kinds of elements.
@@ -94,7 +97,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     lengths += [float(c.values[c.kind.size]) for c in scene.components.values() if c.values.get(c.kind.size)]
     size = size or max(lengths, default=0.0) or _extent(scene, Z[:ground])
     tables.from_start = not size
-    tables.resize(size or max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0) or 1.0)
+    tables.resize(size or _of_start(scene) or 1.0)
 
     starts = {name: x.start for name, x in scene.inputs.items()}
     tables.multipliers = _multipliers(tables)
@@ -175,6 +178,15 @@ def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
     parameters = [(c, p.name) for c in scene.components.values() for p in c.kind.parameters if p.unit == "m"]
     values = [c.values[name] for c, name in parameters]
     return apart or max((abs(x) for x in values if isinstance(x, float)), default=0.0)
+
+
+def _of_start(scene: Scene) -> float:
+    """The largest initial position [m]; 0 if it is rounding beside the radii of gyration of bodies, as the positions of
+    bodies that only turn are at the end of a run from which another one begins."""
+    far = max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0)
+    inertias = [(np.abs(c.values.get("I") or 0.0).max(), c.values.get("m")) for c in scene.bodies()]
+    radius = max((float(np.sqrt(I / m)) for I, m in inertias if m), default=0.0)
+    return far if far > COINCIDENT * radius else 0.0
 
 
 def _is_length(root: Expr) -> bool:
