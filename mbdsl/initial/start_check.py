@@ -14,6 +14,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.mirrored_poses import MIRRORED
+from mbdsl.initial.misfits import misfits
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.initial.start_conditions import check_loose
 from mbdsl.initial.weights import members_of
@@ -72,6 +73,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
     redundant: list[str] = []
     lines: list[str] = []
     for system, state in _states(reduction, whole, t):
+        lines += misfits(system, t, state.q, state.v)
         if (problem := singular_mass(system, t, state.q, state.v, state.lam)) is not None:
             raise problem
         moved += state.moved

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from mbdsl.errors import Interrupted
 from mbdsl.initial.mirrored_poses import MIRRORED
+from mbdsl.initial.misfits import misfits
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state
 from mbdsl.lang.model_argument import as_scene, blame_model
@@ -23,7 +24,6 @@ from mbdsl.simulation.fixed_step_warnings import doubts
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import Motion
-from mbdsl.simulation.misfits import misfits
 from mbdsl.simulation.plan import check_rounding, plan
 from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.shared_friction import shared_friction
@@ -112,7 +112,7 @@ def simulated(
         check_rounding(run.tol, far, f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)")
     if announce is not None:
         _announce_redundant(motion, announce)
-    loose = misfits(motion)
+    loose = [text for p in motion.parts for text in misfits(p.system, p.initial.t, p.initial.q, p.initial.v)]
     loose += [MIRRORED.format(name) for _, first in motion.assembled for name in first.mirrored]
     keeper = None
     if checkpoint is not None:

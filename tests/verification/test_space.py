@@ -386,3 +386,41 @@ def test_the_remedy_where_fixed_steps_do_not_converge_works():
         mbdsl.simulate(mbdsl.parse(text), method="hht-si2", step=1e-3)
     assert "--tol" in problem.value.hint
     assert mbdsl.simulate(mbdsl.parse(text), method="hht-si2", tol=1e-3).t[-1] == 1.2
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ("PointOnSurface c(ground, p, f = x^2 + y^2 + z^2);", "PointOnSurface c: the gradient of f is zero"),
+        ("PointOnSurface c(ground, p, f = 1e-9*(x - 2*y)^2);", "PointOnSurface c: the gradient of f is zero"),
+        ("PointOnCurve c(ground, p, f1 = x, f2 = 2*x);", "PointOnCurve c: the gradients of f1 and f2 are parallel"),
+        ("PointOnCurve c(ground, p, f1 = z - 1, f2 = x^2 + y^2 + z^2 - 1);", "of f1 and f2 are parallel"),
+        (
+            "Frame far(ground, r = {0, 0.15, 0} m); Body a(m = 1 kg, I = 1 kg.m2); Body b(m = 1 kg, I = 1 kg.m2);"
+            "Revolute A(ground, a.c, n = {1, 0, 0}); Revolute B(far, b.c, n = {1, 0, 0});"
+            "Gear G(a.c, b.c, ratio = 2, n_a = {1, 0, 0}, n_b = {1, 0, 0}); FreeMotion free(ground, p);",
+            "the axes of Gear G are parallel",
+        ),
+    ],
+)
+def test_joints_that_define_no_direction(parts, message):
+    """Zero gradients, parallel gradients and parallel axes, all at the assembled pose: errors of check and simulate."""
+    text = f"spatial model M Ground ground; PointMass p(m = 1 kg); {parts} %s end M;"
+    text %= "initial equation guess p.x = 0.3 m; guess p.y = 0.2 m; guess p.z = 0.5 m;"
+    with pytest.raises(mbdsl.InitialisationError, match=message):
+        check_start(build(mbdsl.parse(text)))
+    with pytest.raises(mbdsl.InitialisationError, match=message):
+        mbdsl.simulate(mbdsl.parse(text), stop=1e-3, step=1e-3)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        "PointOnSurface c(ground, p, f = x^2 + y^2 + z^2 - 1e-10);",
+        "PointOnCurve c(ground, p, f1 = 1e-6*(x^2 - 1), f2 = 1e6*(x + 1e-3*y - 1));",
+    ],
+)
+def test_small_gradients_and_angles_define_directions(parts):
+    """A sphere with a radius of 10 um, and surfaces that cross at an angle of 1e-3 rad."""
+    text = f"spatial model M Ground ground; PointMass p(m = 1 kg); {parts} initial equation guess p.x = 1 m; end M;"
+    check_start(build(mbdsl.parse(text)))

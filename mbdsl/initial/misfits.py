@@ -1,0 +1,90 @@
+"""Joints whose places do not fit their parameters at the start: wheels, and points on surfaces and curves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import InitialisationError
+from mbdsl.expressions.symbolic import coordinate
+from mbdsl.mechanism.scene import Component
+from mbdsl.numerics.saddle_point import dense
+from mbdsl.system.signals import values
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+#: distance of the centres, relative to the mechanism's size, that is zero except for rounding
+COINCIDENT = 1e-9
+#: sine of the angle between axes or gradients that counts as zero
+PARALLEL = 1e-6
+#: a gradient is zero if it is below the first part of that at a pose displaced by the second, in the mechanism's size
+ZERO, DISPLACED = 1e-9, 1e-2
+
+
+def misfits(system: System, t: float, q: Array, v: Array) -> list[str]:
+    """Warnings about joints with a line of centres, from the consistent state q, v (n,) at the start time t.
+
+    Raises
+    ------
+    InitialisationError
+        If two centres coincide, and the line of centres has no direction; in space, if axes that have to cross are
+        parallel, or if the functions of a surface or curve have no independent gradients.
+    """
+    found = []
+    scene = system.scene
+    state = np.array([t]), q[None], v[None]
+    for name, component in scene.components.items():
+        if not isinstance(component.kind, JointKind):
+            continue
+        if component.kind.crossing:
+            ends = [coordinate(frame, f"z{key}") for frame in component.ports.values() for key in "xyz"]
+            z = np.array([x[0] for x in values(system, ends, *state)])
+            if np.linalg.norm(np.cross(z[:3], z[3:])) < PARALLEL:
+                raise InitialisationError(
+                    f"the axes of {component.kind.name} {name} are parallel",
+                    component.span,
+                    hint="wheels with parallel axes: GearPair",
+                )
+        if scene.spatial and component.kind.functions:
+            _check_gradients(system, component, [f for f, _ in component.kind.functions], t, q)
+        if component.kind.misfit is None:
+            continue
+        a, b = component.ports.values()
+        line = [coordinate(b, key) - coordinate(a, key) for key in ("xyz" if scene.spatial else "xy")]
+        apart = np.array([x[0] for x in values(system, line, *state)])
+        if scene.spatial:  # across the axis
+            axis = [coordinate(a, f"z{key}") for key in "xyz"]
+            apart = np.cross(apart, [x[0] for x in values(system, axis, *state)])
+        distance = float(np.linalg.norm(apart))
+        if distance <= COINCIDENT * system.tables.size:
+            raise InitialisationError(
+                f"the centres of {component.kind.name} {name} coincide, and its line of centres has no direction",
+                component.span,
+                hint="place the frame origins at the centres of the two wheels",
+            )
+        if (misfit := component.kind.misfit(component.values, distance)) is not None:
+            found.append(f"{component.kind.name} {name}: {misfit}")
+    return found
+
+
+def _check_gradients(system: System, component: Component, names: list[str], t: float, q: Array) -> None:
+    """Raise an error if the rows of a joint in space, one for each function, are zero or depend on each other."""
+    first, scale = system.tables.rows[component.name], system.tables.scale
+    own = slice(first, first + len(names))
+    displaced = system.moved(q, DISPLACED * np.linspace(0.5, 1.0, system.n) / scale)  # bodies by different distances
+    here, near = (dense(system.Phi_q(t, pose)[own]) / scale for pose in (q, displaced))
+    size = np.linalg.norm(here, axis=1)
+    for k in np.flatnonzero(size <= ZERO * np.linalg.norm(near, axis=1)):
+        raise InitialisationError(
+            f"{component.kind.name} {component.name}: the gradient of {names[k]} is zero at the start",
+            component.span,
+            hint=f"give {names[k]} a gradient where it is zero; its square has none",
+        )
+    if np.linalg.svd(here / size[:, None], compute_uv=False)[-1] < PARALLEL:
+        raise InitialisationError(
+            f"{component.kind.name} {component.name}: the gradients of {' and '.join(names)} are parallel at the start",
+            component.span,
+            hint="surfaces that are the same, or touch each other, have no curve in common",
+        )
