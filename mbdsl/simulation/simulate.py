@@ -23,6 +23,7 @@ from mbdsl.simulation.failure_messages import check_bending, check_left_out, che
 from mbdsl.simulation.fixed_step_warnings import doubts
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
+from mbdsl.simulation.large_tilts import large_tilts
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import check_rounding, plan
 from mbdsl.simulation.progress import Progress, announce_phase
@@ -234,7 +235,7 @@ def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, st
     check_bending(trajectory)
     check_lines_of_centres(trajectory)
     trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
-    trajectory.stats["warnings"] += uncertain_turns(trajectory) + shared_friction(trajectory)
+    trajectory.stats["warnings"] += uncertain_turns(trajectory) + large_tilts(trajectory) + shared_friction(trajectory)
     if motion.plan.tol is None and status == loop_state.DONE:
         motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
 

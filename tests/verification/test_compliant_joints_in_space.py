@@ -1,5 +1,6 @@
 """Bushings, stops and free motion in space: torques by hand, a potential, frequencies, and planar models in space."""
 
+import math
 import re
 
 import numpy as np
@@ -165,3 +166,25 @@ def test_a_stop_along_any_axis():
     assert t["stop.force"].max() == pytest.approx(k * depth, rel=1e-4)
     assert t["guide.v"][-1] == pytest.approx(-v0, abs=0.06 * weight)
     assert t["energy.total"] == pytest.approx(v0**2 / 2, rel=1e-4)
+
+
+@pytest.mark.parametrize(("axis", "speed", "warned"), [("y", 5.0, True), ("y", 4.0, False), ("z", 5.0, False)])
+def test_a_tilt_of_half_a_turn_is_reported(axis, speed, warned):
+    """The oscillation phi = w/omega sin(omega t) has an amplitude of 3.54 or 2.83 rad; a twist may have any angle."""
+    text = """spatial model Mount
+      Ground ground;
+      Body body(m = 1 kg, I = 0.2 kg.m2);
+      Spherical ball(ground, body.c);
+      Bushing mount(ground, body.c, k_phi = K N.m/rad);
+    initial equation
+      body.wAXIS = SPEED rad/s;
+    end Mount;"""
+    stiffness = "{0, 0.4, 0}" if axis == "y" else "{0, 0, 0.4}"
+    model = mbdsl.parse(text.replace("K N", f"{stiffness} N").replace("AXIS", axis).replace("SPEED", str(speed)))
+    found = mbdsl.simulate(model, stop=1.5, interval=0.01, step=1e-3).stats["warnings"]
+    omega = math.sqrt(0.4 / 0.2)
+    passed = math.asin(math.pi * omega / 5.0) / omega
+    texts = [w for w in found if "Bushing mount tilts by more than half a turn" in w]
+    assert len(texts) == warned
+    for text in texts:
+        assert float(re.search(r"after t = ([0-9.]+) s", text)[1]) == pytest.approx(passed, abs=0.01)  # the interval
