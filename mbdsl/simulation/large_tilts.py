@@ -27,7 +27,7 @@ def large_tilts(trajectory: Trajectory) -> list[str]:
         if len(far):
             where = f"{c.span}: " if c.span is not None else ""
             found.append(
-                f"{where}Bushing {name} tilts by more than half a turn after t = {t[far[0]]:g} s, where its torque jumps: "
-                "later results are wrong; turn its frames so that z of frame_a is the axis of this rotation"
+                f"{where}Bushing {name} tilts by more than half a turn after t = {t[far[0]]:g} s, where its "
+                "torque jumps: later results are wrong; turn its frames so that z of frame_a is the axis of rotation"
             )
     return found
