@@ -151,7 +151,7 @@ def quantities(trajectory, own=None, turn=UNTURNED, shift=0.0) -> dict[str, np.n
         found[f"{name}.{keys[0]}"] = (np.stack([trajectory[f"{name}.{key}"] for key in keys], axis=-1) - shift) @ turn
 
     for name, f in scene.frames.items():
-        if scene.components[f.body].kind.name != "Ground":
+        if scene.components[f.body].kind.name != "Ground" and f"{name}.x" in trajectory:
             add(name, ("x", "y", "z"), shift)
             add(name, ("vx", "vy", "vz"))
     for body in scene.bodies():
