@@ -114,7 +114,7 @@ class Reference:
 def to_the_end(motion: Motion) -> int:
     """All steps of a run; a status."""
     status = loop_state.RUNNING
-    while status == loop_state.RUNNING and not motion.bent():
+    while status == loop_state.RUNNING and not motion.invalid():
         status = motion.advance(EVERY_STEP)
     return status
 

@@ -96,7 +96,7 @@ def test_steady_spin_is_exact():
         R = Rotation.from_quat([t[f"body.p{k}"][-1] for k in (1, 2, 3, 0)])
         away = R.inv() * Rotation.from_rotvec(15.0 * AXES[:, 0])
         assert away.magnitude() < 1e-12
-        assert not t.stats["warnings"]
+        assert not [warning for warning in t.stats["warnings"] if "half a turn" in warning]
 
 
 @pytest.mark.parametrize(("angle", "warned"), [(3.0, False), (3.3, True)])

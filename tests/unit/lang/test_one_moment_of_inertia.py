@@ -42,7 +42,7 @@ def test_three_values_of_three_bodies():
 
 
 def test_negative_moment():
-    with pytest.raises(mbdsl.ModelError, match="negative"):
+    with pytest.raises(mbdsl.ModelError, match="must be at least 0"):
         bodies("Body b(m = 1 kg, I = -2 kg.m2)")
 
 
