@@ -164,7 +164,7 @@ def test_a_stop_along_any_axis():
     depth = (np.sqrt(weight**2 + k * v0**2) - weight) / k
     assert t["guide.s"].max() == pytest.approx(depth, abs=2e-6)
     assert t["stop.force"].max() == pytest.approx(k * depth, rel=1e-4)
-    assert t["guide.v"][-1] == pytest.approx(-v0, abs=0.06 * weight)
+    assert t["guide.v"][-1] == pytest.approx(-v0, abs=0.06 * weight)  # gravity acts for 0.06 s at most
     assert t["energy.total"] == pytest.approx(v0**2 / 2, rel=1e-4)
 
 

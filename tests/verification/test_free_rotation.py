@@ -92,11 +92,11 @@ def test_energy_stays_bounded(method):
 def test_steady_spin_is_exact():
     """About a principal axis the attitude is exact in any step: exponentials about one axis add."""
     for h in (0.01, 0.1, 0.5):
-        t = mbdsl.simulate(mbdsl.parse(text(np.array([3.0, 0, 0]))), step=h, stop=5.0, interval=5.0)
+        t = mbdsl.simulate(mbdsl.parse(text(np.array([3.0, 0, 0]))), step=h, stop=5.0, interval=0.5)
         R = Rotation.from_quat([t[f"body.p{k}"][-1] for k in (1, 2, 3, 0)])
         away = R.inv() * Rotation.from_rotvec(15.0 * AXES[:, 0])
         assert away.magnitude() < 1e-12
-        assert not [warning for warning in t.stats["warnings"] if "half a turn" in warning]
+        assert not t.stats["warnings"]  # outputs show the turns: 1.5 rad apart
 
 
 @pytest.mark.parametrize(("angle", "warned"), [(3.0, False), (3.3, True)])
