@@ -58,8 +58,8 @@ CABLE = (
     "not tip and not circle and not small_loads and not swings and not agree and not turns and not winds and not cost",
 )
 #: assembly of the equations, and initial values
-STARTS = "tests/unit/test_initial.py", "tests/unit/test_reductions.py"
-MODES = "tests/unit/test_eigenmodes.py"
+STARTS = "tests/unit/initial/test_initial.py", "tests/unit/system/test_reductions.py"
+MODES = "tests/unit/analysis/test_eigenmodes.py"
 #: peaks of laws between steps; radau5 and long runs take minutes uncompiled
 UNSEEN, FIXED = "tests/verification/test_unseen.py", "tests/verification/test_unseen_fixed.py"
 PEAKS = (FIXED, "-k", "not radau5 and not far and not checkpoint and not hht")
@@ -78,21 +78,21 @@ RADAU = (f"{INTEGRATORS}/test_radau.py",)
 BACKENDS = f"{INTEGRATORS}/test_backends.py"
 JUMPS = "tests/verification/test_jumps_at_steps.py"
 #: tests of a method, selected by its name; tests of its order take minutes uncompiled
-METHODS = (*QUICK, FULL[0], CONTROL[0], f"{INTEGRATORS}/test_run.py", "tests/unit/test_stepping.py")
+METHODS = (*QUICK, FULL[0], CONTROL[0], f"{INTEGRATORS}/test_run.py", "tests/unit/simulation/test_stepping.py")
 #: beginning of a file's path -> its tests, in this order; the longest matching beginning counts
 NEAREST = {
     "mbdsl/elements/": KERNELS,
     "mbdsl/numerics/": STARTS,
-    "mbdsl/numerics/error_norm": ("tests/unit/test_error_norm.py",),
+    "mbdsl/numerics/error_norm": ("tests/unit/system/test_error_norm.py",),
     "mbdsl/numerics/tolerance": ("tests/verification/test_tolerances.py",),
-    "mbdsl/numerics/hermite": ("tests/unit/test_stepping.py",),
+    "mbdsl/numerics/hermite": ("tests/unit/simulation/test_stepping.py",),
     "mbdsl/expressions/": FORMULAS,
-    "mbdsl/initial/": (*STARTS, "tests/unit/test_receipt.py"),
+    "mbdsl/initial/": (*STARTS, "tests/unit/explanation/test_receipt.py"),
     "mbdsl/numerics/banded": ("tests/unit/elements/test_flexible_beam.py", *CABLE),
     "mbdsl/elements/body": (
         f"{DERIVATIVES}::test_mass_and_weight",
-        "tests/unit/test_builder.py",
-        "tests/unit/test_initial.py",
+        "tests/unit/lang/test_builder.py",
+        "tests/unit/initial/test_initial.py",
     ),
     "mbdsl/bodies/ancf_cable_kernels": CABLE,
     "mbdsl/bodies/floating_beam_kernels": (
@@ -100,10 +100,10 @@ NEAREST = {
         "tests/unit/bodies/test_floating.py",
     ),
     "mbdsl/elements/flexible_beam": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/bodies/test_floating.py"),
-    "mbdsl/elements/ground": ("tests/unit/test_graph.py", "tests/unit/test_initial.py"),
-    "mbdsl/elements/kind": (*KERNELS, "tests/unit/test_graph.py", "tests/unit/test_receipt.py"),
+    "mbdsl/elements/ground": ("tests/unit/mechanism/test_graph.py", "tests/unit/initial/test_initial.py"),
+    "mbdsl/elements/kind": (*KERNELS, "tests/unit/mechanism/test_graph.py", "tests/unit/explanation/test_receipt.py"),
     "mbdsl/bodies/point_mass_kernels": STARTS,
-    "mbdsl/elements/point_mass": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/test_graph.py"),
+    "mbdsl/elements/point_mass": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
     "mbdsl/bodies/rigid_body": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
     "mbdsl/bodies/rigid_body_kernels": (
         *KERNELS,
@@ -111,51 +111,64 @@ NEAREST = {
         "-k",
         "not test_a_step or (slider_crank and not flexible and si2)",
     ),
-    "mbdsl/elements/rod": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/test_graph.py"),
-    "mbdsl/elements/velocity_constraint": (*FORMULAS, "tests/unit/test_graph.py"),
+    "mbdsl/elements/rod": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
+    "mbdsl/elements/velocity_constraint": (*FORMULAS, "tests/unit/mechanism/test_graph.py"),
     "mbdsl/bodies/": ("tests/unit/bodies/test_floating.py", *CABLE),
     "mbdsl/bodies/ancf_cable": CABLE,
     "mbdsl/bodies/floating_beam": (
         "tests/unit/elements/test_flexible_beam.py",
         "tests/unit/bodies/test_floating.py",
     ),
-    "mbdsl/system/": (*STARTS, "tests/unit/test_receipt.py"),
+    "mbdsl/system/": (*STARTS, "tests/unit/explanation/test_receipt.py"),
     "mbdsl/system/accelerations": STARTS,
-    "mbdsl/system/structure": (*STARTS, "tests/unit/test_emitted.py", "tests/unit/test_receipt.py"),
-    "mbdsl/system/background_compilation": ("tests/unit/test_code_cache.py",),
+    "mbdsl/system/structure": (*STARTS, "tests/unit/system/test_emitted.py", "tests/unit/explanation/test_receipt.py"),
+    "mbdsl/system/background_compilation": ("tests/unit/compilation/test_code_cache.py",),
     "mbdsl/system/body_models": STARTS,
     "mbdsl/system/time_derivatives": (
         *STARTS,
-        "tests/unit/test_reduction.py::test_accelerations_at_the_start_where_drivers_move_frames",
+        "tests/unit/mechanism/test_reduction.py::test_accelerations_at_the_start_where_drivers_move_frames",
     ),
-    "mbdsl/initial/redundancy": ("tests/unit/test_dependence.py",),
-    "mbdsl/system/emit": ("tests/unit/test_emitted.py", "tests/unit/test_receipt.py", "tests/unit/test_code_cache.py"),
+    "mbdsl/initial/redundancy": ("tests/unit/system/test_dependence.py",),
+    "mbdsl/system/emit": (
+        "tests/unit/system/test_emitted.py",
+        "tests/unit/explanation/test_receipt.py",
+        "tests/unit/compilation/test_code_cache.py",
+    ),
     "mbdsl/system/peaks_in_fixed_steps": PEAKS,
     "mbdsl/system/nonholonomic": (
-        "tests/unit/test_emitted.py",
-        "tests/unit/test_reductions.py",
+        "tests/unit/system/test_emitted.py",
+        "tests/unit/system/test_reductions.py",
         f"{MODES}::test_gears",
     ),
-    "mbdsl/system/index1": ("tests/unit/test_reductions.py",),
-    "mbdsl/system/stabilised_index2": ("tests/unit/test_reductions.py",),
-    "mbdsl/expressions/interval_arithmetic": ("tests/unit/test_intervals.py",),
-    "mbdsl/system/loops": ("tests/unit/test_reductions.py", "tests/unit/test_receipt.py", *FULL),
-    "mbdsl/initial/weights": ("tests/unit/test_initial.py", "tests/unit/test_reduction.py", "-k", "guess or said"),
-    "mbdsl/system/peaks_along_motion": ("tests/unit/test_intervals.py", *PEAKS),
-    "mbdsl/system/signals": ("tests/unit/test_tape.py", *STARTS),
-    "mbdsl/system/expression_tape": ("tests/unit/test_tape.py", "tests/unit/test_switches.py"),
-    "mbdsl/system/time_events": ("tests/unit/test_switches.py",),
-    "mbdsl/initial/undeformed": ("tests/unit/elements/test_flexible_beam.py", *STARTS, "tests/unit/test_eigenmodes.py"),
-    "mbdsl/numerics/piecewise_cubic": ("tests/unit/test_tape.py",),
+    "mbdsl/system/index1": ("tests/unit/system/test_reductions.py",),
+    "mbdsl/system/stabilised_index2": ("tests/unit/system/test_reductions.py",),
+    "mbdsl/expressions/interval_arithmetic": ("tests/unit/expressions/test_intervals.py",),
+    "mbdsl/system/loops": ("tests/unit/system/test_reductions.py", "tests/unit/explanation/test_receipt.py", *FULL),
+    "mbdsl/initial/weights": (
+        "tests/unit/initial/test_initial.py",
+        "tests/unit/mechanism/test_reduction.py",
+        "-k",
+        "guess or said",
+    ),
+    "mbdsl/system/peaks_along_motion": ("tests/unit/expressions/test_intervals.py", *PEAKS),
+    "mbdsl/system/signals": ("tests/unit/system/test_tape.py", *STARTS),
+    "mbdsl/system/expression_tape": ("tests/unit/system/test_tape.py", "tests/unit/system/test_switches.py"),
+    "mbdsl/system/time_events": ("tests/unit/system/test_switches.py",),
+    "mbdsl/initial/undeformed": (
+        "tests/unit/elements/test_flexible_beam.py",
+        *STARTS,
+        "tests/unit/analysis/test_eigenmodes.py",
+    ),
+    "mbdsl/numerics/piecewise_cubic": ("tests/unit/system/test_tape.py",),
     "mbdsl/system/system": (
         *STARTS,
-        "tests/unit/test_receipt.py",
+        "tests/unit/explanation/test_receipt.py",
         f"{DERIVATIVES}::test_derivatives_of_the_system",
         "-k",
         "not derivatives_of or Revolute-friction",
     ),
-    "mbdsl/system/switches": ("tests/unit/test_switches.py",),
-    "mbdsl/system/peaks_in_time": ("tests/unit/test_intervals.py", *PEAKS),
+    "mbdsl/system/switches": ("tests/unit/system/test_switches.py",),
+    "mbdsl/system/peaks_in_time": ("tests/unit/expressions/test_intervals.py", *PEAKS),
     "mbdsl/integrators/": (*QUICK, *FULL),
     "mbdsl/integrators/methods/": (*QUICK, *FULL),
     "mbdsl/integrators/__init__": (BACKENDS, "-k", "registered or process"),
@@ -169,16 +182,16 @@ NEAREST = {
     "mbdsl/integrators/loop/driver": STEPS,
     "mbdsl/integrators/loop/multistep": STEPS,
     "mbdsl/integrators/loop/step_times": STEPS,
-    "mbdsl/integrators/events": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
+    "mbdsl/integrators/events": ("tests/unit/system/test_switches.py", "tests/unit/integrators/test_events.py"),
     "mbdsl/integrators/external/": (
         BACKENDS,
         f"{UNSEEN}::test_backends_see_it",
         "-k",
         "reactions or peak or domain or see_it",
     ),
-    "mbdsl/integrators/scheduled_jumps": ("tests/unit/test_stepping.py::test_reaction_behind_a_jump", JUMPS),
+    "mbdsl/integrators/scheduled_jumps": ("tests/unit/simulation/test_stepping.py::test_reaction_behind_a_jump", JUMPS),
     "mbdsl/integrators/methods/kinematic": (
-        "tests/unit/test_reduction.py",
+        "tests/unit/mechanism/test_reduction.py",
         "-k",
         "everything_driven or kinematics or without_reactions",
     ),
@@ -186,13 +199,16 @@ NEAREST = {
     "mbdsl/integrators/peak_zones": (UNSEEN, "-k", "nested and hht-si2-0.001"),
     "mbdsl/integrators/missed_peaks": PEAKS,
     "mbdsl/integrators/methods/radau5": RADAU5,
-    "mbdsl/integrators/loop/sparse_lu": ("tests/unit/test_reductions.py", *FULL),
+    "mbdsl/integrators/loop/sparse_lu": ("tests/unit/system/test_reductions.py", *FULL),
     "mbdsl/integrators/methods/radau_newton": RADAU5,
     "mbdsl/integrators/methods/radau_step": RADAU5,
     "mbdsl/integrators/methods/radau_stages": RADAU,
     "mbdsl/integrators/methods/radau_coefficients": RADAU,
     "mbdsl/integrators/methods/radau5_stages": RADAU5,
-    "mbdsl/integrators/loop/switch_location": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
+    "mbdsl/integrators/loop/switch_location": (
+        "tests/unit/system/test_switches.py",
+        "tests/unit/integrators/test_events.py",
+    ),
     "mbdsl/integrators/loop/turn_counting": ("tests/unit/bodies/test_turns.py",),
 }
 #: subscripts of these names are types

@@ -1,0 +1,81 @@
+"""The pages are true: every ``mbd`` snippet is parsed.
+
+A snippet that contains a whole model is read as it is; any other stands, as docs/language.md says, for a part of a
+model with a ground, two rods and two joints.
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mbdsl.integrators import method_reference
+from mbdsl.lang.kind_reference import reference
+from mbdsl.lang.load import parse_text
+from mbdsl.lang.quantities import TYPES
+
+ROOT = Path(__file__).parents[3]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FENCE = re.compile(r"^```mbd[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
+BEFORE = (
+    "model Snippet Ground ground; Rod crank(m = 1 kg, length = 0.3 m); Rod rod(m = 1 kg, length = 0.6 m); "
+    "Revolute O(ground, crank.a); Revolute A(crank.b, rod.a); "
+)
+
+
+def snippets():
+    for page in PAGES:
+        if page.exists():
+            text = page.read_text(encoding="utf-8")
+            for match in FENCE.finditer(text):
+                line = text.count("\n", 0, match.start()) + 2
+                yield pytest.param(match.group(1), id=f"{page.name}:{line}")
+
+
+@pytest.mark.parametrize("text", list(snippets()))
+def test_snippet(text):
+    whole = re.search(r"^\s*(spatial\s+)?(partial\s+)?model\s", text, re.MULTILINE)
+    scene = parse_text(text if whole else f"{BEFORE}\n{text}\nend Snippet;")
+    assert scene.components
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_line_of_text_begins_with_a_comment(page):
+    """In Markdown such a line ends the paragraph, and is taken as HTML."""
+    assert not re.findall(r"^\s*<!--.*?--> *[^\s<].*", page.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_there_are_snippets():
+    assert len(list(snippets())) > 15
+
+
+def test_reference_of_kinds_is_up_to_date():
+    """Run ``python -m mbdsl.lang.kind_reference docs/language.md``, and with docs/space.md."""
+    assert reference() in (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
+    assert reference(True) in (ROOT / "docs" / "space.md").read_text(encoding="utf-8")
+
+
+def test_table_of_methods_is_up_to_date():
+    """Run ``python -m mbdsl.integrators.method_reference docs/methods.md``."""
+    assert method_reference.reference() in (ROOT / "docs" / "methods.md").read_text(encoding="utf-8")
+
+
+def test_every_promise_names_a_test_that_exists():
+    """``FILE::test``, or ``::test`` in the file named before."""
+    text, file, found = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8"), None, 0
+    for name, test in re.findall(r"`([\w/]+\.py)?::(\w+)`", text):
+        file = name or file
+        assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8"), f"{file}::{test}"
+        found += 1
+    assert found > 20
+    promises = re.split(r"^\*\*", text, flags=re.MULTILINE)[1:]  # each paragraph begins in bold, and names its tests
+    assert len(promises) > 15
+    assert not [promise.splitlines()[0] for promise in promises if not re.search(r"`(tests/|::)", promise)]
+
+
+def test_every_type_and_function_is_in_the_page():
+    from mbdsl.lang.functions import FUNCTIONS
+    from mbdsl.lang.units import _PLAIN, _PREFIXED
+
+    words = set(re.findall(r"[A-Za-z][A-Za-z0-9_]*", (ROOT / "docs" / "language.md").read_text(encoding="utf-8")))
+    assert {*TYPES, *FUNCTIONS, *_PLAIN, *_PREFIXED} <= words

@@ -1,0 +1,31 @@
+"""The results that docs/methods.md promises to be equal to the last bit."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+
+CRANK = Path(__file__).parents[3] / "models" / "slider_crank.mbd"
+
+
+@pytest.mark.parametrize("given", [{"method": "hht-si2", "step": 1e-3}, {"method": "radau5", "tol": 1e-6}])
+def test_a_run_is_repeated_to_the_last_bit(given):
+    """Another scene is solved in between, whose buffers and statics might be left behind."""
+    first = mbdsl.simulate(CRANK, stop=0.05, interval=0.01, **given)
+    mbdsl.simulate(CRANK, stop=0.02, parameters={"c": "4 N.s/m"}, **given)
+    again = mbdsl.simulate(CRANK, stop=0.05, interval=0.01, **given)
+    assert all(np.array_equal(getattr(first, x), getattr(again, x)) for x in ("t", "q", "v", "lam"))
+
+
+def test_fixed_steps_do_not_know_of_outputs_nor_of_pauses():
+    """The same steps with outputs every millisecond, every ten, and after pauses."""
+    often = mbdsl.simulate(CRANK, method="hht-si2", step=1e-3, stop=0.05, interval=1e-3)
+    seldom = mbdsl.simulate(CRANK, method="hht-si2", step=1e-3, stop=0.05, interval=1e-2)
+    paused = mbdsl.Simulation(CRANK, method="hht-si2", step=1e-3)
+    for _ in range(5):
+        paused.step(10)
+    for x in ("q", "v", "lam"):
+        assert np.array_equal(getattr(often, x)[::10], getattr(seldom, x))
+    assert np.array_equal(paused.q, seldom.q[-1]) and np.array_equal(paused.v, seldom.v[-1])
