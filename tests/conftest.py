@@ -3,14 +3,16 @@
 import gc
 import os
 
-# Modules and collected tests persist until the end of the process: no collection while they are created, and none of
-# the later ones visits them.
+# Modules and collected tests persist until the end of the process: no collection while they are created.
 gc.disable()
 
 # Tests run in parallel, one process a core: BLAS threads would compete for the cores. Workers of pytest-xdist inherit
 # the setting.
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+# Most runs of tests are shorter than the compilation of their code. The bits of results are the same, see
+# unit/compilation/test_optimisation.py.
+os.environ.setdefault("MBDSL_OPTIMISATION", "0")
 
 import numpy as np
 import pytest
@@ -19,7 +21,6 @@ from mbdsl.integrators import declared
 
 
 def pytest_collection_finish(session):
-    gc.freeze()
     gc.enable()
 
 

@@ -99,7 +99,8 @@ def _has_llvm() -> bool:
 
 def version() -> str:
     """Name of the subfolder of the cache folder with the objects and emitted modules that this process can use."""
-    environment = tuple(sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_")))
+    settings = ("NUMBA_", "MBDSL_OPTIMISATION")
+    environment = tuple(sorted(item for item in os.environ.items() if item[0].startswith(settings)))
     return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest(environment)[:16]}"
 
 
