@@ -40,7 +40,8 @@ from mbdsl.simulation.provenance import versions
 
 TESTS = Path(__file__).parents[1]
 MODELS = TESTS.parent / "models"
-RUNS = json.loads((TESTS / "data" / "runs.json").read_text(encoding="utf-8"))
+RUNS_FILE = TESTS / "data" / "runs.json"
+RUNS = json.loads(RUNS_FILE.read_text(encoding="utf-8"))
 FILE = TESTS / "data" / "digests.json"
 OUTPUTS = 50
 CONTROLLED = f"{DEFAULT_METHOD} --tol {DEFAULT_ERROR:g}"
@@ -194,12 +195,14 @@ def record(names: list[str]) -> None:
     """Write the digests of some models anew, of all if there are no names, and print which have changed."""
     known = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {"platform": {}, "digests": {}}
     before, here = known["digests"], platform_of_results()
+    if unknown := set(names) - set(RUNS):
+        sys.exit(f"not in {RUNS_FILE.name}: {', '.join(sorted(unknown))}")
     if names and known["platform"] != here:
         sys.exit("the digests were recorded on another platform: record those of all models")
     found = {}
     for name in RUNS:
         if names and name not in names:
-            found[name] = before[name]
+            found[name] = before.get(name, {})
             continue
         found[name] = {way: digest(name, way) for way in WAYS if f"{name}, {way}" not in LEFT_OUT}
         for way, line in found[name].items():
