@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 
 # Modules and collected tests persist until the end of the process: no collection while they are created.
 gc.disable()
@@ -22,6 +23,21 @@ from mbdsl.integrators import declared
 
 def pytest_collection_finish(session):
     gc.enable()
+
+
+@pytest.fixture
+def default_signals():
+    """Signals have their default effect in this process and in those that it starts, as in a terminal.
+
+    Tests may run in a background job of a shell, which ignores SIGINT, or under nohup, which ignores SIGHUP. Processes
+    inherit that, unless the parent handles the signal.
+    """
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    defaults = {signal.SIGINT: signal.default_int_handler, **{getattr(signal, n): signal.SIG_DFL for n in names}}
+    before = {number: signal.signal(number, handler) for number, handler in defaults.items()}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="session")

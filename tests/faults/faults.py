@@ -94,8 +94,9 @@ def killed_and_resumed(folder: Path, draw: random.Random) -> None:
 def interrupted(folder: Path, draw: random.Random) -> None:
     """Ctrl-C, SIGTERM or SIGHUP: the computed results are written and marked incomplete, and the exit code is that of
     the signal."""
-    code = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); from mbdsl.cli import main; "
-    code += "sys.exit(main(sys.argv[1:]))"  # a shell's background job ignores SIGINT
+    # a shell's background job ignores SIGINT, and under nohup SIGHUP
+    code = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    code += "signal.signal(signal.SIGHUP, signal.SIG_DFL); from mbdsl.cli import main; sys.exit(main(sys.argv[1:]))"
     given = {"cwd": folder, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     process = subprocess.Popen([sys.executable, "-c", code, *RUN, "--output", "r.csv"], **given)
     time.sleep(draw.uniform(1.0, 2.5))

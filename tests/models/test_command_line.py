@@ -99,16 +99,11 @@ def test_model_that_cannot_be_assembled(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends a POSIX signal")
-def test_interruption_keeps_what_there_is(tmp_path):
+def test_interruption_keeps_what_there_is(tmp_path, default_signals):
     argv = [sys.executable, "-m", "mbdsl", "simulate", MODELS / "slider_crank.mbd", "--stop", "1e6", "--interval", "10"]
     argv += ["--step", "1ms"]
     pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
-    try:
-        process = subprocess.Popen(argv, cwd=tmp_path, env=ENVIRONMENT, **pipes)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    with process:
+    with subprocess.Popen(argv, cwd=tmp_path, env=ENVIRONMENT, **pipes) as process:
         for line in process.stderr:  # progress is shown after a while
             if "iterations/step" in line:
                 process.send_signal(signal.SIGINT)

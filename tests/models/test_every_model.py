@@ -1,6 +1,7 @@
 """Every shipped model with every method: the run ends, the joints stay closed, and energy is conserved where it should
 be."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -12,23 +13,8 @@ from mbdsl.integrators import compiled
 
 MODELS = Path(__file__).parents[2] / "models"
 #: model -> (stop, step, parameters); a hundred steps or more
-RUNS = {
-    "chain": (0.5, 1e-3, {"N": 5}),
-    "chaplygin_sleigh": (0.5, 1e-3, {}),
-    "crank_ivp": (5e-3, 2e-5, {}),
-    "double_pendulum": (0.1, 1e-3, {}),
-    "driven_crank": (0.5, 1e-3, {}),
-    "flexible_pendulum": (0.1, 2e-4, {}),
-    "flexible_slider_crank": (0.1, 2e-4, {}),
-    "four_bar": (0.5, 1e-3, {}),
-    "pendulum": (0.5, 1e-3, {}),
-    "rolling_disc": (0.5, 1e-3, {}),
-    "seven_body": (5e-3, 1e-5, {}),
-    "slider_crank": (0.5, 1e-3, {}),
-    "spin_up_beam": (1.0, 2e-3, {}),
-    "spring_mass": (0.5, 1e-3, {}),
-    "stick_slip_belt": (0.6, 1e-4, {}),
-}
+EVERY = json.loads((Path(__file__).parents[1] / "data" / "runs.json").read_text(encoding="utf-8"))
+RUNS = {name: run for name, run in EVERY.items() if "/" not in name}
 #: models whose springs and dampers make these steps unstable with explicit methods
 STIFF = {"double_pendulum", "flexible_pendulum", "spin_up_beam"}
 #: models without drivers, damping or friction
@@ -36,7 +22,8 @@ CONSERVED = {"chain", "chaplygin_sleigh", "four_bar", "pendulum", "rolling_disc"
 
 
 def test_all_are_here():
-    assert set(RUNS) == {path.stem for path in MODELS.glob("*.mbd")}
+    """A new model needs a line in tests/data/runs.json: its stop time, step and parameters."""
+    assert set(EVERY) == {path.relative_to(MODELS).with_suffix("").as_posix() for path in MODELS.rglob("*.mbd")}
 
 
 @pytest.mark.parametrize("method", compiled())

@@ -20,7 +20,7 @@ from mbdsl.system.system import build
 
 MODELS = Path(__file__).parents[2] / "models"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-SECONDS = 120  #: after which the browser counts as dead
+SECONDS = 300  #: after which the browser counts as dead
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ below 1e-4 of the local error, an iteration earlier or later. Both differences g
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 from functools import cache
@@ -23,24 +24,9 @@ from mbdsl.mechanism.scene import InitialValue, Scene
 
 MODELS = Path(__file__).parents[2] / "models"
 EPS = np.finfo(float).eps
-#: model -> (stop, step, parameters)
-RUNS = {
-    "chain": (0.1, 1e-3, {"N": 5}),
-    "chaplygin_sleigh": (0.1, 1e-3, {}),
-    "crank_ivp": (1e-3, 1e-5, {}),
-    "double_pendulum": (0.1, 1e-3, {}),
-    "driven_crank": (0.1, 1e-3, {}),
-    "flexible_pendulum": (0.02, 2e-4, {}),
-    "flexible_slider_crank": (0.01, 1e-4, {}),
-    "four_bar": (0.1, 1e-3, {}),
-    "pendulum": (0.1, 1e-3, {}),
-    "rolling_disc": (0.1, 1e-3, {}),
-    "seven_body": (1e-3, 1e-5, {}),
-    "slider_crank": (0.1, 1e-3, {}),
-    "spin_up_beam": (0.2, 2e-3, {}),
-    "spring_mass": (0.1, 1e-3, {}),
-    "stick_slip_belt": (0.01, 1e-4, {}),
-}
+#: model -> (stop, step, parameters): the first hundred steps of the table of runs
+RUNS = json.loads((Path(__file__).parents[1] / "data" / "runs.json").read_text(encoding="utf-8"))
+RUNS = {name: (100 * step, step, given) for name, (_, step, given) in RUNS.items() if "/" not in name}
 METHODS = ("hht-si2", "nstiff", "radau5")
 
 #: scalars that change sign when a scene is mirrored; all others keep it

@@ -4,6 +4,7 @@ With factors that are powers of two, the arithmetic is the same except for expon
 that should have a unit and has none. Text is read in units whose base is not the metre, the kilogram and the second.
 """
 
+import json
 import re
 from contextlib import contextmanager
 from dataclasses import replace
@@ -17,27 +18,10 @@ from mbdsl.elements import modules
 from mbdsl.lang import units
 
 MODELS = Path(__file__).parents[2] / "models"
-#: model -> (stop, step, parameters)
-RUNS = {
-    "chain": (0.1, 1e-3, {"N": 5}),
-    "chaplygin_sleigh": (0.1, 1e-3, {}),
-    "crank_ivp": (1e-3, 1e-5, {}),
-    "double_pendulum": (0.1, 1e-3, {}),
-    "driven_crank": (0.1, 1e-3, {}),
-    "flexible_pendulum": (0.02, 2e-4, {}),
-    "flexible_slider_crank": (0.01, 1e-4, {}),
-    "four_bar": (0.1, 1e-3, {}),
-    "pendulum": (0.1, 1e-3, {}),
-    "rolling_disc": (0.1, 1e-3, {}),
-    "seven_body": (1e-3, 1e-5, {}),
-    "slider_crank": (0.1, 1e-3, {}),
-    "spin_up_beam": (0.2, 2e-3, {}),
-    "spring_mass": (0.1, 1e-3, {}),
-    "stick_slip_belt": (0.01, 1e-4, {}),
-    "space/flyball_governor": (0.02, 1e-3, {}),
-    "space/heavy_top": (0.01, 2e-4, {}),
-    "space/rolling_coin": (0.05, 1e-3, {}),
-}
+SPACE = ["space/flyball_governor", "space/heavy_top", "space/rolling_coin"]
+#: model -> (stop, step, parameters): the first hundred steps of the table of runs
+RUNS = json.loads((Path(__file__).parents[1] / "data" / "runs.json").read_text(encoding="utf-8"))
+RUNS = {name: (100 * step, step, given) for name, (_, step, given) in RUNS.items() if "/" not in name or name in SPACE}
 #: factors on the numbers: mechanisms of micrometres, micrograms and milliseconds, and the reverse; even powers, so that
 #: the square root of a mass is scaled exactly, too
 SCALES = {"small": (2.0**-20, 2.0**-16, 2.0**-10), "large": (2.0**14, 2.0**8, 2.0**6), "slow": (1.0, 1.0, 2.0**10)}
@@ -92,7 +76,6 @@ def signals(trajectory) -> dict[str, np.ndarray]:
 
 
 CASES = [(name, how) for name in RUNS for how in ("hht-si2", "nstiff", "radau5", "hht-si2 --tol")]
-SPACE = [name for name in RUNS if name.startswith("space/")]
 CASES = [case for case in CASES if case[0] not in SPACE]
 CASES += [(name, how) for name in SPACE[1:] for how in ("hht-si2", "nstiff", "dop853", "hht-si2 --tol")]
 CASES += [(SPACE[0], "hht-si2")]

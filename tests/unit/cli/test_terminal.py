@@ -200,7 +200,7 @@ def in_terminal(folder, size, *argv, **environment):
         pass
     finally:
         os.close(own)
-    assert done.wait(60) == 2
+    assert done.wait(300) == 2
     return shown.decode().replace("\r\n", "\n").splitlines()
 
 

@@ -8,7 +8,7 @@ from queue import Queue
 
 import pytest
 
-WAIT = 60.0  #: [s] for an answer; only a server that hangs takes so long
+WAIT = 300.0  #: [s] for an answer; only a server that hangs takes so long
 
 
 class Client:

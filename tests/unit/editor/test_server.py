@@ -351,10 +351,10 @@ def test_a_connection_that_is_lost_ends_the_server(start):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_signals_end_the_server_while_its_input_is_open(start):
+def test_signals_end_the_server_while_its_input_is_open(start, default_signals):
     session = start()
     session.process.send_signal(signal.SIGTERM)
-    assert session.process.wait(60) == 130
+    assert session.process.wait(300) == 130
     session.ended()
 
 

@@ -520,13 +520,30 @@ def test_tables_of_the_grammar_are_up_to_date():
     assert json.loads(lalr.TABLES.read_text()) == json.loads(json.dumps(lalr.make()))
 
 
-def test_big_models_are_read_quickly():
-    import time
+def test_the_work_of_reading_grows_with_the_number_of_components():
+    """Counted in executed lines of Python: a step over all components for each of them would be seen."""
+    import sys
     from pathlib import Path
 
     chain = Path(__file__).parents[3] / "models" / "chain.mbd"
     load(chain)
-    start = time.process_time()
-    found = load(chain, {"N": 4096})
-    assert len(found.components) == 2 * 4096 + 1
-    assert time.process_time() - start < 4.0  # takes about 1 s; the margin is for slow machines
+
+    def lines(bodies):
+        count = 0
+
+        def trace(frame, event, argument):
+            nonlocal count
+            count += event == "line"
+            return trace
+
+        before = sys.gettrace()
+        sys.settrace(trace)
+        try:
+            found = load(chain, {"N": bodies})
+        finally:
+            sys.settrace(before)
+        assert len(found.components) == 2 * bodies + 1
+        return count
+
+    few, more, many = (lines(bodies) for bodies in (64, 128, 256))
+    assert many - more == pytest.approx(2 * (more - few), rel=0.01)

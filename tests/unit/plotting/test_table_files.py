@@ -82,7 +82,7 @@ def test_latex_compiles(tmp_path):
     main = r"\documentclass{article}\usepackage{longtable}\begin{document}\input{a.tex}\end{document}"
     (tmp_path / "main.tex").write_text(main, encoding="utf-8")
     command = ("pdflatex", "-interaction=nonstopmode", "-halt-on-error", "main.tex")
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout[-2000:]
 
 

@@ -226,7 +226,7 @@ def test_unknown_signals_are_found_before_the_run(say, model, monkeypatch):
 
 
 @posix
-def test_one_interruption_while_results_are_written(say, model, monkeypatch):
+def test_one_interruption_while_results_are_written(say, model, monkeypatch, default_signals):
     write = results.write
 
     def interrupted(*given):
@@ -234,18 +234,14 @@ def test_one_interruption_while_results_are_written(say, model, monkeypatch):
         write(*given)
 
     monkeypatch.setattr(results, "write", interrupted)
-    former = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
-    try:
-        code, _, err = say("simulate", "m.mbd", "--quiet")
-    finally:
-        signal.signal(signal.SIGINT, former)
+    code, _, err = say("simulate", "m.mbd", "--quiet")
     assert (code, err) == (130, "writing m.csv; Ctrl-C again to end without it\ninterrupted\n")
     assert len(results.read("m.csv")[0]["time"]) == 501
 
 
 @posix
 @pytest.mark.parametrize("where", ["_collect", "doubts"])
-def test_one_interruption_after_the_last_step(say, model, monkeypatch, where):
+def test_one_interruption_after_the_last_step(say, model, monkeypatch, where, default_signals):
     """Between the step loop and the writing of results."""
     from mbdsl.simulation import simulate
 
@@ -256,13 +252,9 @@ def test_one_interruption_after_the_last_step(say, model, monkeypatch, where):
         return known(*given)
 
     monkeypatch.setattr(simulate, where, interrupted)
-    former = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        code, _, err = say("simulate", "m.mbd", "--quiet")
-        with pytest.raises(Interrupted) as caught:
-            simulate.simulate("m.mbd")
-    finally:
-        signal.signal(signal.SIGINT, former)
+    code, _, err = say("simulate", "m.mbd", "--quiet")
+    with pytest.raises(Interrupted) as caught:
+        simulate.simulate("m.mbd")
     columns, about = results.read("m.csv")
     assert (code, err, about["complete"], len(columns["time"])) == (130, "interrupted\n", True, 501)
     assert caught.value.trajectory.status == "done" and len(caught.value.trajectory.t) == 501
@@ -284,7 +276,7 @@ def test_long_names(tmp_path):
 
 @posix
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
-def test_sigterm_and_sighup_are_as_ctrl_c(name):
+def test_sigterm_and_sighup_are_as_ctrl_c(name, default_signals):
     number = getattr(signal, name)
     with terminated():
         with deferred() as heard:

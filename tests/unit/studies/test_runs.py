@@ -6,7 +6,6 @@ import pickle
 import signal
 import subprocess
 import sys
-import threading
 import time
 from dataclasses import replace
 from multiprocessing.context import SpawnProcess
@@ -173,16 +172,16 @@ def test_an_interruption_keeps_what_is_done(store):
     assert (again.computed, again.found) == (1, 2)
 
 
-def test_out_of_time(store, monkeypatch):
+def test_out_of_time(store, monkeypatch, work_clock):
     """A run that does not fit into the budget is reported, and not stored."""
     runs = runner(store, budget=1e-9).compute(CASES)
     assert {run.problem for run in runs.values()} == {OUT_OF_TIME}
-    long = Case("hht-si2", step=1e-7)  # half a minute
+    long = Case("hht-si2", step=1e-7)  # 2e7 steps
     part = Runner(setting(CRANK), store, budget=0.3)
     assert part.compute([long])[long].problem == OUT_OF_TIME
-    assert part.left > -5.0 and not part.kept and part.store.get(key_of(part.setting, long), long) is None
+    assert -0.3 < part.left < 0.0 and not part.kept and part.store.get(key_of(part.setting, long), long) is None
     spent = part.store.spent(key_of(part.setting, long))
-    assert 0.0 < spent < 5.0
+    assert 0.3 < spent < 0.6
     monkeypatch.setattr(running, "compute", forbidden)  # it is not repeated with the same limit
     assert Runner(setting(CRANK), store).compute([long], limit=spent)[long].problem == OUT_OF_TIME
 
@@ -230,17 +229,22 @@ def test_workers_get_the_scene(kind, store, tmp_path, monkeypatch):
         assert np.array_equal(getattr(found[CASES[0]], name), getattr(here, name))
 
 
-def test_a_worker_that_ends_loses_its_case_only(store):
+def test_a_worker_that_ends_loses_its_case_only(store, monkeypatch):
     """The system kills a worker during a long run: another one takes its place."""
     long, done = Case("hht-si2", step=1e-7), {}
+    submit = workers._Worker.submit
 
-    def limits(case):
-        if multiprocessing.active_children() and not done:
-            threading.Timer(0.5, lambda: multiprocessing.active_children()[0].kill()).start()
-        return 1e9, 1e9, 0.0
+    def killed(worker, function, *arguments):
+        future = submit(worker, function, *arguments)
+        if long in arguments:
+            while not future.running():  # the worker has the case
+                time.sleep(0.01)
+            worker.processes[0].kill()
+        return future
 
+    monkeypatch.setattr(workers._Worker, "submit", killed)
     waiting = [long, *CASES[:2]]
-    workers.side_by_side(setting(CRANK), store, waiting, 1, limits, done.__setitem__)
+    workers.side_by_side(setting(CRANK), store, waiting, 1, lambda case: (1e9, 1e9, 0.0), done.__setitem__)
     assert waiting == [] and [done[case].problem for case in (long, *CASES[:2])] == [ENDED, "", ""]
     assert multiprocessing.active_children() == []
 
@@ -305,7 +309,7 @@ print("begun", flush=True)
 runner.ALONE = -1.0
 def tell(progress):
     print(progress.done, *(process.pid for process in multiprocessing.active_children()), flush=True)
-cases = [Case("hht-si2", step=h) for h in (4e-3, 2e-3, 1e-7, 1e-8)]
+cases = [Case("hht-si2", step=h) for h in (4e-3, 2e-3, 2e-9, 1e-9)]
 runner.Runner(setting({model!r}), Store({folder!r}), workers=2, tell=tell).compute(cases)
 """
 
@@ -321,24 +325,27 @@ def runs_on(pid):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT] if sys.platform != "win32" else [])
-def test_a_worker_ends_with_its_parent(by, store, tmp_path):
+def test_a_worker_ends_with_its_parent(by, store, tmp_path, default_signals):
     """During long runs: by SIGKILL, or by Ctrl-C, which only the parent receives. The script has no guard."""
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(model=str(CRANK), folder=str(store.folder)))
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment}
     with subprocess.Popen([sys.executable, script], start_new_session=True, **pipes) as process:
-        lines = [process.stdout.readline().split() for _ in range(3)]
-        assert lines[0] == ["begun"] and [line[0] for line in lines[1:]] == ["1", "2"]  # the long ones are next
-        pids = [int(pid) for pid in lines[2][1:]]
-        assert len(pids) == 2 and all(map(runs_on, pids))
-        if by == signal.SIGINT:
-            os.killpg(process.pid, by)
-        else:
+        try:
+            lines = [process.stdout.readline().split() for _ in range(3)]
+            assert lines[0] == ["begun"] and [line[0] for line in lines[1:]] == ["1", "2"]  # the long ones are next
+            pids = [int(pid) for pid in lines[2][1:]]
+            assert len(pids) == 2 and all(map(runs_on, pids))
+            if by == signal.SIGINT:
+                os.killpg(process.pid, by)
+            else:
+                process.kill()
+            rest, said = process.communicate(timeout=300.0)
+        finally:
             process.kill()
-        rest, said = process.communicate(timeout=60.0)
     assert rest == "" and said.count("Traceback") == (by == signal.SIGINT)
-    limit = time.monotonic() + 60.0
+    limit = time.monotonic() + 300.0  # the runs take far longer
     while any(map(runs_on, pids)) and time.monotonic() < limit:
         time.sleep(0.05)
     assert not any(map(runs_on, pids))
