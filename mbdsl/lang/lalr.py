@@ -108,8 +108,8 @@ def make() -> dict[str, Any]:
         "checksum": zlib.crc32(source),
         "states": states,
         "rules": rules,
-        "start": {start: position[x] for start, x in table["start_states"].items()},
-        "accept": {start: position[x] for start, x in table["end_states"].items()},
+        "start": {start: position[table["start_states"][start]] for start in STARTS},
+        "accept": {start: position[table["end_states"][start]] for start in STARTS},
     }
 
 

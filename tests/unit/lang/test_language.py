@@ -511,15 +511,6 @@ def test_expressions_written_are_read_back_the_same():
         assert parse_expression(write(tree)) == tree, text
 
 
-def test_tables_of_the_grammar_are_up_to_date():
-    """Run ``python -m mbdsl.lang.lalr`` after changing the grammar."""
-    import json
-
-    from mbdsl.lang import lalr
-
-    assert json.loads(lalr.TABLES.read_text()) == json.loads(json.dumps(lalr.make()))
-
-
 def test_big_models_are_read_quickly():
     import time
     from pathlib import Path
