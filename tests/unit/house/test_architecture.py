@@ -80,7 +80,7 @@ def test_every_arrow_of_the_picture_has_a_function():
     """Between a line of the arrow's stem and its head; values are not behind a stem."""
     arrows = re.findall(r"│ ([\w/]+\.py: [\w.]+(?:, \w+)*)", PICTURE)
     assert len(arrows) >= 14
-    heads = PICTURE.count("▼")
+    heads = len(re.findall(r"(?<= )v(?=\s)", PICTURE))
     assert heads >= 9 and len(arrows) >= heads
 
 
@@ -113,7 +113,7 @@ def calls():
 
 def test_the_arrows_have_the_order_of_a_run(calls):
     """From the top down. Systems are built again and again, of the whole Scene before that of a part: for these the
-    order holds for one of the calls, else for the first ones. Those of the compiler have no place in this run."""
+    order holds for one of the calls, else for the first ones. This run calls no function of the compiler."""
     of_text, of_builder = calls
     right = {"compilation/translation.py", "compilation/object_code.py", "lang/draft.py"}
     stops = [(file, name) for file, names in references(PICTURE) for name in names if file not in right]
