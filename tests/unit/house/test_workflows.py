@@ -74,7 +74,7 @@ def test_jobs():
     assert matrix["python"] == ["3.10", "3.13"]
     assert said["tests"][-1] == "pytest -n auto"
     assert "schedule" in workflow["on"] and "'schedule'" in jobs["everything"]["if"]
-    assert said["everything"][-1] == 'pytest -n auto -m "deep or not deep"'
+    assert said["everything"][-1] == 'pytest -n auto -m "deep or not deep" ${{ matrix.options }}'
     assert {x["dependencies"] for x in jobs["everything"]["strategy"]["matrix"]["include"]} == {"lowest", "newest"}
     assert workflow["on"]["push"]["tags"] == ["v*"] and "refs/tags/v" in jobs["wheel"]["if"]
     assert "python -m build" in said["wheel"]
