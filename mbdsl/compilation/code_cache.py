@@ -2,9 +2,8 @@
 
 Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
 without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object: the kernels
-are translated to LLVM code (:mod:`mbdsl.compilation.translation`), which takes a tenth of the time of numba's type
-inference. Kernels of users may contain Python that is not translated; numba compiles them
-(:mod:`mbdsl.compilation.numba_cfunc`).
+are translated to LLVM code (:mod:`mbdsl.compilation.translation`; docs/decisions/translator.md has the reason). Kernels
+of users may contain Python that is not translated; numba compiles them (:mod:`mbdsl.compilation.numba_cfunc`).
 
 Objects are cached on disk with a digest of their sources, in a folder named by a digest of the compiler. After an edit
 of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it.

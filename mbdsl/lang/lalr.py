@@ -6,10 +6,7 @@ the grammar, the tables are generated again.
 
 ``python -m mbdsl.lang.lalr`` writes the file again.
 
-Lark could run its own tables, but more slowly. Measured on ``mbdsl check models/seven_body.mbd``, 0.16 s of processor
-time: with ``Lark.load`` of a saved parser 0.19 to 0.22 s, as Lark has to be imported; with Lark's stand-alone parser
-0.21 s, and 3,500 generated lines. Lark's interactive parser, whose ``accepts()`` gives the expected terminals, takes
-1.3 times as long for its trees as the loop below for the nodes of the syntax tree (14,600 tokens).
+Lark could run its own tables, more slowly: docs/decisions/parser-loop.md.
 """
 
 from __future__ import annotations
@@ -108,8 +105,8 @@ def make() -> dict[str, Any]:
         "checksum": zlib.crc32(source),
         "states": states,
         "rules": rules,
-        "start": {start: position[x] for start, x in table["start_states"].items()},
-        "accept": {start: position[x] for start, x in table["end_states"].items()},
+        "start": {start: position[table["start_states"][start]] for start in STARTS},
+        "accept": {start: position[table["end_states"][start]] for start in STARTS},
     }
 
 

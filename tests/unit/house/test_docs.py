@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from mbdsl.integrators import method_reference
-from mbdsl.lang.kind_reference import reference
 from mbdsl.lang.load import parse_text
 from mbdsl.lang.quantities import TYPES
 
@@ -47,17 +45,6 @@ def test_no_line_of_text_begins_with_a_comment(page):
 
 def test_there_are_snippets():
     assert len(list(snippets())) > 15
-
-
-def test_reference_of_kinds_is_up_to_date():
-    """Run ``python -m mbdsl.lang.kind_reference docs/language.md``, and with docs/space.md."""
-    assert reference() in (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
-    assert reference(True) in (ROOT / "docs" / "space.md").read_text(encoding="utf-8")
-
-
-def test_table_of_methods_is_up_to_date():
-    """Run ``python -m mbdsl.integrators.method_reference docs/methods.md``."""
-    assert method_reference.reference() in (ROOT / "docs" / "methods.md").read_text(encoding="utf-8")
 
 
 def test_every_promise_names_a_test_that_exists():

@@ -86,10 +86,10 @@ CHECKS = {
     "verification/test_redundant.py": {"test_parallelogram": 1, "test_start_in_a_singular_pose": 1},
     "verification/test_default_steps.py": {"test_what_is_taken_where_nothing_is_said": 1},
     "models/test_every_model.py": {"test_run": 8},
-    "unit/test_stepping.py": {
+    "unit/simulation/test_stepping.py": {
         "test_order_over_jumps_of_inputs": 1, "test_reaction_behind_a_jump": 1, "test_the_same_as_in_one_go": 1
     },
-    "unit/test_checkpoint.py": {"test_stopped_and_resumed": 1},
+    "unit/simulation/test_checkpoint.py": {"test_stopped_and_resumed": 1},
     "unit/integrators/test_run.py": {
         "test_options_of_every_method": 1, "test_stop_times_are_hit_exactly": 3, "test_output_between_steps": 1,
         "test_the_same_twice_and_in_pieces": 1, "test_not_a_number_stops_with_results_so_far": 2,

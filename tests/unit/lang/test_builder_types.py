@@ -33,12 +33,6 @@ b.Body("c", rod.a, length=1)  # 15
 """
 
 
-def test_the_stub_is_up_to_date():
-    """Run ``python -m mbdsl.lang.kind_stub``."""
-    assert kind_stub.PATH.read_text(encoding="utf-8") == kind_stub.stub()
-    assert kind_stub.PATH_IN_SPACE.read_text(encoding="utf-8") == kind_stub.stub_in_space()
-
-
 @pytest.mark.skipif(not find_spec("mypy"), reason="mypy is not installed: pip install '.[test]'")
 def test_mypy_refuses_what_the_kinds_do_not_have(tmp_path):
     """Exactly the lines with a number; other modules are skipped, so that no cache is needed."""

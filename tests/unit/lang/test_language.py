@@ -511,15 +511,6 @@ def test_expressions_written_are_read_back_the_same():
         assert parse_expression(write(tree)) == tree, text
 
 
-def test_tables_of_the_grammar_are_up_to_date():
-    """Run ``python -m mbdsl.lang.lalr`` after changing the grammar."""
-    import json
-
-    from mbdsl.lang import lalr
-
-    assert json.loads(lalr.TABLES.read_text()) == json.loads(json.dumps(lalr.make()))
-
-
 def test_the_work_of_reading_grows_with_the_number_of_components():
     """Counted in executed lines of Python: a step over all components for each of them would be seen."""
     import sys
