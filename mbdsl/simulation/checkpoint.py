@@ -155,13 +155,10 @@ class Keeper:
         about = {"format": FORMAT, **self.identity, "about": dict(self.checkpoint.about)}
         about["runs"] = [_plain(x, f"{k}", arrays) for k, x in enumerate(runs)]
         arrays["about"] = np.array(json.dumps(about))
-        with writing(self.checkpoint.path) as stream:
-            with ZipFile(stream, "w", ZIP_STORED) as archive:
-                for name, values in arrays.items():
-                    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                        np.lib.format.write_array(member, values, allow_pickle=False)
-            stream.flush()
-            os.fsync(stream.fileno())
+        with writing(self.checkpoint.path) as stream, ZipFile(stream, "w", ZIP_STORED) as archive:
+            for name, values in arrays.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    np.lib.format.write_array(member, values, allow_pickle=False)
 
     def _read(self) -> list[Snapshot]:
         path = self.checkpoint.path
