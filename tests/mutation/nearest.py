@@ -114,7 +114,7 @@ STUDIES = {
 NEAREST = {
     "mbdsl/elements/": KERNELS,
     "mbdsl/elements/contact_law": BY_HAND,
-    "mbdsl/elements/in_space/": (SPACE, *IN_SPACE),
+    "mbdsl/elements/in_space/": (SPACE, *IN_SPACE[:3]),
     "mbdsl/elements/in_space/body": ("tests/unit/elements/test_solids_in_space.py", ATTITUDES, *SPATIAL),
     "mbdsl/elements/in_space/solid": ("tests/unit/elements/test_solids_in_space.py",),
     "mbdsl/elements/in_space/point_mass": ("tests/verification/test_small_motions_in_space.py", IN_SPACE[5]),
