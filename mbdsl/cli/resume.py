@@ -5,7 +5,10 @@ from __future__ import annotations
 import argparse
 import shlex
 from pathlib import Path
+from types import NoneType
+from typing import Any
 
+from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli import simulate
 from mbdsl.errors import UsageError
@@ -15,14 +18,16 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "resume",
         help="continue a simulation from its checkpoint",
-        description="Continue a run from a checkpoint of `mbdsl simulate --checkpoint FILE` and write the result file "
-        "that this command named. The result equals that of an uninterrupted run, bit for bit. The model must not have "
-        "changed.",
+        description="Continue a run from a checkpoint of `mbdsl simulate --checkpoint FILE`. The result equals that of "
+        "an uninterrupted run, bit for bit. It is written to --output, by default to the file of that name beside the "
+        "checkpoint. The model must not have changed.",
     )
     parser.add_argument("checkpoint", metavar="FILE", help="the checkpoint; it is removed when the run is done")
     parser.add_argument(
         "--method", metavar="FILE.py", help="the Python file of the method, if the run was started with one"
     )
+    parser.add_argument("--output", metavar="FILE", help="result file; default: its former name beside the checkpoint")
+    parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times; default: as --output")
     values.add_units(parser)
     talk = parser.add_mutually_exclusive_group()
     talk.add_argument("--quiet", action="store_true", help="print errors and warnings only")
@@ -38,16 +43,61 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(
             f"`{args.checkpoint}` was not made by `mbdsl simulate`", hint=f'mbdsl.resume("{args.checkpoint}") in Python'
         )
-    former = argparse.Namespace(**said)
-    try:
-        former.set, former.option = ([(name, value) for name, value in x] for x in (former.set, former.option))
-        former.model, former.without = str(Path(former.model)), tuple(former.without)
-    except (AttributeError, TypeError, ValueError) as problem:
-        raise UsageError(f"`{args.checkpoint}` is damaged: {problem}") from problem
+    former = _command(args.checkpoint, said)
+    former.output = args.output or _beside(args.checkpoint, former.output, tuple(results.formats()))
+    former.stats = args.stats or (former.stats and _beside(args.checkpoint, former.stats, (".json",)))
     _check_method(former, args)
     former.checkpoint, former.quiet, former.verbose = args.checkpoint, args.quiet, args.verbose
-    former.units = args.units or getattr(former, "units", False)  # missing in checkpoints of earlier versions
+    former.units = args.units or former.units
     return simulate.run(former, resumed=True)
+
+
+#: words of the command: the types of their values
+TYPES: dict[str, tuple[type, ...]] = {
+    **dict.fromkeys(("model", "output"), (str,)),
+    **dict.fromkeys(("method", "signals", "stats", "method_file", "model_name"), (str, NoneType)),
+    **dict.fromkeys(("step", "tol", "accuracy", "budget", "start", "stop", "interval"), (int, float, NoneType)),
+    **dict.fromkeys(("force", "general", "verify", "units"), (bool,)),
+    **dict.fromkeys(("set", "option", "without"), (list,)),
+    "checkpoint_every": (int, float),
+}
+
+
+def _command(checkpoint: str, said: dict[str, Any]) -> argparse.Namespace:
+    """The words of the command that has made a checkpoint."""
+    former = {name: value for name, value in said.items() if name in TYPES}
+    former.setdefault("units", False)  # missing in checkpoints of earlier versions
+    try:
+        for name, types in TYPES.items():
+            number = float in types and isinstance(former.get(name), bool)
+            if name in former and (number or not isinstance(former[name], types)):
+                raise ValueError(f"it has an impossible value of {name}")
+        for name, types in (("set", (str,)), ("option", (int, float, NoneType))):
+            former[name] = [(str(key), value) for key, value in former[name]]
+            if not all(isinstance(value, types) for _, value in former[name]):
+                raise ValueError(f"it has an impossible value of {name}")
+        former["without"] = tuple(map(str, former["without"]))
+        former["model"], former["output"] = str(Path(former["model"])), str(Path(former["output"]))
+    except (KeyError, TypeError, ValueError) as problem:
+        raise UsageError(f"`{checkpoint}` is damaged: {problem}") from problem
+    return argparse.Namespace(**former)
+
+
+def _beside(checkpoint: str, former: str, suffixes: tuple[str, ...]) -> str:
+    """The file beside the checkpoint with the name of the former one.
+
+    Others may have made the checkpoint: it does not choose the folder, and no file of another kind is overwritten.
+
+    Raises
+    ------
+    UsageError
+        If the name is hidden or has another suffix.
+    """
+    path = Path(checkpoint).parent / Path(former).name
+    if path.name.startswith(".") or path.suffix.lower() not in suffixes:
+        option = "--stats" if suffixes == (".json",) else "--output"
+        raise UsageError(f"a checkpoint does not name the file `{path.name}`", hint=f"give its name with {option}")
+    return str(path)
 
 
 def _check_method(former: argparse.Namespace, args: argparse.Namespace) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -237,11 +238,21 @@ def end(args: argparse.Namespace, trajectory: Trajectory, output: str, over: boo
     if trajectory.status == "interrupted":
         print(f"{output} ends at t = {trajectory.t[-1]:g} s and is marked incomplete", file=sys.stderr)
         if args.checkpoint and Path(args.checkpoint).exists():
-            print(f"to continue:  mbdsl resume {args.checkpoint}", file=sys.stderr)
+            print(f"to continue:  {resuming(args, output)}", file=sys.stderr)
         raise KeyboardInterrupt
     if args.checkpoint:
         Path(args.checkpoint).unlink(missing_ok=True)
     return 0
+
+
+def resuming(args: argparse.Namespace, output: str) -> str:
+    """The command that continues a run: it writes beside the checkpoint, unless it names other files."""
+    words = ["mbdsl", "resume", args.checkpoint]
+    for option, path in (("--output", output), ("--stats", args.stats)):
+        beside = path and Path(path).absolute().parent == Path(args.checkpoint).absolute().parent
+        if path and not (beside and (option == "--output" or Path(path).suffix.lower() == ".json")):
+            words += [option, path]
+    return shlex.join(words)
 
 
 def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -22,8 +23,9 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, method_files
-from mbdsl.integrators.loop import linear_solve, loop_state
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
+from mbdsl.integrators.saved_runs import checked, checked_events
 from mbdsl.lang.given_values import seconds
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import Motion
@@ -116,7 +118,7 @@ class Keeper:
             _restore(motion, known)
             if self._stream is not None and known.get("stream") is not None:
                 self._stream.restore(motion, known["stream"])
-        except (KeyError, TypeError, ValueError, AttributeError) as problem:
+        except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as problem:
             raise damaged(self.checkpoint.path, str(problem)) from problem
         if known["status"] is None:
             return None
@@ -155,13 +157,10 @@ class Keeper:
         about = {"format": FORMAT, **self.identity, "about": dict(self.checkpoint.about)}
         about["runs"] = [_plain(x, f"{k}", arrays) for k, x in enumerate(runs)]
         arrays["about"] = np.array(json.dumps(about))
-        with writing(self.checkpoint.path) as stream:
-            with ZipFile(stream, "w", ZIP_STORED) as archive:
-                for name, values in arrays.items():
-                    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                        np.lib.format.write_array(member, values, allow_pickle=False)
-            stream.flush()
-            os.fsync(stream.fileno())
+        with writing(self.checkpoint.path) as stream, ZipFile(stream, "w", ZIP_STORED) as archive:
+            for name, values in arrays.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    np.lib.format.write_array(member, values, allow_pickle=False)
 
     def _read(self) -> list[Snapshot]:
         path = self.checkpoint.path
@@ -278,36 +277,41 @@ def _kept(thing: object) -> dict[str, Any]:
 
 def _restore(motion: Motion, known: Snapshot) -> None:
     motion._taken = int(known["taken"])
-    if len(known["parts"]) != len(motion.parts):
-        raise ValueError("it has a different number of parts")
+    if not 0 <= motion._taken <= sys.maxsize or len(known["parts"]) != len(motion.parts):
+        raise ValueError("it has a different number of steps or parts")
+    if known["status"] is not None and known["status"] != loop_state.DONE:
+        raise ValueError("it has a run that is not complete")
     for p, kept, numbers in zip(motion.parts, known["parts"], known["tables"], strict=True):
         run = p.integration
         assert isinstance(run, Integration)
-        made = dict(kept["run"])
-        out = made.pop("out")
-        if made["solver"] != run.solver:
-            run.use_solver(linear_solve.DENSE)
-        for key, value in made.items():
-            before = getattr(run, key)
-            if isinstance(before, np.ndarray):
-                same = isinstance(value, np.ndarray) and value.dtype == before.dtype
-                if not same or (value.shape != before.shape and not (run.every and key == "times")):
-                    raise ValueError(f"{key} does not have the size or type that this model needs")
-                value = value.copy()
-            setattr(run, key, value)
-        if run.every:
-            run.out = out.copy()
-        else:
-            run.out[: len(out)] = out
-        p.system.tables.numbers[:] = numbers
-        if kept["events"] is not None:
-            for key, value in kept["events"].items():
-                setattr(run.events, key, value)
+        _restore_run(run, kept["run"])
+        own = p.system.tables.numbers
+        if not isinstance(numbers, np.ndarray) or (numbers.shape, numbers.dtype) != (own.shape, own.dtype):
+            raise ValueError("its tables do not have the size or type that this model needs")
+        own[:] = numbers
+        if hasattr(run, "events"):
+            vars(run.events).update(checked_events(run.events, kept["events"]))
             run.events.rejoin()
             run.landings.rejoin()
         if hasattr(run, "jumps"):
             run.jumps.rejoin(run.reals[loop_state.NEXT_EVENT])
     motion.failed = None
+
+
+def _restore_run(run: Integration, kept: Mapping[str, Any]) -> None:
+    out, times = kept["out"], kept["times"]
+    fits = all(isinstance(x, np.ndarray) and x.dtype == np.float64 for x in (out, times))
+    if not fits or out.ndim != 2 or out.shape[1] != run.out.shape[1]:
+        raise ValueError("its outputs do not have the size or type that this model needs")
+    if times.shape != (out.shape[:1] if run.every else run.times.shape) or (not run.every and len(out) > len(run.out)):
+        raise ValueError("its output times are not those of this run")
+    vars(run).update(checked(run, kept, len(out)))
+    if run.every:
+        run.out, run.times = out.copy(), times.copy()
+    else:
+        run.out[: len(out)] = out
+        if run.rows is not None:
+            run.times = run.rows.visible(run.released)
 
 
 def _plain(x: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:

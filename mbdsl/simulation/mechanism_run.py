@@ -373,6 +373,7 @@ class Motion:
             run = p.integration
             assert isinstance(run, Integration)
             own = run.anew(run.times, run.tol, run.every, run.longest)
+            own.memory = run.memory.copy()
             if hasattr(run, "jumps"):  # it is in the middle of a search
                 own.jumps = Jumps(run.system, run.start, run.stop, run.h)
             other.parts.append(replace(p, integration=own))

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     Model: TypeAlias = Scene | Builder | str | os.PathLike
 
+#: arguments of a run that a checkpoint contains
+ARGUMENTS = set("method step tol start stop interval options times initial force general parameters without".split())
+
 
 def resume(
     path: str | os.PathLike,
@@ -52,6 +55,8 @@ def resume(
     said = about(path)
     try:
         given, every, known = dict(said["given"]), float(said["every"]), said["model"]
+        if not given.keys() <= ARGUMENTS or not isinstance(known, str | None):
+            raise ValueError("it has arguments that a run does not have")
     except (KeyError, TypeError, ValueError) as problem:
         raise damaged(path, str(problem)) from problem
     if model is None and known is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import UsageError
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
+from mbdsl.integrators.saved_runs import checked
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.checkpoint import NOT_KEPT
 from mbdsl.simulation.mechanism_run import Motion
@@ -81,9 +81,13 @@ def restore(motion: Motion, taken: int, runs: tuple[dict[str, Any], ...]) -> Non
     """
     if len(runs) != len(motion.parts):
         raise UsageError("the state belongs to another model, or to other settings")
-    for p, kept in zip(motion.parts, runs, strict=True):
+    try:
+        found = [_checked(p.integration, kept) for p, kept in zip(motion.parts, runs, strict=True)]  # type: ignore
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as problem:
+        raise UsageError(f"the state is damaged: {problem}") from problem
+    for p, kept, made in zip(motion.parts, runs, found, strict=True):
         assert isinstance(p.integration, Integration)
-        _put_back(p.integration, kept)
+        _put_back(p.integration, kept, made)
     motion._taken, motion.failed, motion._failure = taken, None, loop_state.DONE
 
 
@@ -97,24 +101,29 @@ def _kept(run: Integration) -> dict[str, Any]:
     return found
 
 
-def _put_back(run: Integration, kept: dict[str, Any]) -> None:
-    if kept["solver"] != run.solver:
-        run.use_solver(kept["solver"])
+def _checked(run: Integration, kept: dict[str, Any]) -> dict[str, Any]:
+    times, out = kept["times"], kept["out"]
+    if not (out.dtype == times.dtype == np.float64 and times.ndim == 1 and out.shape[1:] == run.out.shape[1:]):
+        raise ValueError("its rows do not have the size or type that this model needs")
     written = int(kept["integers"][loop_state.OUTPUT])
+    if not 0 <= written <= min(len(out), len(times)):
+        raise ValueError("it does not have the rows that were written")
+    return checked(run, kept, written)
+
+
+def _put_back(run: Integration, kept: dict[str, Any], made: dict[str, Any]) -> None:
+    written = int(made["integers"][loop_state.OUTPUT])
     if kept["out"] is not run.out or run.written != written:
         # rows after the state may belong to other states: the run continues in a record of its own
         room = max(len(kept["times"]), written)
         times, out = np.full(room, np.inf), np.empty((room, kept["out"].shape[1]))
         times[: len(kept["times"])], out[:written] = kept["times"], kept["out"][:written]
         run.times, run.out = times, out
-    for key, value in kept.items():
-        if isinstance(value, np.ndarray) and key not in _SHARED:
-            present = getattr(run, key)
-            if present.shape == value.shape and present.flags.writeable:
-                present[...] = value
-            else:
-                setattr(run, key, value.copy())
-        elif key not in _SHARED:
-            setattr(run, key, copy(value))
+    for key, value in made.items():
+        present = getattr(run, key)
+        if isinstance(value, np.ndarray) and present.shape == value.shape and present.flags.writeable:
+            present[...] = value
+        else:
+            setattr(run, key, value)
     if hasattr(run, "jumps") and run.jumps.next[0] != (due := float(run.reals[loop_state.NEXT_EVENT])):
         run.jumps.rejoin(due)

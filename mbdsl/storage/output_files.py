@@ -1,13 +1,16 @@
 """Writing files: atomically, with the mode of the existing file, and never over the model or another output.
 
 Devices and pipes are written into. A file with several names (hard links) keeps them. A read-only file is not written,
-even by root.
+even by root. Several threads, processes and machines may write at the same time, even the same file: each writer has a
+temporary file of its own.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import re
+import secrets
 import shutil
 import stat
 import tempfile
@@ -18,7 +21,13 @@ from typing import BinaryIO
 
 from mbdsl.errors import UsageError
 
-PART = ".part"
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+PART = ".part"  #: suffix of temporary files
+NEW = ".new"  #: suffix of a complete file whose content could not be copied
 
 
 @contextmanager
@@ -63,26 +72,75 @@ def _status(path: str | os.PathLike) -> os.stat_result | None:
 def _replacing(target: Path, there: os.stat_result | None) -> Iterator[BinaryIO]:
     if there is not None and not _writable(target, there):
         raise PermissionError(errno.EACCES, "it is read-only")
-    # for long names; characters take up to 4 bytes
-    part = target.with_name(f".{target.name[:50]}.{os.getpid()}{PART}")
-    with suppress(FileNotFoundError):
-        part.unlink()  # of a killed process with the same number
-    kept = False
-    try:
-        # others must not read it while it is written if they may not read the result
-        allowed = 0o666 if there is None else stat.S_IMODE(there.st_mode) & 0o600 | 0o200
-        with open(part, "xb", opener=lambda name, flags: os.open(name, flags, allowed)) as stream:
-            yield stream
+    _remove_abandoned(target)
+    # others must not read it while it is written if they may not read the result
+    allowed = 0o666 if there is None else stat.S_IMODE(there.st_mode) & 0o600 | 0o200
+    with _new_part(target, allowed) as (stream, part):
+        yield stream
+        stream.flush()
+        os.fsync(stream.fileno())
+        stream.close()
         if there is not None and there.st_nlink > 1:
-            kept = True
             _copy_into(part, target)
         else:
             if there is not None:
                 _as_before(part, there)
             os.replace(part, target)
-    finally:
-        if not kept:
+
+
+def _beginning(target: Path) -> str:
+    """The beginning of the names of temporary files; shortened for long names, whose characters take up to 4 bytes."""
+    return f".{target.name[:50]}."
+
+
+@contextmanager
+def _new_part(target: Path, mode: int) -> Iterator[tuple[BinaryIO, Path]]:
+    """A temporary file beside ``target``, which no other writer uses: its stream, and its name.
+
+    It is locked until it is renamed or removed, by a second descriptor because the stream is closed before.
+    """
+    while True:
+        part = target.with_name(f"{_beginning(target)}{secrets.token_hex(8)}{PART}")
+        stream = open(part, "xb", opener=lambda name, flags: os.open(name, flags, mode))  # noqa: SIM115
+        held = None
+        try:
+            if fcntl is not None:
+                held = os.dup(stream.fileno())
+                if _lock(held, wait=True) and not part.exists():
+                    continue  # another writer has removed it as abandoned before it was locked
+            yield stream, part
+            return
+        finally:
+            with suppress(OSError):  # it is closed already, unless the writing has failed
+                stream.close()
+            if held is not None:
+                os.close(held)
             part.unlink(missing_ok=True)
+
+
+def _lock(file: int, wait: bool = False) -> bool:
+    """Lock an open file; False if another writer has locked it, or if the system has no locks."""
+    if fcntl is None:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:  # also some network file systems
+        return False
+    return True
+
+
+def _remove_abandoned(target: Path) -> None:
+    """Remove the temporary files of ``target`` that killed writers have left: those that are not locked."""
+    name = re.compile(re.escape(_beginning(target)) + r"([0-9a-f]{16}|\d+)" + re.escape(PART))
+    with suppress(OSError), os.scandir(target.parent) as entries:
+        for path in [entry.path for entry in entries if name.fullmatch(entry.name)]:
+            with suppress(OSError):
+                file = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+                try:
+                    if _lock(file):
+                        os.unlink(path)
+                finally:
+                    os.close(file)
 
 
 def _writable(target: Path, there: os.stat_result) -> bool:
@@ -107,8 +165,9 @@ def _copy_into(part: Path, target: Path) -> None:
         with open(part, "rb") as source, open(target, "wb") as stream:
             shutil.copyfileobj(source, stream)
     except OSError as problem:
-        raise OSError(problem.errno, f"{problem.strerror}; the new content is in `{part}`") from problem
-    part.unlink()
+        kept = part.with_suffix(NEW)
+        os.replace(part, kept)
+        raise OSError(problem.errno, f"{problem.strerror}; the new content is in `{kept}`") from problem
 
 
 def _into(path: str | os.PathLike) -> Iterator[BinaryIO]:

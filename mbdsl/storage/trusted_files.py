@@ -12,8 +12,8 @@ owners (Windows), everything that can be read is trusted.
 from __future__ import annotations
 
 import os
+import secrets
 import stat
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -141,19 +141,18 @@ def make(folder: Path) -> None:
 
 
 def part_of(path: Path) -> Path:
-    """The temporary name of a file; another process may be writing the same file."""
-    return path.with_name(f"{path.name}.{os.getpid()}.{threading.get_ident()}.part")
+    """A new temporary name of a file; other threads, processes and containers may be writing the same file."""
+    return path.with_name(f"{path.name}.{os.getpid()}.{secrets.randbits(64)}.part")
 
 
 def create(path: Path) -> BinaryIO:
-    """A new file for writing, in place of any existing one; nobody else can write into it, with any umask.
+    """A new file for writing, into which only the user can write, with any umask.
 
     Raises
     ------
     OSError
-        If the file cannot be created.
+        If the file exists or cannot be created.
     """
-    path.unlink(missing_ok=True)
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFELY
     return open(os.open(path, flags, 0o644), "wb")
 

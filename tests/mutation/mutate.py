@@ -7,10 +7,10 @@ Run by hand::
 
 A mutant is a copy of one file in which a sign is flipped, ``+`` and ``-`` are swapped, a constant is 1 % larger, an
 index is one larger, or a comparison goes the other way. It runs uncompiled (``NUMBA_DISABLE_JIT=1``), as compilation
-takes longer than any test, in a process forked from one that has loaded all unchanged modules. ``NEAREST`` names the
-tests of the file, the nearest first; they run up to the first failure. After ``--limit`` seconds a mutant counts as a
-timeout, which is inconclusive if the tests take longer than that without it, too. Surviving mutants are printed with
-their lines, for a person to judge.
+takes longer than any test, in a process forked from one that has loaded all unchanged modules. ``NEAREST`` in
+``nearest.py`` names the tests of the file, the nearest first; they run up to the first failure. After ``--limit``
+seconds a mutant counts as a timeout, which is inconclusive if the tests take longer than that without it, too.
+Surviving mutants are printed with their lines, for a person to judge.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ import copy
 import json
 import os
 import random
-import re
 import shutil
 import signal
 import sys
@@ -33,184 +32,13 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from nearest import tests_of
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (
     *("mbdsl/elements", "mbdsl/bodies", "mbdsl/numerics", "mbdsl/expressions", "mbdsl/system", "mbdsl/initial"),
-    "mbdsl/integrators",
+    *("mbdsl/integrators", "mbdsl/simulation", "mbdsl/studies"),
 )
-#: elements: motion of frames, signals, corner cases; derivatives of the whole system take longest
-FORMULAS = "tests/unit/lang/test_joint_formulas.py", "tests/unit/elements/test_corners.py"
-DERIVATIVES = "tests/unit/elements/test_derivatives.py"
-KERNELS = (
-    *FORMULAS,
-    f"{DERIVATIVES}::test_kernels_at_frames",
-    f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute",
-    f"{DERIVATIVES}::test_springs_are_gradients_of_their_energy",
-    f"{DERIVATIVES}::test_dampers_take_the_power_that_their_coefficients_say",
-    f"{DERIVATIVES}::test_what_replaces_springs_resists_as_they_do",
-    f"{DERIVATIVES}::test_forces_and_torques_do_the_work_of_their_laws",
-)
-#: without the tests that solve for shapes or integrate
-CABLE = (
-    "tests/unit/bodies/test_cable.py",
-    "-k",
-    "not tip and not circle and not small_loads and not swings and not agree and not turns and not winds and not cost",
-)
-#: assembly of the equations, and initial values
-STARTS = "tests/unit/initial/test_initial.py", "tests/unit/system/test_reductions.py"
-MODES = "tests/unit/analysis/test_eigenmodes.py"
-#: peaks of laws between steps; radau5 and long runs take minutes uncompiled
-UNSEEN, FIXED = "tests/verification/test_unseen.py", "tests/verification/test_unseen_fixed.py"
-PEAKS = (FIXED, "-k", "not radau5 and not far and not checkpoint and not hht")
-INTEGRATORS = "tests/unit/integrators"
-QUICK = f"{INTEGRATORS}/test_starts.py", f"{INTEGRATORS}/test_generalized_alpha.py"
-#: a few steps, compared with the same equations written out in full
-FULL = (f"{INTEGRATORS}/test_full_systems.py", "-k", "not test_a_step or (slider_crank and not flexible)")
-CONTROL = (f"{INTEGRATORS}/test_control.py", "-k", "local_errors or bdf2 or anew or rows")
-STEPS = (*CONTROL[:1], f"{INTEGRATORS}/test_run.py", "-k", f"{CONTROL[2]} or (newmark and not order)")
-RADAU5 = (
-    f"{INTEGRATORS}/test_radau5.py",
-    "-k",
-    "not test_a_step and not pieces and not statistics and not corrections",
-)
-RADAU = (f"{INTEGRATORS}/test_radau.py",)
-BACKENDS = f"{INTEGRATORS}/test_backends.py"
-JUMPS = "tests/verification/test_jumps_at_steps.py"
-#: tests of a method, selected by its name; tests of its order take minutes uncompiled
-METHODS = (*QUICK, FULL[0], CONTROL[0], f"{INTEGRATORS}/test_run.py", "tests/unit/simulation/test_stepping.py")
-#: beginning of a file's path -> its tests, in this order; the longest matching beginning counts
-NEAREST = {
-    "mbdsl/elements/": KERNELS,
-    "mbdsl/numerics/": STARTS,
-    "mbdsl/numerics/error_norm": ("tests/unit/system/test_error_norm.py",),
-    "mbdsl/numerics/tolerance": ("tests/verification/test_tolerances.py",),
-    "mbdsl/numerics/hermite": ("tests/unit/simulation/test_stepping.py",),
-    "mbdsl/expressions/": FORMULAS,
-    "mbdsl/initial/": (*STARTS, "tests/unit/explanation/test_receipt.py"),
-    "mbdsl/numerics/banded": ("tests/unit/elements/test_flexible_beam.py", *CABLE),
-    "mbdsl/elements/body": (
-        f"{DERIVATIVES}::test_mass_and_weight",
-        "tests/unit/lang/test_builder.py",
-        "tests/unit/initial/test_initial.py",
-    ),
-    "mbdsl/bodies/ancf_cable_kernels": CABLE,
-    "mbdsl/bodies/floating_beam_kernels": (
-        "tests/unit/elements/test_flexible_beam.py",
-        "tests/unit/bodies/test_floating.py",
-    ),
-    "mbdsl/elements/flexible_beam": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/bodies/test_floating.py"),
-    "mbdsl/elements/ground": ("tests/unit/mechanism/test_graph.py", "tests/unit/initial/test_initial.py"),
-    "mbdsl/elements/kind": (*KERNELS, "tests/unit/mechanism/test_graph.py", "tests/unit/explanation/test_receipt.py"),
-    "mbdsl/bodies/point_mass_kernels": STARTS,
-    "mbdsl/elements/point_mass": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
-    "mbdsl/bodies/rigid_body": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
-    "mbdsl/bodies/rigid_body_kernels": (
-        *KERNELS,
-        FULL[0],
-        "-k",
-        "not test_a_step or (slider_crank and not flexible and si2)",
-    ),
-    "mbdsl/elements/rod": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
-    "mbdsl/elements/velocity_constraint": (*FORMULAS, "tests/unit/mechanism/test_graph.py"),
-    "mbdsl/bodies/": ("tests/unit/bodies/test_floating.py", *CABLE),
-    "mbdsl/bodies/ancf_cable": CABLE,
-    "mbdsl/bodies/floating_beam": (
-        "tests/unit/elements/test_flexible_beam.py",
-        "tests/unit/bodies/test_floating.py",
-    ),
-    "mbdsl/system/": (*STARTS, "tests/unit/explanation/test_receipt.py"),
-    "mbdsl/system/accelerations": STARTS,
-    "mbdsl/system/structure": (*STARTS, "tests/unit/system/test_emitted.py", "tests/unit/explanation/test_receipt.py"),
-    "mbdsl/system/background_compilation": ("tests/unit/compilation/test_code_cache.py",),
-    "mbdsl/system/body_models": STARTS,
-    "mbdsl/system/time_derivatives": (
-        *STARTS,
-        "tests/unit/mechanism/test_reduction.py::test_accelerations_at_the_start_where_drivers_move_frames",
-    ),
-    "mbdsl/initial/redundancy": ("tests/unit/system/test_dependence.py",),
-    "mbdsl/system/emit": (
-        "tests/unit/system/test_emitted.py",
-        "tests/unit/explanation/test_receipt.py",
-        "tests/unit/compilation/test_code_cache.py",
-    ),
-    "mbdsl/system/peaks_in_fixed_steps": PEAKS,
-    "mbdsl/system/nonholonomic": (
-        "tests/unit/system/test_emitted.py",
-        "tests/unit/system/test_reductions.py",
-        f"{MODES}::test_gears",
-    ),
-    "mbdsl/system/index1": ("tests/unit/system/test_reductions.py",),
-    "mbdsl/system/stabilised_index2": ("tests/unit/system/test_reductions.py",),
-    "mbdsl/expressions/interval_arithmetic": ("tests/unit/expressions/test_intervals.py",),
-    "mbdsl/system/loops": ("tests/unit/system/test_reductions.py", "tests/unit/explanation/test_receipt.py", *FULL),
-    "mbdsl/initial/weights": (
-        "tests/unit/initial/test_initial.py",
-        "tests/unit/mechanism/test_reduction.py",
-        "-k",
-        "guess or said",
-    ),
-    "mbdsl/system/peaks_along_motion": ("tests/unit/expressions/test_intervals.py", *PEAKS),
-    "mbdsl/system/signals": ("tests/unit/system/test_tape.py", *STARTS),
-    "mbdsl/system/expression_tape": ("tests/unit/system/test_tape.py", "tests/unit/system/test_switches.py"),
-    "mbdsl/system/time_events": ("tests/unit/system/test_switches.py",),
-    "mbdsl/initial/undeformed": (
-        "tests/unit/elements/test_flexible_beam.py",
-        *STARTS,
-        "tests/unit/analysis/test_eigenmodes.py",
-    ),
-    "mbdsl/numerics/piecewise_cubic": ("tests/unit/system/test_tape.py",),
-    "mbdsl/system/system": (
-        *STARTS,
-        "tests/unit/explanation/test_receipt.py",
-        f"{DERIVATIVES}::test_derivatives_of_the_system",
-        "-k",
-        "not derivatives_of or Revolute-friction",
-    ),
-    "mbdsl/system/switches": ("tests/unit/system/test_switches.py",),
-    "mbdsl/system/peaks_in_time": ("tests/unit/expressions/test_intervals.py", *PEAKS),
-    "mbdsl/integrators/": (*QUICK, *FULL),
-    "mbdsl/integrators/methods/": (*QUICK, *FULL),
-    "mbdsl/integrators/__init__": (BACKENDS, "-k", "registered or process"),
-    "mbdsl/integrators/backends": (BACKENDS, "-k", "registered or failures or output or tolerances_of"),
-    "mbdsl/integrators/methods/radau5_coefficients": RADAU5,
-    "mbdsl/integrators/loop/complex_lu": (f"{INTEGRATORS}/test_linear.py", *RADAU5),
-    "mbdsl/integrators/loop/linear_solve": (f"{INTEGRATORS}/test_linear.py", *FULL),
-    "mbdsl/integrators/loop/step_control": CONTROL,
-    "mbdsl/integrators/loop/split_correction": FULL,
-    "mbdsl/integrators/loop/tangent_matrices": FULL,
-    "mbdsl/integrators/loop/driver": STEPS,
-    "mbdsl/integrators/loop/multistep": STEPS,
-    "mbdsl/integrators/loop/step_times": STEPS,
-    "mbdsl/integrators/events": ("tests/unit/system/test_switches.py", "tests/unit/integrators/test_events.py"),
-    "mbdsl/integrators/external/": (
-        BACKENDS,
-        f"{UNSEEN}::test_backends_see_it",
-        "-k",
-        "reactions or peak or domain or see_it",
-    ),
-    "mbdsl/integrators/scheduled_jumps": ("tests/unit/simulation/test_stepping.py::test_reaction_behind_a_jump", JUMPS),
-    "mbdsl/integrators/methods/kinematic": (
-        "tests/unit/mechanism/test_reduction.py",
-        "-k",
-        "everything_driven or kinematics or without_reactions",
-    ),
-    "mbdsl/integrators/loop/zone_landing": PEAKS,
-    "mbdsl/integrators/peak_zones": (UNSEEN, "-k", "nested and hht-si2-0.001"),
-    "mbdsl/integrators/missed_peaks": PEAKS,
-    "mbdsl/integrators/methods/radau5": RADAU5,
-    "mbdsl/integrators/loop/sparse_lu": ("tests/unit/system/test_reductions.py", *FULL),
-    "mbdsl/integrators/methods/radau_newton": RADAU5,
-    "mbdsl/integrators/methods/radau_step": RADAU5,
-    "mbdsl/integrators/methods/radau_stages": RADAU,
-    "mbdsl/integrators/methods/radau_coefficients": RADAU,
-    "mbdsl/integrators/methods/radau5_stages": RADAU5,
-    "mbdsl/integrators/loop/switch_location": (
-        "tests/unit/system/test_switches.py",
-        "tests/unit/integrators/test_events.py",
-    ),
-    "mbdsl/integrators/loop/turn_counting": ("tests/unit/bodies/test_turns.py",),
-}
 #: subscripts of these names are types
 GENERIC = {"tuple", "list", "dict", "Callable", "NDArray", "Mapping", "Sequence"}
 #: file in which a child stores the name of the test that failed
@@ -260,21 +88,6 @@ def mutant(tree: ast.Module, k: int, change) -> str:
     changed = copy.deepcopy(tree)
     change(list(ast.walk(changed))[k])
     return ast.unparse(ast.fix_missing_locations(changed))
-
-
-def tests_of(path: str) -> tuple[str, ...]:
-    """Arguments for pytest; of a joint, a force or a method, the tests with its name alone."""
-    start = max((start for start in NEAREST if path.startswith(start)), key=len)
-    text = (ROOT / path).read_text(encoding="utf-8")
-    pair = re.search("^KIND = (Joint|Force)Kind", text, re.MULTILINE)
-    stem = Path(path).stem
-    if start == "mbdsl/elements/" and pair:
-        kind = "".join(word.capitalize() for word in stem.split("_"))
-        return (*KERNELS, f"{DERIVATIVES}::test_derivatives_of_the_system", "-k", f"[{kind}")
-    if start == "mbdsl/integrators/methods/" and re.search("^METHOD = ", text, re.MULTILINE):
-        name = stem.replace("_", "-")
-        return (*METHODS, "-k", f"({name} or {stem}) and not seven_body and not soft and not flexible and not order")
-    return NEAREST[start]
 
 
 def load() -> None:

@@ -4,6 +4,8 @@ import os
 import re
 import signal
 import stat
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -12,7 +14,7 @@ import pytest
 
 from mbdsl import Interrupted, UsageError, results
 from mbdsl.simulation.interrupts import deferred, terminated
-from mbdsl.storage import output_files
+from mbdsl.storage import output_files, trusted_files
 from mbdsl.storage.output_files import write_text, writing
 
 MODEL = """model M
@@ -150,6 +152,87 @@ def test_all_files_are_written_whole():
         if opens.search(path.read_text(encoding="utf-8"))
     }
     assert "storage/output_files.py" in found and found <= own
+
+
+# -- many writers -------------------------------------------------------------------------------------------------
+LONG = "slider_crank_with_friction_and_clearance_L1_0.1234_run_{}{}"
+
+
+@pytest.mark.parametrize("suffix", results.formats())
+def test_threads_write_files_of_their_own(tmp_path, suffix):
+    def write(thread):
+        for k in range(thread, 40, 4):
+            x = np.full(2000, float(k))
+            for name in (k, "all"):
+                results.write(tmp_path / LONG.format(name, suffix), {"time": np.arange(2000.0), "x": x})
+
+    threads = [threading.Thread(target=write, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(os.listdir(tmp_path)) == 41
+    for k in range(40):
+        columns, _ = results.read(tmp_path / LONG.format(k, suffix))
+        assert np.array_equal(columns["time"], np.arange(2000.0)) and np.array_equal(columns["x"], np.full(2000, k))
+    last = results.read(tmp_path / LONG.format("all", suffix))[0]["x"]
+    assert len(last) == 2000 and len(set(last)) == 1
+
+
+def test_processes_of_one_number_write_files_of_their_own(tmp_path, monkeypatch):
+    """As in two containers that share a folder: the same process id and the same thread id."""
+    monkeypatch.setattr(os, "getpid", lambda: 7)
+    monkeypatch.setattr(threading, "get_ident", lambda: 1)
+    outer, inner = (tmp_path / LONG.format(k, ".csv") for k in "ab")
+    with writing(outer) as first, writing(inner) as second, writing(inner) as third:
+        for stream, text in ((first, b"outer"), (second, b"second"), (third, b"third")):
+            stream.write(text)
+    assert (outer.read_bytes(), inner.read_bytes()) == (b"outer", b"second")
+    cached = tmp_path / "code.o"
+    with trusted_files.writing(cached) as first:
+        with trusted_files.writing(cached) as second:
+            second.write(b"second")
+        first.write(b"the first")
+    assert cached.read_bytes() == b"the first"
+    assert len(os.listdir(tmp_path)) == 3
+
+
+@posix
+def test_leftovers_of_killed_writers_are_removed_and_no_others(tmp_path):
+    path, foreign = tmp_path / LONG.format(1, ".csv"), tmp_path / "notes.part"
+    foreign.touch()
+    (tmp_path / f".{path.name[:50]}.{os.getpid()}.part").touch()  # by a former version
+    code = """if True:
+        import os, sys
+        from mbdsl.storage.output_files import writing
+        with writing(sys.argv[1]) as stream:
+            stream.write(b"half")
+            stream.flush()
+            os.kill(os.getpid(), 9)"""
+    assert subprocess.run([sys.executable, "-c", code, str(path)]).returncode == -signal.SIGKILL
+    assert len(os.listdir(tmp_path)) == 2  # that of the former version is gone
+    with writing(path) as mine:
+        assert len(os.listdir(tmp_path)) == 2
+        write_text(path, "meanwhile")  # does not remove what is being written
+        mine.write(b"whole")
+    assert sorted(os.listdir(tmp_path)) == ["notes.part", path.name] and path.read_bytes() == b"whole"
+
+
+def test_what_could_not_be_copied_is_kept(tmp_path, monkeypatch):
+    path = tmp_path / "r.txt"
+    path.write_text("old", encoding="utf-8")
+    os.link(path, tmp_path / "same.txt")
+
+    def full(*streams):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("shutil.copyfileobj", full)
+        with pytest.raises(UsageError, match="No space left") as caught:
+            write_text(path, "new")
+    kept = Path(re.search("the new content is in `(.*)`", str(caught.value))[1])
+    write_text(path, "newer")
+    assert kept.read_text(encoding="utf-8") == "new" and path.read_text(encoding="utf-8") == "newer"
 
 
 # -- inputs and other outputs -------------------------------------------------------------------------------------
