@@ -838,7 +838,7 @@ class KindMethods:
         replace: bool = False,
     ) -> Handle:
         """Add a PointMass: a mass at a point. Its name stands for its only frame,
-        which turns only if a weld or a sliding joint turns it.
+        which only welds and sliding joints can turn.
 
         Parameters
         ----------
