@@ -6,15 +6,15 @@ The equations of motion and their constraints, linearised about (t, q, v) with a
 
 in coordinates y of the directions that the holonomic constraints allow, and speeds u of those that all allow:
 
-    dq = Z y,   dv = Z y' + Z' y,   y' = T u + S y,       L^T U = 0, where L has as many columns as u
+    dq = Z y,   dv = Z y' + W y,   y' = T u + S y,       L^T U = 0, where L has as many columns as u
 
-    L^T M Z T u' + L^T (M Z (T' + S T) + (2 M Z' + D Z) T) u
-                 + L^T (M Z (S' + S S) + (2 M Z' + D Z) S + M Z'' + D Z' + (K + (M a)_q) Z) y = 0.
+    L^T M Z T u' + L^T (M Z (T' + S T) + (M Z' + M W + D Z) T) u
+                 + L^T (M Z (S' + S S) + (M Z' + M W + D Z) S + M W' + D W + (K + (M a)_q) Z) y = 0.
 
-At rest Z, T and S are constant, S = 0, and the equations are exact. If the mechanism moves, y are variations of joint
-coordinates, of elastic coordinates in axes that rotate with the beam, and, at joints without a coordinate, of body
-coordinates: a mechanism that rotates as a whole is described in rotating axes. Z', Z'', T', S' are then differences
-along the motion. Eigenvalues of an unsteady motion hold at that instant only.
+In the plane W is Z'. At rest Z, T and S are constant, S = 0, and the equations are exact. If the mechanism moves, y are
+variations of joint coordinates, of elastic coordinates in axes that rotate with the beam, and, at joints without a
+coordinate, of body coordinates: a mechanism that rotates as a whole is described in rotating axes. W', T', S' are then
+differences along the motion. Eigenvalues of an unsteady motion hold at that instant only.
 """
 
 from __future__ import annotations

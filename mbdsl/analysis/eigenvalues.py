@@ -57,13 +57,11 @@ def reduced(
     """All eigenvalues, one of each conjugate pair if the pairs are known, and vectors y (r,)."""
     T, S = basis.T, basis.S
     Mr, Dr, Kr, _ = projected(system, M, D, K, U, J, basis)
-    if not T.shape[1]:
-        return [], []
-    if not Dr.any() and not S.any() and _symmetric(Mr) and _symmetric(Kr):
+    if T.shape[1] and not Dr.any() and not S.any() and _symmetric(Mr) and _symmetric(Kr):
         found = _undamped(Mr, Kr)
         if found is not None:
             return found
-    return _first_order(Mr, Dr, Kr, T, S)
+    return _first_order(Mr, Dr, Kr, T, S, basis.rate)
 
 
 def _symmetric(A: Array) -> bool:
@@ -99,15 +97,23 @@ def _of_squares(square: Array, y: Array, zero: float = 0.0) -> tuple[list[comple
     return values, shapes
 
 
-def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list[complex], list[Complex]]:
-    """Eigenvalues of y' = T u + S y, M u' + D u + K y = 0. A coordinate without mass and damping has none."""
+def _first_order(
+    M: Array, D: Array, K: Array, T: Array, S: Array, turning: float
+) -> tuple[list[complex], list[Complex]]:
+    """Eigenvalues of y' = T u + S y, M u' + D u + K y = 0. A coordinate without mass and damping has none.
+
+    ``turning`` is the rate of change [1/s] of the bases, whose derivatives are differences.
+    """
     r, d = T.shape
+    if not r:
+        return [], []
     # unit of time in which masses and stiffnesses have the same order of magnitude
-    tau = float(np.sqrt(largest(M) / (largest(K) or largest(D) ** 2 / (largest(M) or 1.0) or 1.0))) or 1.0
+    tau = float(np.sqrt(largest(M) / (largest(K) or largest(D) ** 2 / (largest(M) or 1.0) or 1.0)))
+    tau = tau or 1.0 / (largest(S) or 1.0)
     size = largest(M) or 1.0
     A = np.block([[tau * S, T], [-(tau**2) * K / size, -tau * D / size]])
     B = np.block([[np.eye(r), np.zeros((r, d))], [np.zeros((d, r)), M / size]])
-    if np.linalg.cond(M) < 1e12:
+    if not d or np.linalg.cond(M) < 1e12:
         values, x = np.linalg.eig(np.linalg.solve(B, A))
     else:
         from scipy.linalg import eig
@@ -120,12 +126,12 @@ def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list
     values, x = values[order], x[:, order]
     largest_ = float(np.abs(values).max(initial=0.0))
     # rounding splits a double zero into a pair of the size of its square root; null vectors show the zeros instead
-    null = null_space_of(A)
-    zeros = null.shape[1]
-    if zeros:
-        near = int((np.abs(values[: 2 * zeros]) <= 1e-7 * largest_).sum())
-        values, x = values[max(zeros, near) :], x[:, max(zeros, near) :]
-        values, x = np.concatenate([np.zeros(zeros), values]), np.hstack([null, x])
+    zero = 1e-13 + 1e-12 * (turning * tau) ** 2
+    null = _null_space(A, zero)
+    if null.shape[1]:
+        many = _zeros(A, B, zero)
+        values = np.concatenate([np.zeros(null.shape[1]), values[many:]])
+        x = np.hstack([null, x[:, many:]])
     rounding = 64.0 * np.finfo(float).eps * largest_
     oscillates = np.abs(values.imag) > rounding
     values = np.where(oscillates & (np.abs(values.real) <= rounding), 1j * values.imag, values)
@@ -133,10 +139,22 @@ def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list
     return [complex(s) for s in values], list(x[:r].T.astype(complex))
 
 
-def null_space_of(A: Array) -> Array:
-    """Null space of a square matrix with rows of similar magnitude, to rounding (singular values of 1e-13)."""
+def _null_space(A: Array, zero: float) -> Array:
+    """Null space of a square matrix with rows of one magnitude: of singular values up to ``zero`` times the largest."""
     _, s, Vt = np.linalg.svd(A)
-    return Vt[int((s > 1e-13 * s.max(initial=0.0)).sum()) :].T
+    return Vt[int((s > zero * s.max(initial=0.0)).sum()) :].T
+
+
+def _zeros(A: Array, B: Array, zero: float) -> int:
+    """Algebraic multiplicity of the eigenvalue 0 of A x = s B x: null spaces are removed until none is left."""
+    found = 0
+    while (N := _null_space(A, zero)).shape[1]:
+        found += N.shape[1]
+        left, right = null_space((B @ N).T), null_space(N.T)
+        if left.shape != right.shape or not right.shape[1]:
+            break
+        A, B = left.T @ A @ right, left.T @ B @ right
+    return found
 
 
 def normalised(system: System, x: Complex) -> Complex:

@@ -3,10 +3,10 @@
 The equations of motion, linearised as in :mod:`mbdsl.analysis.eigenmodes` and in its notation, with forces Q_u du of
 the inputs:
 
-    M da + D dv + (K + (M a)_q) dq + U dlam = Q_u du,   dq = Z y,   dv = Z y' + Z' y,   y' = T s + S y
+    M da + D dv + (K + (M a)_q) dq + U dlam = Q_u du,   dq = Z y,   dv = Z y' + W y,   y' = T s + S y
 
 The states are the coordinates y and the speeds s. Reactions dlam follow from the first equation. All derivatives are
-exact at rest; about a motion, Z'' and the rates of T and S are differences along the motion, as in ``eigen``.
+exact at rest; about a motion, the rates of W, T and S are differences along the motion, as in ``eigen``.
 """
 
 from __future__ import annotations

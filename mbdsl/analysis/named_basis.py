@@ -77,7 +77,7 @@ class Named(Moving):
         chosen = range(len(rates)) if self.H is None else [int(np.argmax(row)) for row in self.H]
         self.speeds = [rates[k] for k in chosen]
         f, g = factors, factors[list(chosen)]
-        self.Z, self.Z1, self.Z2, self.W, self.W1 = (X / f for X in (self.Z, self.Z1, self.Z2, self.W, self.W1))
+        self.Z, self.Z1, self.W, self.W1 = (X / f for X in (self.Z, self.Z1, self.W, self.W1))
         self.T, self.T1 = f[:, None] * self.T / g, f[:, None] * self.T1 / g
         self.S, self.S1 = f[:, None] * self.S / f, f[:, None] * self.S1 / f
 
@@ -146,12 +146,9 @@ class AtRest(Named):
         self.targets, self.turned = self._coordinates(t, q, rest)
         self.rate, self.e = max(float(np.sqrt(np.abs(a * self.scale).max(initial=0.0))), 1e-6), 1.0
         self.H: Array | None = None
-        self.Z, self.T, self.S = self._at(0.0)
-        self.Z1, self.Z2 = np.zeros_like(self.Z), np.zeros_like(self.Z)
-        self.T1, self.S1 = np.zeros_like(self.T), np.zeros_like(self.S)
-        if a.any():
-            self.Z2 = self._second(t, q, a)
-        self.W, self.W1 = self.Z1, self.Z2
+        self.Z, self.W, self.T, self.S = self._at(0.0)
+        self.Z1, self.T1, self.S1 = self.W, np.zeros_like(self.T), np.zeros_like(self.S)
+        self.W1 = self._second(t, q, a) if a.any() else self.W
         self._name()
 
     @staticmethod

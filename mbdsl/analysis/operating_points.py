@@ -10,9 +10,11 @@ import numpy as np
 
 from mbdsl.analysis.equilibria import prepare, settle
 from mbdsl.errors import UsageError
+from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.consistent import initial_position, initial_state
 from mbdsl.lang.given_values import seconds
 from mbdsl.mechanism.scene import Scene
+from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array
 from mbdsl.simulation.simulate import simulate
 from mbdsl.system import System
@@ -103,8 +105,11 @@ def find(
     start, name = float(system.scene.experiment.start), at if isinstance(at, str) else f"t = {float(at):g} s"
     if at == "static":
         found = settle(system, start, initial_position(system, mechanism, start))
-        rest = np.zeros(system.n)
-        return OperatingPoint(system, name, found.t, found.q, rest, rest, found.lam, found.left_out, found.notes)
+        rest, notes = np.zeros(system.n), found.notes
+        speeds = [x.name for x in system.scene.initial if is_velocity_level(x.target) and x.value]
+        if system.p and speeds:
+            notes = [*notes, f"this equilibrium is at rest; `--at start` is the motion with the given {few(speeds)}"]
+        return OperatingPoint(system, name, found.t, found.q, rest, rest, found.lam, found.left_out, notes)
     if at == "start" or at == start:
         first = initial_state(system, mechanism, start)
         return OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])

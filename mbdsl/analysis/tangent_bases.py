@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import POSITIONS, Pose
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
-from mbdsl.expressions.symbolic import Expr, coordinate, is_velocity_level, leaves
+from mbdsl.expressions.symbolic import Expr, coordinate, der, is_velocity_level, leaves
 from mbdsl.mechanism.scene import Component
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size, scaled
@@ -65,12 +65,11 @@ class Still:
 class Moving:
     """Bases along the motion q(t + s) = q + s v + s^2 a/2, with their derivatives.
 
-    dv = Z y' + W y and dv' = Z y'' + (Z' + W) y' + W' y. In the plane, W is Z'.
+    dv = Z y' + W y and dv' = Z y'' + (Z' + W) y' + W' y, with W = Z' + X Z; in the plane, W is Z'.
     """
 
-    #: weights of differences at s = -3e ... 3e of first and second derivatives, both to order e^6
-    FIRST = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
-    SECOND = np.array([2.0, -27.0, 270.0, -490.0, 270.0, -27.0, 2.0]) / 180.0
+    #: weights of the differences at s = -3e ... 3e of a first derivative, to order e^6
+    WEIGHTS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
 
     def __init__(self, system: System, t: float, q: Array, v: Array, a: Array) -> None:
         self.system, self.scale = system, system.tables.scale
@@ -83,21 +82,11 @@ class Moving:
         speed = float(np.abs(v * self.scale).max(initial=0.0))
         #: rate of change of the bases [1/s]
         self.rate = max(speed, float(np.sqrt(np.abs(a * self.scale).max(initial=0.0))), 1e-6)
-        self.e = e = 1e-2 / self.rate
+        self.e = 1e-2 / self.rate
         self.H: Array | None = None
-        Z, T, S = zip(*(self._at(k * e) for k in (0, -3, -2, -1, 1, 2, 3)), strict=True)
-
-        def derivative(x: Sequence[Array], weights: Array, order: int) -> Array:
-            line = [*x[1:4], x[0], *x[4:]]
-            return np.asarray(sum(w * (y - x[0]) for w, y in zip(weights, line, strict=True)) / e**order)
-
-        self.Z, self.T, self.S = Z[0], T[0], S[0]
-        self.Z1, self.Z2 = derivative(Z, self.FIRST, 1), derivative(Z, self.SECOND, 2)
-        self.T1, self.S1 = derivative(T, self.FIRST, 1), derivative(S, self.FIRST, 1)
-        self.W, self.W1 = self.Z1, self.Z2
-        if system.scene.spatial:
-            X, X1 = spins(system, v), spins(system, a)
-            self.W, self.W1 = self.Z1 + X @ self.Z, self.Z2 + X1 @ self.Z + X @ self.Z1
+        self.Z, W, self.T, self.S = self._at(0.0)
+        self.Z1, self.W = W - spins(system, v) @ self.Z, W
+        _, self.W1, self.T1, self.S1 = self._derivative(self._at, 0.0)
 
     def _coordinates(self, t: float, q: Array, v: Array) -> tuple[list[Expr], list[int]]:
         """Targets whose variations are independent and determine all others: signals, and rows of :meth:`_of_beams`.
@@ -205,40 +194,42 @@ class Moving:
             return np.vstack([G, self._of_rotations(q)[self.turned]]) if self.turned else G
         return np.vstack([G, np.vstack(self._of_beams(q, v))[self.turned]]) if self.turned else G
 
-    def _at(self, s: float) -> tuple[Array, Array, Array]:
-        """Z (n, r), T (r, d) and S (r, r) at the time ``s`` from now."""
+    def _at(self, s: float) -> tuple[Array, Array, Array, Array]:
+        """Z and W (n, r), T (r, d) and S (r, r) at the time ``s`` from now."""
         system, (t, q, v) = self.system, self.path(s)
-        J = dense(system.Phi_q(t, q)) / self.scale
-        size = row_size(J)
-        G = self._gradient(t, q, v)
-        r = len(G)
-        right = np.vstack([np.zeros((len(J), r)), np.eye(r)])
-        Z = np.linalg.lstsq(np.vstack([J / size[:, None], G]), right, rcond=RANK)[0] / self.scale[:, None]
+        J, G = dense(system.Phi_q(t, q)) / self.scale, self._gradient(t, q, v)
+        size, r = row_size(J)[:, None], len(G)
+        inverse = np.linalg.pinv(np.vstack([J / size, G]), rcond=RANK) / self.scale[:, None]
+        Z = inverse[:, len(J) :]
+        # Phi_q dv + (Phi_q v)_q dq = 0, and y' = G dv + (G v)_q dq
+        rates = np.vstack([dense(system.Phi_v_q(t, q, v)) / size, self._rate_gradient(s)])
+        W = -inverse @ rates @ Z
         if not system.p:
-            return Z, np.eye(r), np.zeros((r, r))
-        # S belongs to y' = T u + S y: of Gam_v (Z y' + Z' y) + Gam_q Z y = 0, with Z' from the rate of J Z = 0
-        rate = np.vstack([dense(system.Phi_v_q(t, q, v)) / self.scale / size[:, None], self._gradient_rate(s)])
-        solved = np.linalg.lstsq(np.vstack([J / size[:, None], G]), -rate @ (Z * self.scale[:, None]), rcond=RANK)[0]
-        Z1 = solved / self.scale[:, None]
-        B, C = dense(system.Gam_v(t, q, v)), dense(system.Gam_q(t, q, v))
-        if system.scene.spatial:
-            Z1 = Z1 + spins(system, v) @ Z
-        C = B @ Z1 + C @ Z
+            return Z, W, np.eye(r), np.zeros((r, r))
+        # S belongs to y' = T u + S y: of Gam_v (Z y' + W y) + Gam_q Z y = 0
+        B = dense(system.Gam_v(t, q, v))
+        C = B @ W + dense(system.Gam_q(t, q, v)) @ Z
         B = B @ Z
-        size = row_size(B)
-        B, C = B / size[:, None], C / size[:, None]
+        size = row_size(B)[:, None]
+        B, C = B / size, C / size
         if self.H is None:
             self.H = self._speeds(B)
-        whole = np.vstack([B, self.H])
-        T = np.linalg.lstsq(whole, np.vstack([np.zeros((len(B), len(self.H))), np.eye(len(self.H))]), rcond=RANK)[0]
-        S = np.linalg.lstsq(whole, np.vstack([-C, np.zeros((len(self.H), r))]), rcond=RANK)[0]
-        return Z, np.asarray(T, float), np.asarray(S, float)
+        inverse = np.linalg.pinv(np.vstack([B, self.H]), rcond=RANK)
+        return Z, W, inverse[:, len(B) :], -inverse[:, : len(B)] @ C
 
     def _speeds(self, B: Array) -> Array:
         """Combinations (d, r) of the rates y' whose values are the speeds u that the constraints B y' = 0 allow."""
         return null_space(B).T
 
-    def _gradient_rate(self, s: float) -> Array:
-        """The rate of the targets' gradient (r, n), scaled."""
-        e = self.e
-        return sum(w * self._gradient(*self.path(s + k * e)) for w, k in zip(self.FIRST, range(-3, 4), strict=True)) / e  # type: ignore[return-value]
+    def _rate_gradient(self, s: float) -> Array:
+        """Derivatives (r, n) of the targets' rates G v by coordinates; for rotations, y' is G dv alone."""
+        system, (t, q, v) = self.system, self.path(s)
+        if self.bends:
+            return self._derivative(lambda s: (self._gradient(*self.path(s)),), s)[0] * self.scale
+        G1 = dense(gradients(system, [der(x) for x in self.targets], t, q, v)[1])
+        return np.vstack([G1, np.zeros((len(self.turned), system.n))])
+
+    def _derivative(self, of: Callable[[float], Sequence[Array]], s: float) -> list[Array]:
+        """Derivatives of arrays along the motion at the time ``s`` from now, by differences."""
+        line = zip(*(of(s + k * self.e) for k in range(-3, 4)), strict=True)
+        return [np.tensordot(self.WEIGHTS, np.array(x), 1) / self.e for x in line]

@@ -43,8 +43,8 @@ class SpatialPoint:
         return tuple(range(3))
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
-        """First coordinate, first frame, number of frames."""
-        return [d, first, len(poses)]
+        """First coordinate, first frame, number of frames, offset of their axes."""
+        return [d, first, len(poses), buffers.floats(value for pose in poses for value in pose[3:])]
 
     def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
         if key in VELOCITIES:

@@ -2,7 +2,7 @@
 
     r = x,   r' = v,   B = [I; 0]
 
-Record of a body in layout: first coordinate, first frame, number of frames.
+Record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of their axes.
 """
 
 from mbdsl.compilation.buffer_layout_in_space import (
@@ -20,7 +20,7 @@ from mbdsl.compilation.buffer_layout_in_space import (
 )
 from mbdsl.compilation.marks import kernel
 
-RECORD = 3  #: ints of a body in layout
+RECORD = 4  #: ints of a body in layout
 MASS = 0  #: the mass matrix is diagonal and constant
 MODEL = "mbdsl.bodies.spatial_point_mass"
 
@@ -30,10 +30,13 @@ def move(block, vectors, frames, numbers, layout):
     """Write pose and rate of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
+        k = layout[o + 3]
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            for j in range(9):
+                frames[f, AXES + j] = numbers[k + j]
+            k += 9
             for j in range(3):
                 frames[f, j] = vectors[POSITION, layout[o] + j]
-                frames[f, AXES + 4 * j] = 1.0
                 frames[f, RATE + j] = vectors[VELOCITY, layout[o] + j]
             for j in range(6):
                 frames[f, WRENCH + j], frames[f, MU_WRENCH + j] = 0.0, 0.0

@@ -15,6 +15,7 @@ KIND = JointKind(
     reactions=wrench("-lam[1]", "-lam[2]", "-lam[3]"),
     table=lambda v: (v["phi0"],),
     pose=lambda v, s: (0.0, 0.0, v["phi0"]),
+    keeps_attitude=True,
     angle=("phi0",),
 )
 

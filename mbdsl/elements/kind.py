@@ -179,6 +179,11 @@ class BodyKind(Kind):
     coordinates_of: Callable[[Mapping], tuple[str, ...]] | None = None
 
 
+def is_point(kind: Kind) -> bool:
+    """Whether it is a body that does not turn, whose name denotes its only frame."""
+    return isinstance(kind, BodyKind) and kind.is_frame and bool(kind.coordinates)
+
+
 @dataclass(eq=False, repr=False)
 class PairKind(Kind):
     """A kind between two frames, described by ``rows`` scalar coordinates g(z) of them.
@@ -238,6 +243,7 @@ class JointKind(PairKind):
     #: is this axis. For None, the axes of the joint's own frames are used: x of frame_b turns about z of frame_a, or
     #: its origin moves along x
     free_axes: Mapping[str, str | None] = field(default_factory=dict)
+    keeps_attitude: bool = False  #: whether frame_b keeps the attitude relative to frame_a that the model gives it
     #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
     #: constraints hold as well because axes have opposite senses
     aligned: str = ""

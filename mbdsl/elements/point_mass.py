@@ -6,7 +6,7 @@ from mbdsl.elements.kind import BodyKind, Parameter, Signal
 
 KIND = BodyKind(
     "PointMass",
-    doc="A mass at a point. Its name stands for its only frame, which does not rotate.",
+    doc="A mass at a point. Its name stands for its only frame, which only welds and sliding joints can turn.",
     parameters=(Parameter("m", "kg", doc="mass", positive=True),),
     signals=tuple(Signal(x.name, x.unit, x.formula, "always 0") if x.name in ("phi", "w") else x for x in body.SIGNALS),
     coordinates=("x", "y"),

@@ -38,6 +38,7 @@ KIND = JointKind(
     table=lambda v: (v["phi0"],),
     pose=lambda v, s: (s, 0.0, v["phi0"]),
     free="s",
+    keeps_attitude=True,
     angle=("phi0",),
     along=("s",),
 )

@@ -367,7 +367,12 @@ def _velocities(
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
     scale, w = shape.scale, np.zeros(len(y))  # w: rates in the mechanism's size, and in radians
+    complete = len(soft) >= len(y)  # the state of another run: nothing remains to be nearest to rest
+    driven = not complete and bool(_velocity_residual(system, t, q, np.zeros(system.n)).any())
+    metric = metric.relative() if driven else metric
     weight, asked, near = shape.weights(metric.weight), 0.0, np.zeros(len(y))
+    at_rest, rates = metric.velocities_at(t, q)  # linear in v
+    R = scaled(shape.reduce(y, rates, q), np.ones(len(at_rest)), 1.0 / scale)
     for k in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
         v = shape.rates(y, w / scale, q)
         value, _q, d_v = _stack(system, fixed, t, q, v)
@@ -389,11 +394,10 @@ def _velocities(
         S, r_s = without_units(shape.reduce(y, soft_v, q), r_s, scale)
         if k == 0:
             asked = np.abs(r_c).max(initial=0.0)
-        value, d_v = metric.velocities_at(t, q, v)
-        S, r_s = _stacked(S, scaled(shape.reduce(y, d_v, q), np.ones(len(value)), 1.0 / scale)), np.append(r_s, value)
+        S, r_s = _stacked(S, R), np.append(r_s, at_rest + rates @ v)
         step = _constrained(weight, weight * (w - near), S, r_s, J, r_c)
         w = w + step
-        if len(soft) >= len(y):  # the state of another run: nothing remains to be nearest to rest
+        if driven or complete:  # not nearest to rest in the world
             near = w
         if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(w).max(initial=0.0):
             break

@@ -15,6 +15,7 @@ from mbdsl.initial.consistent import InitialState, Moved, determined, initial_st
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.mirrored_poses import MIRRORED
 from mbdsl.initial.misfits import misfits
+from mbdsl.initial.rates_not_given import rates_not_given
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.initial.start_conditions import check_loose
 from mbdsl.initial.weights import members_of
@@ -22,7 +23,7 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.reduction import Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import count
+from mbdsl.messages import count, few
 from mbdsl.system import System, build
 
 #: wall-clock time [s] after which a search for positions is given up; four-bar linkages of 3,600 unknowns take 3 s
@@ -71,6 +72,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
     check_loose(reduction, whole, t)
     moved: list[Moved] = []
     redundant: list[str] = []
+    rates: list[str] = []
     lines: list[str] = []
     for system, state in _states(reduction, whole, t):
         lines += misfits(system, t, state.q, state.v)
@@ -78,11 +80,14 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
             raise problem
         moved += state.moved
         lines += [MIRRORED.format(name) for name in state.mirrored]
+        rates += rates_not_given(system, state)
         names = system.constraint_names()
         redundant += [names[k] for k in state.redundant]
         lines += [f"  {line}" for line in repeated(system, t, state.q, state.v, state.redundant)]
         if scene.spatial:
             lines += [f"  {line}" for line in not_unique(system, t, state.q, state.redundant)]
+    if rates:
+        lines.append(f"initial rates that are not given and not zero: {few(rates)}")
     if redundant:
         follow = "follows" if len(redundant) == 1 else "follow"
         lines.insert(0, f"redundant: {', '.join(redundant)} {follow} from the other constraints")

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.expressions.symbolic import RATE, coordinate
+from mbdsl.elements.kind import JointKind, is_point
+from mbdsl.expressions.symbolic import RATE, Expr, coordinate
 from mbdsl.mechanism.reduction import Reduction
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.system.signals import Matrix, gradients
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 
 UNSAID = 1e-4  #: weight of a coordinate without a guess
+UNDECIDED = 1e-6  #: relative weight of velocities in the world, if those of joints count, and leave something undecided
 
 
 def members_of(reduction: Reduction, system: System) -> dict[str, list[str]]:
@@ -41,17 +45,51 @@ class Metric:
                 self.positions += [coordinate(frame, key) for key in RATE]
                 self.velocities += [coordinate(frame, key) for key in RATE.values()]
         self.row_weight = UNSAID * np.tile([size, size, 1.0], len(self.positions) // 3)[:, None]
-        self.system = system
+        self.rate_weight, self.system = self.row_weight, system
+
+    def relative(self) -> Metric:
+        """The same with the velocities of joints in place of those of bodies: a body on a driven one moves with it."""
+        found, size, scene = copy(self), 1.0 / self.system.tables.size, self.system.scene
+        lengths, angles = list[Expr](), list[Expr]()
+        for c in scene.components.values():
+            if isinstance(c.kind, JointKind) and c.kind.driver is None and (c.kind.rows > 1 or c.kind.along):
+                a, b = sorted(c.ports.values(), key=lambda name: is_point(_body_of(scene, name).kind))
+                lengths += slip(a, b, scene.spatial)
+                if not is_point(_body_of(scene, b).kind):
+                    angles += [coordinate(b, key) - coordinate(a, key) for key in _spin(scene.spatial)]
+        found.weight, found.velocities = UNDECIDED * self.weight, [*self.velocities, *lengths, *angles]
+        weights = [UNDECIDED * self.row_weight[:, 0], [UNSAID * size] * len(lengths), [UNSAID] * len(angles)]
+        found.rate_weight = np.concatenate(weights)[:, None]
+        return found
 
     def positions_at(self, t: float, q: Array) -> tuple[Array, Matrix]:
         """Weighted coordinates of members, and their gradient with respect to q."""
         value, d_q, _ = gradients(self.system, self.positions, t, q, np.zeros(self.system.n))
         return self.row_weight[:, 0] * value, scaled(d_q, self.row_weight, np.ones(self.system.n))
 
-    def velocities_at(self, t: float, q: Array, v: Array) -> tuple[Array, Matrix]:
-        """Weighted velocities of members, and their gradient with respect to v."""
-        value, _, d_v = gradients(self.system, self.velocities, t, q, v)
-        return self.row_weight[:, 0] * value, scaled(d_v, self.row_weight, np.ones(self.system.n))
+    def velocities_at(self, t: float, q: Array) -> tuple[Array, Matrix]:
+        """Weighted velocities of members at v = 0, and their gradient with respect to v."""
+        value, _, d_v = gradients(self.system, self.velocities, t, q, np.zeros(self.system.n))
+        return self.rate_weight[:, 0] * value, scaled(d_v, self.rate_weight, np.ones(self.system.n))
+
+
+def _body_of(scene: Scene, frame: str) -> Component:
+    return scene.components[scene.frames[frame].body]
+
+
+def _spin(spatial: bool) -> tuple[str, ...]:
+    return ("wx", "wy", "wz") if spatial else ("w",)
+
+
+def slip(a: str, b: str, spatial: bool) -> list[Expr]:
+    """The velocity of the origin of frame b relative to the body of frame a, in world axes."""
+    axes = "xyz" if spatial else "xy"
+    d, v = ([coordinate(b, key + i) - coordinate(a, key + i) for i in axes] for key in ("", "v"))
+    if not spatial:
+        w = coordinate(a, "w")
+        return [v[0] + w * d[1], v[1] - w * d[0]]
+    w3 = [coordinate(a, key) for key in _spin(True)]
+    return [v[k] - (w3[k - 2] * d[k - 1] - w3[k - 1] * d[k - 2]) for k in range(3)]
 
 
 def scaled(J: Matrix, rows: Array, columns: Array) -> Matrix:

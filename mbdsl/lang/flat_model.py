@@ -25,6 +25,7 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.drawn_shapes import DrawnShape
+from mbdsl.mechanism.point_masses import turned_by_joints
 from mbdsl.mechanism.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
@@ -152,15 +153,11 @@ class Assembly:
         return spatial_coordinates.NAMES if self.spatial else symbolic.COORDINATES
 
     def coordinate(self, frame: Frame, key: str) -> Quantity:
-        """A coordinate of a frame as an expression; zero if it cannot change."""
-        kind = self.parts[frame.body].kind
+        """A coordinate of a frame as an expression."""
         if self.spatial:
             unit = spatial_coordinates.UNITS[key]
             return Quantity(spatial_coordinates.named(frame.name, key), units.dimension(unit))
-        dimension = _COORDINATE_DIMENSION[key]
-        if key in ("phi", "w") and isinstance(kind, BodyKind) and kind.coordinates and "phi" not in kind.coordinates:
-            return Quantity(symbolic.const(0.0), dimension)
-        return Quantity(symbolic.coordinate(frame.name, key), dimension)
+        return Quantity(symbolic.coordinate(frame.name, key), _COORDINATE_DIMENSION[key])
 
     def connect_new(self) -> None:
         """Make the connections that were declared since the last call."""
@@ -307,7 +304,7 @@ class Assembly:
         self._doubt_names()
         return Scene(
             name,
-            components,
+            turned_by_joints(components, frames),
             frames,
             initial,
             experiment or Experiment(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import cos, sin
 
+from mbdsl.elements.kind import is_point
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, doubts, orientations, units, values
 from mbdsl.lang import syntax as s
@@ -60,7 +61,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
         except ModelError as problem:
             raise place(problem, angle.value.at) from None
     c, sn = cos(phi0), sin(phi0)
-    return Frame(name, body, x0 + c * x - sn * y, y0 + sn * x + c * y, phi0 + phi, span_of(at))
+    return _checked(base, Frame(name, body, x0 + c * x - sn * y, y0 + sn * x + c * y, phi0 + phi, span_of(at)))
 
 
 def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
@@ -78,7 +79,19 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
             )
         body, pose = found.body, found.pose
     own = orientations.pose(f"`{name}`", modifiers, contexts, at, base.scope.namespace.assembly.warn)
-    return frame_at(name, body, composed(pose, own), span_of(at))
+    return _checked(base, frame_at(name, body, composed(pose, own), span_of(at)))
+
+
+def _checked(base: Positional, frame: Frame) -> Frame:
+    """The frame; at a point mass, it has to be at the point."""
+    kind = base.scope.namespace.assembly.parts[frame.body].kind
+    if any(frame.pose[: 3 if kind.spatial else 2]) and is_point(kind):
+        raise ModelError(
+            f"`{frame.name}` is not at the point mass `{frame.body}`, which has no extent",
+            frame.span,
+            f"leave out `r`, or write `Body {frame.body}(m = ..., I = ..., frames({frame.name} = ...))`",
+        )
+    return frame
 
 
 def alias(argument: Positional, contexts: Contexts) -> Frame | Node:

@@ -1221,7 +1221,7 @@ class SpatialBuilder(Builder):
         replace: bool = False,
     ) -> Handle:
         """Add a PointMass: a mass at a point. Its name stands for its only frame,
-        which does not rotate.
+        which only welds and sliding joints can turn.
 
         Parameters
         ----------

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import RATE as RATES
-from mbdsl.expressions.symbolic import Expr, der, is_const
-from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.expressions.symbolic import Expr, der, is_const, is_velocity_level
+from mbdsl.mechanism.graph import GROUND, MechanismGraph
 from mbdsl.mechanism.scene import Component
 
 #: parameters of rigid bodies that are zero if a coordinate has no mass
@@ -13,10 +13,10 @@ MASSES = ("m", "I")
 
 
 def has_to_be_assembled(graph: MechanismGraph) -> bool:
-    """Whether the initial state of a model may be inconsistent.
+    """Whether the initial state of a model may be inconsistent, or has rates that are not given.
 
-    It cannot be if the joints form a tree, each fixed initial value is that of another degree of freedom of the tree,
-    every coordinate has a mass, and no law is evaluated.
+    It cannot be if the joints form a tree, no body that starts with a velocity carries another one, each fixed initial
+    value is that of another degree of freedom of the tree, every coordinate has a mass, and no law is evaluated.
 
     Parameters
     ----------
@@ -33,8 +33,15 @@ def has_to_be_assembled(graph: MechanismGraph) -> bool:
         or any(_is_driven(c) or _has_a_law(c) for c in graph.scene.components.values())
         or any(frame.motion is not None for frame in graph.scene.frames.values())
         or not all(_has_masses(body) for body in graph.bodies.values())
+        or _may_carry_others(graph)
         or not _values_are_independent(graph)
     )
+
+
+def _may_carry_others(graph: MechanismGraph) -> bool:
+    """Whether a body may start with a velocity and carry a joint, whose rate may not be given."""
+    moving = any(x.value and is_velocity_level(x.target) for x in graph.scene.initial)
+    return moving and any(GROUND not in (e.body_i, e.body_j) for e in graph.joints)
 
 
 def _is_driven(c: Component) -> bool:

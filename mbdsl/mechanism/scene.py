@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, const, coordinate, der, substitute
+from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, substitute
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.frozen_dict import freeze
@@ -482,9 +482,6 @@ class Scene:
     def _coordinate(self, frame: str, key: str) -> Expr:
         if self.spatial:
             return spatial_coordinates.named(frame, key)
-        kind = self.components[self.frames[frame].body].kind
-        if key in ("phi", "w") and isinstance(kind, BodyKind) and "phi" not in (kind.coordinates or ("phi",)):
-            return const(0.0)  # a point mass does not rotate
         return coordinate(frame, key)
 
     def _moved(self, expression: Expr) -> Expr:

@@ -161,19 +161,52 @@ def test_linear_model_against_the_motion():
         np.testing.assert_allclose(found, exact[:, k], rtol=0, atol=3e-5 * np.abs(exact[:, k]).max())
 
 
-@pytest.mark.parametrize("model", [SKEW, FREE])
+COIN = """spatial model Coin "A disc that rolls along a curve, with a body on a ball joint"
+  Ground ground(n = {0, 0, -1});
+  Body disc(m = 1 kg, I = {0.01, 0.02, 0.01} kg.m2);
+  Body bob(m = 0.5 kg, I = {0.002, 0.002, 0.001} kg.m2, frames(hub = {0, 0.1, 0.1} m));
+  Spherical ball(disc.c, bob.hub);
+  RollingDisc roll(ground, disc.c, radius = 0.2 m, n = {0, 1, 0}, normal = {0, 0, 1});
+initial equation
+  disc.x = 0 m; disc.y = 0 m; disc.phi_x = 0.3 rad; bob.phi_x = 0 rad; bob.phi_y = 0 rad; bob.phi_z = 0 rad;
+  disc.vx = 2 m/s; disc.wx = 0.3 rad/s; disc.wz = 0.7 rad/s; bob.wx = 0.1 rad/s; bob.wy = 0.5 rad/s; bob.wz = 0 rad/s;
+end Coin;"""
+
+SLEDGE = """spatial model Sledge "On a table that a driver turns, with a pendulum and a law of velocities"
+  Ground ground;
+  Body table(m = 10 kg, I = {10, 20, 30} kg.m2);
+  Body sledge(m = 5 kg, I = {2, 1, 2} kg.m2, frames(f = {0.5, 0, 0.2} m, k = {-0.3, 0.1, 0} m));
+  Body bob(m = 2 kg, I = {0.2, 0.1, 0.2} kg.m2, frames(f = {0.3, 0, 0} m));
+  Revolute pin(ground, table.c, n = {0, 0.3, 1});
+  RotationalVelocityDriver turn(pin, w = 2 rad/s + 1 rad/s2*time);
+  Planar glide(table.c, sledge.c, n = {0, 0, 1});
+  KnifeEdge blade(table.c, sledge.k, n = {0, 0, 1});
+  Spherical ball(sledge.f, bob.f);
+  VelocityConstraint law(gamma = bob.wz + 0.4*sledge.wz*cos(glide.phi) - 0.1 rad/m*sin(2*glide.phi)*bob.vx);
+initial equation
+  pin.phi = 0.2 rad; sledge.x = 0.1 m; sledge.y = -0.2 m; glide.phi = 0.4 rad; glide.w = 1 rad/s; blade.v = 0.5 m/s;
+  bob.phi_x = 0.2 rad; bob.phi_y = 0.3 rad; bob.phi_z = 0.1 rad; bob.wx = 0.2 rad/s; bob.wy = -0.4 rad/s;
+end Sledge;"""
+
+
+@pytest.mark.parametrize("model", [SKEW, FREE, COIN, SLEDGE])
 def test_linear_model_of_a_motion(model):
-    """Accelerations at deviating states, by central differences over 1e-5, whose errors are below 1e-8."""
+    """Accelerations at deviating states, by central differences over 1e-5, whose errors are below 1e-8.
+
+    The deviations keep the constraints, and those of positions change at the rates of the coordinates."""
     point = operating_points.find(mbdsl.parse(model), "start", (), None, None)
     system, t, q, v, a = point.system, point.t, point.q, point.v, point.a
     basis = Named(system, t, q, v, a)
     linear = _Equations(point, basis, np.zeros((system.n, 0)))
+    before, after = (basis._at(s)[0] for s in (-1e-5, 1e-5))
+    np.testing.assert_allclose((after - before) / 2e-5, basis.Z1, atol=1e-6 * np.abs(basis.Z1).max())
     for k in range(linear.A.shape[0]):
         dq, dv = linear.dq.x[:, k], linear.dv.x[:, k]
         found = []
         for e in (1e-5, -1e-5):
             state = t, system.moved(q, e * dq), v + e * dv
-            assert np.abs(system.evaluate(*state)[2]).max(initial=0.0) < 1e-8  # the deviation keeps the constraints
+            assert np.abs(system.evaluate(*state)[2]).max(initial=0.0) < 1e-8
+            assert np.abs(system.Gam(*state)).max(initial=0.0) < 1e-8
             found.append(accelerations(system, *state)[0])
         np.testing.assert_allclose((found[0] - found[1]) / 2e-5, linear.da.x[:, k], rtol=1e-5, atol=1e-4)
 

@@ -19,6 +19,7 @@ KIND = JointKind(
         total(("lam[4]", cross(X_A, Y_B)), ("lam[5]", cross(X_A, Z_B)), ("lam[6]", cross(Y_A, Z_B))),
     ),
     axes=lambda v: {"frame_b": about((0.0, 0.0, 1.0), -v["phi0"])} if v["phi0"] else {},
+    keeps_attitude=True,
     aligned=SAME_ATTITUDE,
     curved_by_rotations=True,
     spatial=True,

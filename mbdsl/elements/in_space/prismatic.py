@@ -57,6 +57,7 @@ KIND = JointKind(
     effects=friction.EFFECTS,
     axes=axes,
     along=("s",),
+    keeps_attitude=True,
     aligned=SAME_ATTITUDE,
     free_axes={"translation": "n"},
     spatial=True,
