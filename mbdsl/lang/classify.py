@@ -7,7 +7,7 @@ from collections.abc import Callable
 from mbdsl.elements import find, kinds
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError
-from mbdsl.lang import foreign_kinds, foreign_names, quantities
+from mbdsl.lang import foreign_equations, foreign_kinds, foreign_names, quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Unit
 from mbdsl.lang.source import span_of
@@ -80,12 +80,14 @@ def no_type(
     if d.prefixes & {"parameter", "constant"}:
         known = [*VALUE_TYPES[1:], *quantities.TYPES]
         return ModelError(f"`{d.type}` is not a type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
+    if (foreign := foreign_equations.definition(d)) is not None:
+        return ModelError(foreign[0], span_of(d.type_at), foreign[1])
     message = f"there is no kind of component or model called `{d.type}`"
     instead = foreign_kinds.instead(d, lambda port: _end(d, port, around()), spatial)
     if instead is not None:
         return ModelError(message, span_of(d.type_at), instead)
-    known = [*kinds(spatial), *foreign_names.KINDS, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:]]
-    known += quantities.TYPES if d.value is not None else ()
+    known = [*kinds(spatial), *foreign_names.KINDS, "Table", "Frame", *unit.names()]
+    known += (*VALUE_TYPES[1:], *quantities.TYPES) if d.value is not None or not d.arguments else ()
     hint = did_you_mean(d.type.rpartition(".")[2], known) or f"the kinds are {', '.join(kinds(spatial))}"
     return ModelError(message, span_of(d.type_at), hint)
 

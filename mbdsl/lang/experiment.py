@@ -45,6 +45,10 @@ def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment
                     raise ModelError("`experiment` has no value", span_of(part.at), hint)
                 here: set[str] = set()
                 for argument in part.modifiers or (call.arguments if call else ()):
+                    name = argument.name or write(argument.value)
+                    if name.startswith("__"):  # a setting of another program (Modelica 3.6, section 18.1)
+                        scope.namespace.assembly.passed.append(s.Passed(name, at=argument.at))
+                        continue
                     _read(argument, scope, found)
                     if argument.name in here:
                         raise ModelError(f"`{argument.name}` is given twice", span_of(argument.at))

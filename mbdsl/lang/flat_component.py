@@ -81,7 +81,7 @@ class Template:
             if hint == "":
                 continue
             given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
-            hint = hint or foreign_names.parameter(known, name, given, kind.spatial)
+            hint = hint or foreign_names.parameter(kind, known, name, given)
             hint = hint or did_you_mean(name, known, f"{kind.name} takes")
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
 

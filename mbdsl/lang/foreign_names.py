@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from mbdsl.elements.kind import Kind
 from mbdsl.lang import syntax as s
 from mbdsl.lang.unparse import write
 
@@ -168,8 +169,16 @@ MOMENTS, PRODUCTS = ("I_11", "I_22", "I_33"), ("I_21", "I_31", "I_32")
 _INERTIA = {"Ixx": "I_11", "Iyy": "I_22", "Izz": "I_33", "Ixy": "I_21", "Ixz": "I_31", "Iyz": "I_32"}
 
 
-def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression], spatial: bool = False) -> str | None:
-    """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
+def with_unit(kind: Kind | None, name: str, e: s.Expression) -> str:
+    """A value as it is written for a parameter; a number has its unit, so that its meaning is certain."""
+    found = kind.parameter(name) if kind is not None else None
+    bare = isinstance(e, s.Number) and e.unit is None and e.value != 0
+    return f"{write(e)} {found.unit}" if bare and found is not None and found.unit not in ("", "1") else write(e)
+
+
+def parameter(kind: Kind, known: Sequence[str], name: str, given: Mapping[str, s.Expression]) -> str | None:
+    """The remedy for the parameter ``name`` of a kind that takes ``known``; ``given`` are those given."""
+    spatial = kind.spatial
     if spatial and "I" in known and name in (*MOMENTS, *PRODUCTS, *_INERTIA):
         return f"write `I = {inertia({_INERTIA.get(key, key): value for key, value in given.items()})}`"
     if name == "diameter" and "radius" in known:
@@ -177,11 +186,12 @@ def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression]
     if spatial and name in ("radius", "diameter") and "length" in known and "radius" not in known:
         return "use a Cylinder, which has a `radius`"
     if (same := _SAME.get(name)) in known:
-        value = vector(given.get(name), spatial)
+        e = given.get(name)
+        value = with_unit(kind, same, e) if isinstance(e, s.Number) else vector(e, spatial)
         return f"write `{same} = {value}`" if name in given else f"it is called `{same}` here"
     if name == "d" and "k" in known and "c" in known:
-        stiffness = f"k = {write(given['c'])}, " if "c" in given and "k" not in given else ""
-        damping = write(given["d"]) if "d" in given else "..."
+        stiffness = f"k = {with_unit(kind, 'k', given['c'])}, " if "c" in given and "k" not in given else ""
+        damping = with_unit(kind, "c", given["d"]) if "d" in given else "..."
         return f"here `k` is the stiffness and `c` the damping: write `{stiffness}c = {damping}`"
     return PARAMETERS.get(name)
 
