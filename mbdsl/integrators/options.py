@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import declared
+from mbdsl.lang.given_values import mapping
 
 
 def check_options(
@@ -22,7 +23,7 @@ def check_options(
     method = declared(name)
     parameters = method.parameters
     values: dict[str, float | None] = {key: option.default for key, option in parameters.items()}
-    for key, value in options.items():
+    for key, value in mapping(options, "options", 'give them by name: `{"alpha": -0.1}`').items():
         if value is None:
             continue
         if key not in parameters:

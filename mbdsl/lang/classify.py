@@ -15,8 +15,6 @@ from mbdsl.lang.unparse import write
 from mbdsl.messages import did_you_mean
 
 FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")
-#: joints in space -> their counterparts in the plane
-IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic"}
 VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
 
 
@@ -65,7 +63,8 @@ def other_dimension(kind: str, spatial: bool, d: s.Declaration) -> ModelError:
             span_of(d.type_at),
             f"the kinds in space are {', '.join(kinds(spatial=True))}",
         )
-    in_plane = f"in the plane it is a {IN_PLANE[kind]}; for a model in space " if kind in IN_PLANE else ""
+    counterpart = foreign_kinds.IN_PLANE.get(kind)
+    in_plane = f"in the plane it is a {counterpart}; for a model in space " if counterpart else ""
     return ModelError(
         f"{kind} belongs to models in space, and this model is in the plane",
         span_of(d.type_at),

@@ -120,6 +120,9 @@ def check_effects(given: Iterable[str]) -> tuple[str, ...]:
     ModelError
         If there is no effect of a name.
     """
+    if not isinstance(given, Iterable):
+        hint = f"the effects are {', '.join(EFFECTS)}"
+        raise ModelError(f"found {given!r}, expected effects to leave out", hint=hint)
     names = (given,) if isinstance(given, str) else tuple(given)
     for name in names:
         if name not in EFFECTS:

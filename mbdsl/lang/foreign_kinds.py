@@ -10,6 +10,8 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.foreign_names import inertia, vector, with_unit
 from mbdsl.lang.unparse import write
 
+#: joints in space -> their counterparts in the plane
+IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic"}
 #: end of a name -> the kind here, and its parameters by the names there
 _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "Spring": ("SpringDamper", {"c": "k", "s_unstretched": "s0"}),
@@ -26,6 +28,12 @@ _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "RigidBody": ("Body", {"Izz": "I", "Jzz": "I", "mass": "m", "inertia": "I"}),
     "Hinge": ("Revolute", {}),
     "Pin": ("Revolute", {}),
+    **dict.fromkeys(("Ball", "BallJoint", "BallAndSocket", "SphericalJoint"), ("Spherical", {})),
+    **dict.fromkeys(("UniversalJoint", "Cardan", "CardanJoint", "Hooke"), ("Universal", {})),
+    "CylindricalJoint": ("Cylindrical", {}),
+    "PlanarJoint": ("Planar", {}),
+    "ScrewJoint": ("Screw", {}),
+    "FixedJoint": ("Fixed", {}),
     "RevoluteJoint": ("Revolute", {}),
     "PrismaticJoint": ("Prismatic", {}),
     "Slider": ("Prismatic", {}),
@@ -109,7 +117,10 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
         if suffix in _MADE:
             return _MADE[suffix](d.name, given, ends, spatial)
         if suffix in _RENAMED and not (len(parts) == 1 and "." in suffix):
-            return f"write `{_renamed(d, *_RENAMED[suffix])}`"
+            name, names = _RENAMED[suffix]
+            if not spatial and (in_plane := IN_PLANE.get(name)) is not None:
+                return f"in the plane write `{_renamed(d, in_plane, names)}`"
+            return f"write `{_renamed(d, name, names)}`"
         if suffix in _TEXTS:
             return _TEXTS[suffix]
     found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
