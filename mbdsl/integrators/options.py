@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import declared
-from mbdsl.lang.given_values import mapping
 
 
 def check_options(
@@ -23,7 +22,10 @@ def check_options(
     method = declared(name)
     parameters = method.parameters
     values: dict[str, float | None] = {key: option.default for key, option in parameters.items()}
-    for key, value in mapping(options, "options", 'give them by name: `{"alpha": -0.1}`').items():
+    if not isinstance(options, Mapping):
+        hint = 'give them by name: `{"alpha": -0.1}`'
+        raise UsageError(f"options: found {options!r}, expected a mapping", hint=hint)
+    for key, value in options.items():
         if value is None:
             continue
         if key not in parameters:

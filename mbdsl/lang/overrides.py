@@ -28,7 +28,8 @@ def read_overrides(overrides: Mapping[str, Any], instance: Instance) -> Modifier
     values = [
         m.item.name
         for m in instance.members
-        if isinstance(m.item, s.Declaration) and m.item.prefixes & {"parameter", "constant"}
+        if isinstance(m.item, s.Declaration)
+        and (m.item.prefixes & {"parameter", "constant"} or ("input" in m.item.prefixes and m.item.value is not None))
     ]
     for name, given in overrides.items():
         try:

@@ -131,3 +131,10 @@ def test_an_input_is_set_by_its_start():
     (written,) = re.findall(r"`(u.*)`", problem.value.hint)
     name, _, value = written.partition("=")
     assert parse(text, overrides={name: value}).inputs["u"].start == 3.0
+
+
+def test_an_input_with_a_value_takes_another_one_and_no_start():
+    text = PLANE.format("  input Torque u = 2 N.m;\n  Torque t(pin, tau = u);")
+    assert parse(text, overrides={"u": "3 N.m"}).components["t"].values["tau"].value == 3.0
+    with pytest.raises(MbdslError, match="has a value and takes no start"):
+        parse(text, overrides={"u.start": 3.0})
