@@ -65,6 +65,8 @@ class MbdslError(Exception):
 
     exit_code = 2
     severity = "error"
+    #: further errors of the same text, which are shown below this one
+    others: tuple[MbdslError, ...] = ()
 
     def __init__(
         self,
@@ -164,6 +166,12 @@ class ModelWarning(MbdslError):
     """The model is valid but probably not as intended. Warnings are collected and shown, not raised."""
 
     severity = "warning"
+
+
+class ModelNote(ModelWarning):
+    """What is passed over in a model, without an effect on its motion."""
+
+    severity = "note"
 
 
 class Interrupted(KeyboardInterrupt):

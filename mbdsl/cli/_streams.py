@@ -93,7 +93,8 @@ class Stream:
 
 def print_problem(problem: MbdslError) -> None:
     """Print an error or a warning on standard error; excerpts of the model have the width of a terminal."""
-    print(problem.render(columns(sys.stderr)), file=sys.stderr)
+    for each in (problem, *problem.others):
+        print(each.render(columns(sys.stderr)), file=sys.stderr)
 
 
 def verbatim() -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mbdsl.errors import UsageError
+from mbdsl.errors import MbdslError, UsageError
 from mbdsl.numerics.tolerance import misfit
 
 if TYPE_CHECKING:
@@ -337,10 +337,30 @@ def load_model(args: argparse.Namespace) -> Scene:
 
     # missing in checkpoints of earlier versions
     allowed, name = getattr(args, "allow_imports", False), getattr(args, "model_name", None)
-    scene = load(args.model, dict(args.set), name, args.without, allowed)
+    try:
+        scene = load(args.model, dict(args.set), name, args.without, allowed)
+    except MbdslError as problem:
+        first, *others = _all_errors(problem, args)
+        first.others = tuple(others)
+        raise first from problem.__cause__
     for warning in scene.warnings:
         print(warning.render(), file=sys.stderr)
     return scene
+
+
+def _all_errors(problem: MbdslError, args: argparse.Namespace) -> list[MbdslError]:
+    """The errors of the model's file that do not follow from each other; ``problem`` is one of them."""
+    if problem.span is None or problem.span.file != args.model:
+        return [problem]
+    from mbdsl.editor import all_errors
+    from mbdsl.lang.library import Library, read
+    from mbdsl.lang.load import read_scene
+
+    def scene(text: str) -> Scene:
+        return read_scene(Library(), text, args.model, dict(args.set), without=args.without)
+
+    found, _ = all_errors.find(read(args.model), args.model, scene)
+    return found if problem.message in (each.message for each in found) else [problem]
 
 
 def stem(args: argparse.Namespace) -> str:

@@ -424,9 +424,10 @@ def guesses(moved: Sequence[Moved]) -> str:
     """One line about the guesses that the assembly has changed, with the largest change."""
     most = max(moved, key=lambda m: abs(m.value - m.guess))
     furthest = "" if len(moved) == 1 else "furthest "
-    change = f"{furthest}{most.name} from {most.unit.text(most.guess, 4)} to {most.unit.text(most.value, 4)}"
-    return f"{count(len(moved), 'guess', 'guesses')} moved: {change} (--verbose lists all)"
+    shown = f"{furthest}{most.change()} (--verbose lists all)"
+    return f"{count(len(moved), 'guess', 'guesses')} moved: {shown}"
 
 
 def _moved(m: Moved) -> str:
-    return f"initial value of {m.name}: guessed {m.unit.text(m.guess, 9)}, found {m.unit.text(m.value, 9)}"
+    guess, value = m.texts(9)
+    return f"initial value of {m.name}: guessed {guess}, found {value}"

@@ -8,7 +8,7 @@ the syntax errors of the text.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -18,6 +18,7 @@ from mbdsl.editor.positions import Places
 from mbdsl.errors import MbdslError, Span
 from mbdsl.lang import loose_lexer as lexer
 from mbdsl.lang import syntax as s
+from mbdsl.lang.foreign_statements import places as foreign_places
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import parse
 
@@ -106,11 +107,20 @@ def _without(text: str, problem: MbdslError) -> str:
     if k >= len(found):
         return ""
     start, end = found[k].start, found[k].end
+    if foreign := foreign_places(text, start):
+        return blank(text, foreign)
     if not _open_model([p for p in lexer.pieces(text[:start]) if p.kind in (lexer.KEYWORD, lexer.NAME)]):
         # Outside of models, what follows belongs to a model whose beginning is not recognised.
         following = (part for part in found[k + 1 :] if _WHOLE.match(text, part.start))
         end = next((part.start for part in following), len(text))
-    return text[:start] + re.sub(r"[^\n]", " ", text[start:end]) + text[end:]
+    return blank(text, [(start, end)])
+
+
+def blank(text: str, parts: Iterable[tuple[int, int]]) -> str:
+    """The text with blanks from start to end of some parts."""
+    for start, end in parts:
+        text = text[:start] + re.sub(r"[^\n]", " ", text[start:end]) + text[end:]
+    return text
 
 
 def _opened(places: Places, span: Span) -> int | None:

@@ -53,6 +53,15 @@ class Moved:
     value: float
     unit: DisplayUnit = SI
 
+    def texts(self, digits: int) -> tuple[str, str]:
+        """Guess and value with their unit, by at least ``digits`` digits, and by so many that they differ."""
+        shown = ((self.unit.text(self.guess, d), self.unit.text(self.value, d)) for d in range(digits, 18))
+        return next((pair for pair in shown if pair[0] != pair[1]), (f"{self.guess!r}", f"{self.value!r}"))
+
+    def change(self, digits: int = 4) -> str:
+        """``pin.phi from 30 deg to 31.2 deg``."""
+        return f"{self.name} from {' to '.join(self.texts(digits))}"
+
 
 @dataclass(frozen=True)
 class InitialState:

@@ -120,6 +120,6 @@ def _states(reduction: Reduction, whole: System, t: float) -> Iterator[tuple[Sys
 def _guesses(moved: list[Moved]) -> str:
     if not moved:
         return ""
-    changes = [f"{m.name} from {m.unit.text(m.guess, 4)} to {m.unit.text(m.value, 4)}" for m in moved]
+    changes = [m.change() for m in moved]
     more = f", and {len(changes) - 3} more" if len(changes) > 3 else ""
     return f"; {count(len(moved), 'guess', 'guesses')} moved: {', '.join(changes[:3])}{more}"

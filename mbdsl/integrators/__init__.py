@@ -231,6 +231,8 @@ def declared(name: str) -> Method:
     UsageError
         If no method has this name.
     """
+    if not isinstance(name, str):
+        raise UsageError(f"method: found {name!r}, expected the name of a method", hint=", ".join(available()))
     found = modules().get(name) or backend(name)
     if found is None:
         wrong = [f"{who}: {why}" for who, why in problems().items() if who.startswith(f"{name} (")]

@@ -25,7 +25,9 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state
 from mbdsl.messages import install
+from mbdsl.numerics.hermite import between
 from mbdsl.system import System
+from mbdsl.system.index1 import Index1
 from mbdsl.system.peaks_along_motion import OnTheWay
 
 if TYPE_CHECKING:
@@ -48,8 +50,9 @@ class Problem:
         The equations: its methods evaluate single quantities; :class:`mbdsl.system.index1.Index1` and
         :class:`mbdsl.system.stabilised_index2.StabilisedIndex2` are reduced forms.
     start, stop : float [s]
-    times : (outputs,) [s]
-        Output times after the start; the last is ``stop``.
+    times : (states,) [s]
+        Times after the start at which a state is needed; the last is ``stop``. With controlled steps these are the
+        output times. With fixed steps they are the ends of the steps, and outputs between them are interpolated.
     q, v, a : (n,)
         Consistent initial state, with accelerations.
     lam : (m + p,)
@@ -139,7 +142,8 @@ class External:
         if every:
             times = np.array([stop] if stop > start else [])
         self._backend = backend(method)
-        self._given: dict[str, Any] = {"start": start, "stop": stop, "times": times, "h": h, "tol": tol}
+        due = times if tol is not None else _ends_of_steps(start, stop, h)
+        self._given: dict[str, Any] = {"start": start, "stop": stop, "times": due, "h": h, "tol": tol}
         self._given["longest"] = longest
         self._given["options"] = dict(options)
         self.times, self._every = times.copy(), every
@@ -172,6 +176,7 @@ class External:
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
         self.approaches = problem.approaches
         self._q, self._v, self._lam = q, v, lam
+        self._index1 = Index1(self.system, left_out)
         for name, body in self.system.tables.models.items():
             self.system.set_turn(name, body.turn)
         self.system.count_angles_from_start()
@@ -220,17 +225,35 @@ class External:
         moved = t > self.time
         self.system.count_turns(q)
         self.system.count_angles_up_to(t, q)
+        before = self.time, self._q, self._v, self._lam
         self.time = due if on_time else max(self.time, float(t))  # no output is written twice
         self._q, self._v, self._lam = q, v, given
-        if on_time or (self._every and moved):
-            self._write(np.concatenate([q, v, given]))
+        if self._every:
+            if on_time or moved:
+                self._write(np.concatenate([q, v, given]))
+        elif on_time:
+            self._write_outputs(*before)
 
-    def _write(self, row: Array) -> None:
+    def _write_outputs(self, t: float, q: Array, v: Array, lam: Array) -> None:
+        """Write the outputs after the state at t, up to the present one: those between are interpolated."""
+        near = 1e-9 * (self.time - t)
+        while self.written < len(self.out) and (output := float(self.times[self.written])) <= self.time + near:
+            row = self._q, self._v, self._lam
+            if output < self.time - near:
+                pairs = (np.array(pair) for pair in ((q, self._q), (v, self._v), (lam, self._lam)))
+                rotations = self.system.tables.rotations[:, 0]
+                found = between(np.array([output]), np.array([t, self.time]), *pairs, rotations)
+                own_q, own_v = (x[0] for x in found[:2])
+                held = self._index1.project(output, self._index1.join(own_q, own_v))
+                row = *self._index1.split(held), found[2][0]
+            self._write(np.concatenate(row), output)
+
+    def _write(self, row: Array, t: float | None = None) -> None:
         if self.written == len(self.out):  # only if all states are kept
             more = max(64, self.written)
             self.out = np.concatenate([self.out, np.zeros((more, self.out.shape[1]))])
             self.times = np.concatenate([self.times, np.full(more, np.inf)])
-        self.out[self.written], self.times[self.written] = row, self.time
+        self.out[self.written], self.times[self.written] = row, self.time if t is None else t
         self.written += 1
 
     def state(self) -> tuple[Array, Array, Array]:
@@ -239,6 +262,12 @@ class External:
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         raise UsageError(f"{self.method} cannot change inputs during a run", hint="take a method with fixed steps")
+
+
+def _ends_of_steps(start: float, stop: float, h: float) -> Array:
+    """The ends of equal steps (N,) [s], of which the last is ``stop``."""
+    count = round((stop - start) / h)
+    return np.append(start + h * np.arange(1, count), stop) if count else np.empty(0)
 
 
 def _state(found: object) -> tuple:

@@ -22,6 +22,9 @@ def check_options(
     method = declared(name)
     parameters = method.parameters
     values: dict[str, float | None] = {key: option.default for key, option in parameters.items()}
+    if not isinstance(options, Mapping):
+        hint = 'give them by name: `{"alpha": -0.1}`'
+        raise UsageError(f"options: found {options!r}, expected a mapping", hint=hint)
     for key, value in options.items():
         if value is None:
             continue

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from mbdsl.elements import find, kinds
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError
-from mbdsl.lang import foreign_kinds, foreign_names, quantities
+from mbdsl.lang import foreign_equations, foreign_kinds, foreign_names, quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Unit
 from mbdsl.lang.source import span_of
@@ -15,8 +15,6 @@ from mbdsl.lang.unparse import write
 from mbdsl.messages import did_you_mean
 
 FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")
-#: joints in space -> their counterparts in the plane
-IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic"}
 VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
 
 
@@ -65,7 +63,8 @@ def other_dimension(kind: str, spatial: bool, d: s.Declaration) -> ModelError:
             span_of(d.type_at),
             f"the kinds in space are {', '.join(kinds(spatial=True))}",
         )
-    in_plane = f"in the plane it is a {IN_PLANE[kind]}; for a model in space " if kind in IN_PLANE else ""
+    counterpart = foreign_kinds.IN_PLANE.get(kind)
+    in_plane = f"in the plane it is a {counterpart}; for a model in space " if counterpart else ""
     return ModelError(
         f"{kind} belongs to models in space, and this model is in the plane",
         span_of(d.type_at),
@@ -80,12 +79,14 @@ def no_type(
     if d.prefixes & {"parameter", "constant"}:
         known = [*VALUE_TYPES[1:], *quantities.TYPES]
         return ModelError(f"`{d.type}` is not a type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
+    if (foreign := foreign_equations.definition(d)) is not None:
+        return ModelError(foreign[0], span_of(d.type_at), foreign[1])
     message = f"there is no kind of component or model called `{d.type}`"
     instead = foreign_kinds.instead(d, lambda port: _end(d, port, around()), spatial)
     if instead is not None:
         return ModelError(message, span_of(d.type_at), instead)
-    known = [*kinds(spatial), *foreign_names.KINDS, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:]]
-    known += quantities.TYPES if d.value is not None else ()
+    known = [*kinds(spatial), *foreign_names.KINDS, "Table", "Frame", *unit.names()]
+    known += (*VALUE_TYPES[1:], *quantities.TYPES) if d.value is not None or not d.arguments else ()
     hint = did_you_mean(d.type.rpartition(".")[2], known) or f"the kinds are {', '.join(kinds(spatial))}"
     return ModelError(message, span_of(d.type_at), hint)
 

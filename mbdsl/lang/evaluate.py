@@ -11,6 +11,7 @@ from mbdsl.lang import foreign_names, functions, unit_hints, unit_readings, valu
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.units import Unit
 from mbdsl.lang.unparse import write, write_argument
 from mbdsl.lang.values import Quantity, Value
 
@@ -87,7 +88,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
             found: Value = tuple(evaluate(item, scope) for item in items)
             if unit:
                 unit_readings.check(unit, scope.declared)
-            return _rectangular(values.with_unit(found, unit) if unit else found)
+            return _rectangular(_with_unit(found, unit, items) if unit else found)
         case s.Boolean(value):
             return values.boolean(value)
         case s.String(value):
@@ -98,12 +99,21 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
             return tuple(values.literal(x) for x in range_values(e, scope))
         case s.Comprehension(item, iterators, unit):
             found = tuple(evaluate(item, inner) for inner in loop(iterators, scope))
-            return _rectangular(values.with_unit(found, unit) if unit else found)
+            return _rectangular(_with_unit(found, unit, (item,)) if unit else found)
         case s.Literal(value):
             return value  # type: ignore[return-value]
         case s.Last():
             return scope.last()
     raise ModelError("`:` is an index, it has no value here")
+
+
+def _with_unit(found: tuple, unit: Unit, items: tuple[s.Expression, ...]) -> Value:
+    """An array whose elements have the unit behind it."""
+    try:
+        return values.with_unit(found, unit)
+    except ModelError as problem:
+        problem.hint = unit_hints.of_elements(items, found, unit)
+        raise
 
 
 def _spend(value: Value, scope: Scope) -> Value:

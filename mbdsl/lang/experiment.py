@@ -45,6 +45,10 @@ def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment
                     raise ModelError("`experiment` has no value", span_of(part.at), hint)
                 here: set[str] = set()
                 for argument in part.modifiers or (call.arguments if call else ()):
+                    name = argument.name or write(argument.value)
+                    if name.startswith("__"):  # a setting of another program (Modelica 3.6, section 18.1)
+                        scope.namespace.assembly.passed.append(s.Passed(name, at=argument.at))
+                        continue
                     _read(argument, scope, found)
                     if argument.name in here:
                         raise ModelError(f"`{argument.name}` is given twice", span_of(argument.at))
@@ -116,6 +120,9 @@ def check_effects(given: Iterable[str]) -> tuple[str, ...]:
     ModelError
         If there is no effect of a name.
     """
+    if not isinstance(given, Iterable):
+        hint = f"the effects are {', '.join(EFFECTS)}"
+        raise ModelError(f"found {given!r}, expected effects to leave out", hint=hint)
     names = (given,) if isinstance(given, str) else tuple(given)
     for name in names:
         if name not in EFFECTS:

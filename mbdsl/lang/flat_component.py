@@ -81,7 +81,7 @@ class Template:
             if hint == "":
                 continue
             given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
-            hint = hint or foreign_names.parameter(known, name, given, kind.spatial)
+            hint = hint or foreign_names.parameter(kind, known, name, given)
             hint = hint or did_you_mean(name, known, f"{kind.name} takes")
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
 
@@ -250,6 +250,7 @@ class Part:
                 "write `frames(tip = {x, y})`",
             )
         found, same = [], True
+        orientations.refuse_loose(given.inner, self.name, self.assembly.spatial)
         for name, modifier in given.inner.items():
             what = f"frame `{name}` of `{self.name}`"
             if modifier.value is None and modifier.inner and self.assembly.spatial:
@@ -286,6 +287,9 @@ class Part:
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
             try:
                 picked = modifier.pick(value, 0, self.contexts)
+                if isinstance(picked, tuple) and (hint := foreign_names.components(self.kind, modifier.value)):
+                    what = f"`{name}` of `{self.name}`: found {values.describe(picked)}, expected a single value"
+                    raise ModelError(what, hint=hint)
                 law = argument_checks.law(parameter, picked, self.name, modifier.value)
                 if "damping" in self.assembly.without and "damping" in self.kind.effects:
                     if symbolic.is_velocity_level(law):

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from mbdsl.elements.kind import BodyKind, Kind
-from mbdsl.errors import ModelError, ModelWarning
+from mbdsl.errors import ModelError, ModelNote, ModelWarning
 from mbdsl.expressions import spatial_coordinates, symbolic
 from mbdsl.lang import doubts, limits, quantities, units
 from mbdsl.lang import syntax as s
@@ -27,6 +27,7 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.point_masses import turned_by_joints
 from mbdsl.mechanism.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
+from mbdsl.messages import few
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 _COORDINATE_DIMENSION = {key: units.dimension(unit) for key, unit in _COORDINATE_UNIT.items()}
@@ -78,6 +79,7 @@ class Assembly:
         self._connectors: list[tuple[Node, Positional, Contexts]] = []
         self._connects: list[tuple[s.Expression, s.Expression, Scope, At]] = []
         self._initial: list[tuple[s.Initial, Scope]] = []
+        self.passed: list[s.Passed] = []  #: statements and settings without an effect
         self._warnings: dict[object, ModelWarning] = {}
 
     # -- collecting --------------------------------------------------------------------------------------------
@@ -144,6 +146,14 @@ class Assembly:
         """Add a warning, unless there is one about this place."""
         span = span_of(at)
         self._warnings.setdefault(span or message, ModelWarning(message, span, hint))
+
+    def _note_passed(self) -> None:
+        """Add one note about all that was passed over."""
+        if self.passed:
+            shown = few([f"`{item.text}`" for item in self.passed])
+            names = "names of Modelica's library are known without imports; settings that begin with `__` are for other"
+            span = span_of(self.passed[0].at)
+            self._warnings[self] = ModelNote(f"passed over: {shown}", span, f"{names} programs")
 
     # -- frames ------------------------------------------------------------------------------------------------
 
@@ -302,6 +312,7 @@ class Assembly:
                 aliases[member.name] = frame.name
         initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
         self._doubt_names()
+        self._note_passed()
         return Scene(
             name,
             turned_by_joints(components, frames),

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from mbdsl.elements import find
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_names import inertia, vector
+from mbdsl.lang.foreign_names import inertia, vector, with_unit
 from mbdsl.lang.unparse import write
 
+#: joints in space -> their counterparts in the plane
+IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic"}
 #: end of a name -> the kind here, and its parameters by the names there
 _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "Spring": ("SpringDamper", {"c": "k", "s_unstretched": "s0"}),
@@ -25,6 +28,12 @@ _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "RigidBody": ("Body", {"Izz": "I", "Jzz": "I", "mass": "m", "inertia": "I"}),
     "Hinge": ("Revolute", {}),
     "Pin": ("Revolute", {}),
+    **dict.fromkeys(("Ball", "BallJoint", "BallAndSocket", "SphericalJoint"), ("Spherical", {})),
+    **dict.fromkeys(("UniversalJoint", "Cardan", "CardanJoint", "Hooke"), ("Universal", {})),
+    "CylindricalJoint": ("Cylindrical", {}),
+    "PlanarJoint": ("Planar", {}),
+    "ScrewJoint": ("Screw", {}),
+    "FixedJoint": ("Fixed", {}),
     "RevoluteJoint": ("Revolute", {}),
     "PrismaticJoint": ("Prismatic", {}),
     "Slider": ("Prismatic", {}),
@@ -43,6 +52,13 @@ _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "Translational.Sources.Speed": ("TranslationalVelocityDriver", {}),
 }
 _EXPRESSION = "there are no blocks: write the expression where its value is used, as in `tau = 3 N.m*sin(2*time)`"
+_GEARS = (
+    "there are no shafts: gears are bodies with a GearPair between them, `GearPair gears(wheel.c, pinion.c, r_a = ..., "
+    "r_b = ...);`, with the ratio r_b/r_a"
+)
+_FRICTION = "friction belongs to its joint, as in `Revolute pin(ground, rod.a, mu = 0.1, radius = 10 mm);`"
+_LAW = "write a law of the speed, as in `Torque load(pin, tau = -0.1 N.m.s*pin.w);`"
+_STOP = "use a TranslationalStop or a RotationalStop, a spring and damper beyond a clearance"
 _SENSOR = "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly"
 #: a part of a name -> what to write instead
 _TEXTS = {
@@ -57,6 +73,26 @@ _TEXTS = {
     "Flange_a": "there are no flanges: connectors are frames, `Frame name;`",
     "Flange_b": "there are no flanges: connectors are frames, `Frame name;`",
     "Forces.Force": "it acts on both frames there, and on frame_b only here: write `Force f(rod.b, fx = ...);`",
+    **dict.fromkeys(("IdealGear", "LossyGear", "Gearbox", "IdealGearR2R"), _GEARS),
+    "IdealPlanetary": f"{_GEARS}; the carrier is a body that holds the planets",
+    "IdealGearR2T": "use a RackAndPinion between a body that turns and one that slides",
+    **dict.fromkeys(("IdealRollingWheel", "RollingConstraintVerticalWheel"), "use a RollingDisc"),
+    **dict.fromkeys(("BearingFriction", "Brake", "Clutch", "OneWayClutch", "SupportFriction"), _FRICTION),
+    **dict.fromkeys(("ElastoBacklash", "ElastoGap"), _STOP),
+    **dict.fromkeys(
+        ("LinearSpeedDependentTorque", "QuadraticSpeedDependentTorque", "LinearSpeedDependentForce"),
+        _LAW,
+    ),
+    **dict.fromkeys(
+        ("ConstantTorque", "TorqueStep", "SignTorque"), "write `Torque t(pin, tau = ...);`, a law of time and signals"
+    ),
+    **dict.fromkeys(("ConstantForce", "ForceStep"), "write `Force f(rod.b, fx = ...);`, a law of time and signals"),
+    **dict.fromkeys(("ConstantSpeed", "Accelerate", "Move"), "use a RotationalDriver, whose `phi` is a law of time"),
+    **dict.fromkeys(("LineForceWithMass", "LineForceWithTwoMasses"), "use a SpringDamper and a PointMass"),
+    **dict.fromkeys(("ForceAndTorque", "WorldForceAndTorque"), "write a Force and a Torque on the same frame"),
+    **dict.fromkeys(
+        ("FixedShape", "Visualizers.Ground"), "shapes are in `annotation(Shape(...))` after a body or the ground"
+    ),
     "Gravity": "gravity belongs to the ground: `Ground ground(g = 9.81 m/s2);`",
     **dict.fromkeys(("double", "float", "var", "let", "num"), "write `Real`"),
     "int": "write `Integer`",
@@ -81,7 +117,10 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
         if suffix in _MADE:
             return _MADE[suffix](d.name, given, ends, spatial)
         if suffix in _RENAMED and not (len(parts) == 1 and "." in suffix):
-            return f"write `{_renamed(d, *_RENAMED[suffix])}`"
+            name, names = _RENAMED[suffix]
+            if not spatial and (in_plane := IN_PLANE.get(name)) is not None:
+                return f"in the plane write `{_renamed(d, in_plane, names)}`"
+            return f"write `{_renamed(d, name, names)}`"
         if suffix in _TEXTS:
             return _TEXTS[suffix]
     found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
@@ -90,9 +129,11 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
 
 def _renamed(d: s.Declaration, name: str, names: dict[str, str]) -> str:
     shown = []
+    kind = find(name) or find(name, spatial=True)
     for a in d.arguments:
         if a.value is not None:
-            shown.append(f"{names.get(a.name, a.name)} = {write(a.value)}" if a.name else write(a.value))
+            own = names.get(a.name, a.name)
+            shown.append(f"{own} = {with_unit(kind, own, a.value)}" if a.name else write(a.value))
     return f"{name} {d.name}({', '.join(shown) or '...'});"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from mbdsl.elements.kind import Kind
 from mbdsl.lang import syntax as s
 from mbdsl.lang.unparse import write
 
@@ -97,6 +98,7 @@ FUNCTIONS = {
     **dict.fromkeys(("IMPACT", "BISTOP"), "use TranslationalStop, RotationalStop or CircleContact"),
     **dict.fromkeys(("DX", "DY", "DM", "VX", "VY", "VM", "VR", "AZ", "WZ", "FX", "FY", "TZ"), _SIGNALS),
 }
+_RATES = (("roll", "wx_local"), ("pitch", "wy_local"), ("yaw", "wz_local"))
 #: member of a component or frame -> what to write instead
 MEMBERS = {
     **dict.fromkeys(("r_0", "r"), "its position is x and y, in space also z"),
@@ -111,6 +113,12 @@ MEMBERS = {
     ),
     **dict.fromkeys(("q0", "q1", "q2", "q3", "quaternion", "Q"), "its quaternion is p0, p1, p2, p3, in space"),
     **dict.fromkeys(("angles", "psi", "theta"), "its Cardan angles are phi_x, phi_y, phi_z, in space"),
+    **{
+        name: f"its {name} is the Cardan angle {own}, in space{', and phi in the plane' if own == 'phi_z' else ''}"
+        for own, names in {"phi_x": "roll bank", "phi_y": "pitch elevation", "phi_z": "yaw heading"}.items()
+        for name in names.split()
+    },
+    **{f"{name}_rate": f"its angular velocity about its own axes is {own}, in space" for name, own in _RATES},
     **{
         f"{w}{i}": f"its angular velocity is w{i} about the axis of the world, w{i}_local about its own, in space"
         for i in "xyz"
@@ -168,8 +176,39 @@ MOMENTS, PRODUCTS = ("I_11", "I_22", "I_33"), ("I_21", "I_31", "I_32")
 _INERTIA = {"Ixx": "I_11", "Iyy": "I_22", "Izz": "I_33", "Ixy": "I_21", "Ixz": "I_31", "Iyz": "I_32"}
 
 
-def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression], spatial: bool = False) -> str | None:
-    """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
+#: other names of the components of a force or torque
+_LOADS = ("f", "F", "force", "t", "T", "tau", "torque", "M", "moment", "f_x", "Fx", "tau_x")
+
+
+def components(kind: Kind, e: s.Expression | None) -> str | None:
+    """How a vector of a Force or Torque is written by its components; None if it is neither of them."""
+    given = e.items if isinstance(e, s.Array) and len(e.items) <= 3 else ()
+    unit = e.unit if isinstance(e, s.Array) else None
+    items = [write(s.Number(x.value, unit) if isinstance(x, s.Number) and x.value and unit else x) for x in given]
+    if kind.name == "Force":
+        names = ("fx", "fy", "fz") if kind.spatial else ("fx", "fy")
+        values = (*items, "0", "0", "0")[: len(names)] if items else ("...",) * len(names)
+        return f"give its components: `{', '.join(f'{n} = {x}' for n, x in zip(names, values, strict=True))}`"
+    if kind.name != "Torque" or not given:
+        return None
+    if not kind.spatial:
+        return f"in the plane it has one component: `tau = {items[-1]}`"
+    axes = ("{1, 0, 0}", "{0, 1, 0}", "{0, 0, 1}")
+    parts = [f"`tau = {x}, n = {n}`" for x, n in zip(items, axes, strict=False) if x != "0"]
+    several = ", a Torque for each component" if len(parts) > 1 else ""
+    return f"it has one value and an axis: {' and '.join(parts) or '`tau = ..., n = {0, 0, 1}`'}{several}"
+
+
+def with_unit(kind: Kind | None, name: str, e: s.Expression) -> str:
+    """A value as it is written for a parameter; a number has its unit, so that its meaning is certain."""
+    found = kind.parameter(name) if kind is not None else None
+    bare = isinstance(e, s.Number) and e.unit is None and e.value != 0
+    return f"{write(e)} {found.unit}" if bare and found is not None and found.unit not in ("", "1") else write(e)
+
+
+def parameter(kind: Kind, known: Sequence[str], name: str, given: Mapping[str, s.Expression]) -> str | None:
+    """The remedy for the parameter ``name`` of a kind that takes ``known``; ``given`` are those given."""
+    spatial = kind.spatial
     if spatial and "I" in known and name in (*MOMENTS, *PRODUCTS, *_INERTIA):
         return f"write `I = {inertia({_INERTIA.get(key, key): value for key, value in given.items()})}`"
     if name == "diameter" and "radius" in known:
@@ -177,11 +216,14 @@ def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression]
     if spatial and name in ("radius", "diameter") and "length" in known and "radius" not in known:
         return "use a Cylinder, which has a `radius`"
     if (same := _SAME.get(name)) in known:
-        value = vector(given.get(name), spatial)
+        e = given.get(name)
+        value = with_unit(kind, same, e) if isinstance(e, s.Number) else vector(e, spatial)
         return f"write `{same} = {value}`" if name in given else f"it is called `{same}` here"
+    if name in _LOADS and (kind.name in ("Force", "Torque")):
+        return components(kind, given.get(name))
     if name == "d" and "k" in known and "c" in known:
-        stiffness = f"k = {write(given['c'])}, " if "c" in given and "k" not in given else ""
-        damping = write(given["d"]) if "d" in given else "..."
+        stiffness = f"k = {with_unit(kind, 'k', given['c'])}, " if "c" in given and "k" not in given else ""
+        damping = with_unit(kind, "c", given["d"]) if "d" in given else "..."
         return f"here `k` is the stiffness and `c` the damping: write `{stiffness}c = {damping}`"
     return PARAMETERS.get(name)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numbers
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import overload
 
 from mbdsl.errors import UsageError
@@ -28,6 +28,21 @@ def value(given: str | float, unit: str, what: str) -> float:
         return float(given)
     expected = "a number" if unit == "1" else f'a number in {unit}, or a text such as "10 {example}"'
     raise UsageError(f"{what}: found {given!r}, expected {expected}")
+
+
+def mapping(given: object, what: str, hint: str | None = None) -> Mapping:
+    """An argument that has to be a mapping; None is an empty one.
+
+    Raises
+    ------
+    UsageError
+        If it is not.
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise UsageError(f"{what}: found {given!r}, expected a mapping", hint=hint)
+    return given
 
 
 @overload

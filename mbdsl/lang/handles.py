@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, SupportsFloat, TypeAlias, TypedDict
 
+from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.messages import did_you_mean
 
@@ -41,6 +42,8 @@ class Handle:
         Name of the frame or signal in the component, such as "b.x".
     """
 
+    __slots__ = ("_owner", "_path", "_root", "_serial")
+
     def __init__(self, owner: Owner, root: str, serial: int, path: str = "") -> None:
         self._owner, self._root, self._serial, self._path = owner, root, serial, path
 
@@ -52,6 +55,14 @@ class Handle:
             hint = did_you_mean(name, known, "it has")
             raise AttributeError(f"`{self}` has no `{name}`" + (f"; {hint}" if hint else ""))
         return Handle(self._owner, self._root, self._serial, f"{self._path}.{name}" if self._path else name)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name not in Handle.__slots__:
+            hint = (
+                f"values are given where it is declared; to change it, declare `{self._root}` again with replace=True"
+            )
+            raise UsageError(f"`{self}.{name}` cannot be assigned", hint=hint)
+        object.__setattr__(self, name, value)
 
     def _names(self) -> Sequence[str]:
         if not self._path:

@@ -9,7 +9,7 @@ from math import prod
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import doubts, functions, limits, orientations, values
+from mbdsl.lang import doubts, foreign_equations, functions, limits, orientations, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
@@ -478,7 +478,7 @@ class Instance:
             self.assembly.connect(item.first, item.second, scope, item.at)
         elif isinstance(item, s.Relation):
             if not is_assertion(item):
-                raise _no_equation(item)
+                raise _no_equation(item, foreign_equations.variable(item, self._around()))
             check_assertion(item, scope)
         else:
             self._repeat(item, scope, self._equation)
@@ -495,6 +495,8 @@ class Instance:
                 for each in item.items:
                     action(each, inner)
         elif isinstance(item, s.If):
+            if (equation := foreign_equations.first_equation(item)) is not None:
+                raise _no_equation(equation, foreign_equations.variable(item, self._around()), item.at)
             for condition, items in item.branches:
                 if condition is None or self._decide(condition, scope):
                     for each in items:
@@ -512,7 +514,7 @@ def _indices(sizes: Iterable[int]) -> Iterator[tuple[int, ...]]:
             yield (i,)
 
 
-def _no_equation(item: s.Relation) -> ModelError:
+def _no_equation(item: s.Relation, remedy: str | None, at: At = None) -> ModelError:
     if item.right is None:
         return ModelError(
             f"found `{write(item.left)}`, expected `connect(a, b);`",
@@ -520,7 +522,7 @@ def _no_equation(item: s.Relation) -> ModelError:
         )
     return ModelError(
         "mbdsl has no free equations: the equation section holds `connect(a, b);`",
-        span_of(item.left.at),
-        "give a variable its value where it is declared, `Real F = 2 N*sin(3*time);`; "
+        span_of(at or item.left.at),
+        f"give a variable its value where it is declared, `{remedy or 'Real F = 2 N*sin(3*time);'}`; "
         "initial values go under `initial equation`",
     )

@@ -215,6 +215,7 @@ def instantiate(
     """The main model with all that it declares, before it is connected."""
     assembly = Assembly(model.spatial)
     assembly.without = without
+    assembly.passed += [item for file in (unit, *unit.imports, *unit.aliases.values()) for item in file.file.passed]
     instance = Instance(assembly, Namespace(assembly), model, unit, {})
     instance.modifiers = read_overrides(overrides, instance)
     instance.build()

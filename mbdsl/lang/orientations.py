@@ -17,9 +17,11 @@ from typing import Any
 from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, doubts, values
+from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.unparse import write
 from mbdsl.mechanism import poses_in_space
 from mbdsl.mechanism.scene import SpatialFrame
 from mbdsl.messages import did_you_mean
@@ -62,6 +64,38 @@ def check(modifier: Modifier, what: str) -> None:
             hint = did_you_mean(key, PARAMETERS, "a frame in space has")
             raise ModelError(f"{what} has no `{key}`", span_of(inner.at), hint)
         refuse_inner(inner, f"`{key}` of {what}", f"write `{key} = ...`")
+
+
+def refuse_loose(frames: Modifiers, owner: str, spatial: bool) -> None:
+    """Refuse ``frames(tip = {x, y, z}, n = ..., phi = ...)``: parameters of a frame beside it, not inside.
+
+    Raises
+    ------
+    ModelError
+        At the first of them.
+    """
+    given = {key: m for key, m in frames.items() if m.value is not None}
+    own = [key for key in given if key not in PARAMETERS]
+    loose = {key: m for key, m in given.items() if key in PARAMETERS}
+    united = {key: isinstance(m.value, s.Array) and m.value.unit is not None for key, m in given.items()}
+    direction = spatial and "n" in loose and not united["n"] and any(united[key] for key in own)
+    if not (loose.keys() - {"n", "r"} or (len(loose) > 1 and not own) or direction):
+        return  # `n` and `r` may be names of frames
+    name, values = own[-1] if own else "tip", {key: write(m.value) for key, m in loose.items()}
+    values = {**({"r": write(given[name].value)} if own else {}), **values}
+    if "n" in values:
+        values.setdefault("phi", "...")
+    first = next(iter(loose.values()))
+    if spatial:
+        right = f"{name}({', '.join(f'{key} = {x}' for key, x in values.items())})"
+    else:
+        base = given[name].value if own else None
+        items = [*base.items[:2]] if isinstance(base, s.Array) else []
+        unit = base.unit if isinstance(base, s.Array) else None
+        shown = [write(s.Number(x.value, unit) if isinstance(x, s.Number) and unit else x) for x in items]
+        right = f"{name} = {{{', '.join((*shown, *('x', 'y')[len(shown) :], values.get('phi', 'phi')))}}}"
+    message = f"`{first.name}` is not a frame of `{owner}`, but belongs to one"
+    raise ModelError(message, span_of(first.at), f"write `frames({right})`")
 
 
 def pose(what: str, modifiers: Modifiers, contexts: Contexts, at: At, warn: doubts.Warn) -> tuple[float, ...]:

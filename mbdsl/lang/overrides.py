@@ -7,7 +7,8 @@ from typing import Any
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang import syntax as s
-from mbdsl.lang.inheritance import declared_names
+from mbdsl.lang.given_values import mapping
+from mbdsl.lang.inheritance import declarations, declared_names
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.modifiers import Modifier, Modifiers
 from mbdsl.lang.parser import parse_expression
@@ -17,10 +18,7 @@ from mbdsl.messages import did_you_mean
 
 def merged(before: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
     """The values of both; those that were ``given`` last have priority."""
-    if not isinstance(given, Mapping):
-        hint = 'give the values by name: `{"L": "2 m"}`'
-        raise UsageError(f"parameters: found {given!r}, expected a mapping", hint=hint)
-    return {**before, **given}
+    return {**before, **mapping(given, "parameters", 'give the values by name: `{"L": "2 m"}`')}
 
 
 def read_overrides(overrides: Mapping[str, Any], instance: Instance) -> Modifiers:
@@ -30,7 +28,8 @@ def read_overrides(overrides: Mapping[str, Any], instance: Instance) -> Modifier
     values = [
         m.item.name
         for m in instance.members
-        if isinstance(m.item, s.Declaration) and m.item.prefixes & {"parameter", "constant"}
+        if isinstance(m.item, s.Declaration)
+        and (m.item.prefixes & {"parameter", "constant"} or ("input" in m.item.prefixes and m.item.value is not None))
     ]
     for name, given in overrides.items():
         try:
@@ -44,7 +43,11 @@ def read_overrides(overrides: Mapping[str, Any], instance: Instance) -> Modifier
             hint = did_you_mean(first, values, "parameters") or did_you_mean(first, names)
             raise UsageError(f"the model has no parameter `{first}` to set", hint=hint)
         if len(target.steps) == 1 and first not in values:
-            raise UsageError(f"`{first}` is not a parameter", hint=f"set one of its parameters: `{first}.name=value`")
+            found = (d for m in instance.members for d in declarations(m.item) if d.name == first)
+            is_input = any("input" in d.prefixes for d in found)
+            right = f"set its value at the start: `{first}.start={given}`" if is_input else ""
+            what = "an input" if is_input else "not a parameter"
+            raise UsageError(f"`{first}` is {what}", hint=right or f"set one of its parameters: `{first}.name=value`")
         label = f"--set {name}"
         value = parse_expression(given, label) if isinstance(given, str) else expression(given, label)
         level = result

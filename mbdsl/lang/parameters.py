@@ -39,8 +39,9 @@ def make_slot(
             raise ModelError(f"a {d.type or 'parameter'} has no attribute `{name}`", span_of(modifier.at), hint)
         refuse_inner(modifier, f"`{name}` of `{d.name}`", f"write `{name} = ...`")
     start = given.inner.get("start") if given is not None else None
-    if start is not None and "input" not in d.prefixes and (d.value is not None or given.value is not None):  # type: ignore[union-attr]
-        hint = f"give it another value: `{d.name} = ...`" if constant else None
+    valued = given is not None and given.value is not None
+    if start is not None and (d.value is not None or valued) and not ("input" in d.prefixes and valued):
+        hint = f"give it another value: `{d.name} = ...`" if constant or "input" in d.prefixes else None
         raise ModelError(f"`{d.name}` has a value and takes no start", span_of(start.at), hint)
     unit = quantities.type_unit(d.type) or ""
     full = namespace.full(d.name)

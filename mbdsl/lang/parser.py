@@ -34,10 +34,18 @@ def _run(source: Source, start: str) -> Any:
     tokens = tokenize(source)
     try:
         return lalr.parse(tokens, start, _Builders(source).table())
-    except lalr.Unexpected as e:
+    except lalr.Unexpected:
+        from mbdsl.lang.foreign_statements import pass_over
         from mbdsl.lang.syntax_errors import explain
 
-        raise explain(e, source, tokens, start) from None
+        kept, passed = pass_over(tokens, source)
+        try:
+            if not passed:
+                raise
+            file = lalr.parse(kept, start, _Builders(source).table())
+            return s.File(file.name, file.imports, file.models, tuple(passed), at=file.at)
+        except lalr.Unexpected as problem:
+            raise explain(problem, source, kept, start) from None
 
 
 def unquote(token: Token) -> str:

@@ -289,9 +289,17 @@ class Import(Node):
 
 
 @node
+class Passed(Node):
+    """A statement without an effect, as ``within Library``."""
+
+    text: str
+
+
+@node
 class File(Node):
     """A whole text: imports and models."""
 
     name: str
     imports: tuple[Import, ...]
     models: tuple[Model, ...]
+    passed: tuple[Passed, ...] = field(default=(), compare=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 
 from mbdsl.errors import Span, SyntaxProblem
-from mbdsl.lang import units
+from mbdsl.lang import foreign_statements, units
 from mbdsl.lang.lalr import Unexpected
 from mbdsl.lang.lexer import KEYWORDS, NUMBER, PUNCTUATION, Token
 from mbdsl.lang.source import Source
@@ -31,7 +31,10 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
     here = source.span(token.start, max(token.end, token.start + 1))
     before = tokens[: tokens.index(token)] if token in tokens else tokens
     blocks = _open_blocks(before)
+    following = tokens[len(before) + 1] if len(before) + 1 < len(tokens) else token
 
+    if (foreign := foreign_statements.refuse(token, before, following, source)) is not None:
+        return foreign
     if previous is not None and previous.type == "END":
         return _wrong_end(token, blocks, source, here)
     if (
@@ -50,7 +53,6 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
             note = (f"the {name} begins here", source.span(opened.start, opened.end))
             return SyntaxProblem(f"the text ends inside the {name}; `{closing}` is missing", here, notes=(note,))
         return SyntaxProblem(f"the text ends, expected {_list(expected)}", here)
-    following = tokens[len(before) + 1] if len(before) + 1 < len(tokens) else token
     special = _misplaced_unit(token, expected, before, following, source)
     if special is None and (mistake := earlier_mistake(token, expected, before, following, source)) is not None:
         return mistake

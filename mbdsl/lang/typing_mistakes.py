@@ -7,29 +7,11 @@ import re
 from mbdsl.errors import ModelError, SyntaxProblem
 from mbdsl.lang import syntax as s
 from mbdsl.lang import units
+from mbdsl.lang.foreign_statements import WORDS
 from mbdsl.lang.lexer import NUMBER, Token
 from mbdsl.lang.source import Source, span_of
 from mbdsl.lang.unparse import write
 
-#: keywords of Modelica that mbdsl does not have; they may be names, and are mentioned where they break the syntax
-_FOREIGN = {
-    "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
-    "class": "write `model`",
-    "block": "write `model`",
-    "package": 'a file is already a collection of models: leave the package out, use `import "file.mbd";`',
-    "function": "mbdsl has no user-defined functions; use expressions, or a Table",
-    "record": "mbdsl has no records: write `model`, or plain parameters",
-    "within": "mbdsl has no packages: leave the `within` clause out",
-    "when": "mbdsl has no event clauses: use an `if` expression in a law",
-    "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
-    "redeclare": "components cannot be redeclared, only their values modified",
-    "replaceable": "components cannot be redeclared, only their values modified",
-    "output": "every quantity can be written out: use `mbdsl simulate --signals`",
-    "flow": "connectors are frames: write `connector Frame name;`",
-    "stream": "connectors are frames: write `connector Frame name;`",
-    "discrete": "mbdsl has no discrete variables: use an `if` expression in a law",
-    "external": "mbdsl calls no external code",
-}
 #: terminals that begin an argument or an element of an array
 _ARGUMENTS = frozenset("NAME NUMBER STRING EACH FINAL LBRACE LMATRIX TRUE FALSE NOT".split())
 _CLOSING = frozenset("RPAR RBRACE RSQB".split())
@@ -42,8 +24,8 @@ def earlier_mistake(
     """The error for a mistake before ``token``; None if there is none of these."""
     statement = _statement(before)
     for word in [*statement[-3:], token]:
-        if word.type == "NAME" and word.text in _FOREIGN:
-            return _at(word, word, source, f"`{word.text}` is not part of mbdsl", _FOREIGN[word.text])
+        if word.type == "NAME" and word.text in WORDS:
+            return _at(word, word, source, f"`{word.text}` is not part of mbdsl", WORDS[word.text])
     previous = before[-1] if before else None
     if previous is None:
         return None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from mbdsl.lang import syntax as s
 from mbdsl.lang import units
 from mbdsl.lang.typing_mistakes import text_of
-from mbdsl.lang.units import NUMBER, Dimension
+from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import inner, write
+from mbdsl.lang.values import Value
 
 _TIME = units.dimension("s")
 
@@ -47,3 +50,40 @@ def one_word(e: s.Expression) -> tuple[str, str] | None:
         unit += ("/" if operator == "/" else "." if unit else "") + factor
     number = text_of(s.Number(e.value)) if e.unit is None else text_of(e).removesuffix(e.unit.text).strip()
     return (f"{number} {unit}", unit) if units.parse(unit) is not None else None
+
+
+def of_elements(items: Sequence[s.Expression], found: Value, unit: Unit) -> str | None:
+    """What to write instead of an array with a unit behind it, if an element is not a plain number."""
+    values = found if isinstance(found, tuple) else (found,)
+    written = [_element(item, x, unit) for item, x in zip(items, values, strict=False)]
+    if None in written:
+        return f"the unit {unit.text} is for plain numbers: give each element its own unit"
+    return f"write `{{{', '.join(written)}}}`"  # type: ignore[arg-type]
+
+
+def _element(e: s.Expression, value: Value, unit: Unit) -> str | None:
+    """An element that has a unit of its own; None if it has another dimension."""
+    if isinstance(e, s.Array) and e.unit is None and isinstance(value, tuple):
+        inner_ones = [_element(item, x, unit) for item, x in zip(e.items, value, strict=True)]
+        return f"{{{', '.join(inner_ones)}}}" if None not in inner_ones else None  # type: ignore[arg-type]
+    if isinstance(value, tuple) or not value.number:
+        return None
+    if value.dimension == unit.dimension and unit.dimension != NUMBER:
+        return write(e)
+    if value.dimension not in (None, NUMBER):
+        return None
+    if isinstance(e, s.Number):
+        return write(s.Number(e.value, unit)) if e.value else "0"
+    factor = _first_factor(e, unit)
+    return write(factor) if factor is not None else f"1 {unit.text}*{inner(e)}"
+
+
+def _first_factor(e: s.Expression, unit: Unit) -> s.Expression | None:
+    """A product that begins with a number, which gets the unit; None for other expressions."""
+    match e:
+        case s.Number(value, None):
+            return s.Number(value, unit)
+        case s.Binary("*" | "/" as operator, left, right):
+            first = _first_factor(left, unit)
+            return s.Binary(operator, first, right) if first is not None else None
+    return None

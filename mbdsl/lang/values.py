@@ -266,7 +266,7 @@ def with_unit(value: Value, unit: units.Unit) -> Value:
     if isinstance(value, tuple):
         return tuple(with_unit(x, unit) for x in value)
     if value.dimension is not None or not value.number:
-        raise ModelError(f"the unit {unit.text} is given to {describe(value)}, which is not a bare number")
+        raise ModelError(f"the unit {unit.text} behind an array is for plain numbers, found {describe(value)}")
     scaled = compute("mul", lambda x, y: x * y, value, Quantity(unit.factor))
     return Quantity(scaled, unit.dimension, unit=unit)
 

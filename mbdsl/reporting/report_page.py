@@ -176,7 +176,7 @@ def _run(report: Findings) -> Section:
     found = Section("run", "Run", [Table("", ("quantity", "value"), rows)] if rows else [])
     moved = report.trajectory.moved
     if moved:
-        cells = [(m.name, f"{m.guess:.9g}", f"{m.value:.9g}") for m in moved]
+        cells = [(m.name, *m.texts(9)) for m in moved]
         found.content.append(Table("Initial values that were guessed", ("name", "guess", "found"), cells))
     return found
 

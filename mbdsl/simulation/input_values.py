@@ -12,23 +12,32 @@ from mbdsl.mechanism.scene import Scene
 class Inputs(MutableMapping[str, float]):
     """The inputs of a model by name, in SI units; a change takes effect in the next step.
 
+    ``inputs["u"] = 2.0`` sets an input, and so does ``inputs.u = 2.0`` if ``u`` is no attribute of this class.
+
     Parameters
     ----------
     scene : Scene
         The model.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the inputs.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.names = tuple(scene.inputs)
         self._scene = scene
-        self._index = {name: k for k, name in enumerate(self.names)}
+        self._index = {name: k for k, name in enumerate(scene.inputs)}
         self._numbers = [x.start for x in scene.inputs.values()]
         self._changed = False
+
+    def __getattr__(self, name: str) -> float:
+        if name.startswith("_") or name not in self._index:
+            raise AttributeError(str(self._unknown(name)) if not name.startswith("_") else name)
+        return self[name]
+
+    def __setattr__(self, name: str, value: float) -> None:
+        if name in _OWN:
+            object.__setattr__(self, name, value)
+        elif hasattr(Inputs, name):
+            raise UsageError(f"`inputs.{name}` is no input", hint=f'an input of this name is set by `inputs["{name}"]`')
+        else:
+            self[name] = value
 
     def __getitem__(self, name: str) -> float:
         if name not in self._index:
@@ -42,6 +51,11 @@ class Inputs(MutableMapping[str, float]):
         k = self._index[name]
         if number != self._numbers[k]:
             self._numbers[k], self._changed = number, True
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the inputs."""
+        return tuple(self._index)
 
     def __delitem__(self, name: str) -> None:
         raise UsageError("inputs of a model cannot be removed")
@@ -109,6 +123,10 @@ class Inputs(MutableMapping[str, float]):
     def _unknown(self, name: str) -> UsageError:
         has = ", ".join(self.names) or "none"
         return UsageError(f"{self._scene.name} has no input `{name}`", hint=f"its inputs: {has}")
+
+
+#: attributes that the class itself sets
+_OWN = frozenset(("_scene", "_index", "_numbers", "_changed"))
 
 
 def _number(name: str, value: float) -> float:

@@ -25,7 +25,7 @@ from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, Integration
-from mbdsl.lang.given_values import seconds
+from mbdsl.lang.given_values import mapping, seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
@@ -39,6 +39,7 @@ from mbdsl.simulation.reader import Reader
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.storage.compilation_notice import announce_compilation
+from mbdsl.system import System
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -65,17 +66,6 @@ class Simulation:
     method, start, options, force, general, without, parameters, initial : optional
         As for ``mbdsl.simulate``; the method has to support fixed steps.
 
-    Attributes
-    ----------
-    system : System
-        The equations of motion of the model as written.
-    method : str
-        Name of the integration method.
-    h : float [s]
-        Step size.
-    inputs : Inputs
-        Values of the model's inputs; constant during a step.
-
     Raises
     ------
     ModelError, UsageError
@@ -83,6 +73,12 @@ class Simulation:
     InitialisationError
         If no consistent initial state is found.
     """
+
+    # A misspelt attribute that is assigned is an error.
+    __slots__ = (
+        *("_bends", "_call", "_changes", "_first", "_functions", "_h", "_in_force", "_inputs", "_known", "_method"),
+        *("_motion", "_point", "_record", "_room", "_signals", "_start", "_steps", "_stopped", "_system"),
+    )
 
     @blame_model
     def __init__(
@@ -103,24 +99,24 @@ class Simulation:
         scene = with_initial(as_scene(model, parameters, without), initial)
         step, start = seconds(step, "step"), seconds(start, "start")
         said = scene.experiment
-        self.method = method or said.method or DEFAULT_METHOD
-        if "fixed" not in declared(self.method).steps or backend(self.method) is not None:
+        self._method = method or said.method or DEFAULT_METHOD
+        if "fixed" not in declared(self._method).steps or backend(self._method) is not None:
             hint = f"take one of mbdsl's own methods with fixed steps, such as {DEFAULT_METHOD}"
-            raise UsageError(f"{self.method} cannot be run step by step", hint=hint)
-        self.h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
-        if not 0.0 < self.h < np.inf:
-            raise UsageError(f"the step must be above zero, not {self.h:g} s")
+            raise UsageError(f"{self._method} cannot be run step by step", hint=hint)
+        self._h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
+        if not 0.0 < self._h < np.inf:
+            raise UsageError(f"the step must be above zero, not {self._h:g} s")
         begin = float(said.start if start is None else start)
-        given = check_options(self.method, options or {}, constrained(scene), force)
+        given = check_options(self._method, options or {}, constrained(scene), force)
         # no stop time: it lies 2^52 steps ahead
-        plan = Plan(self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given, general)
+        plan = Plan(self._method, self._h, begin, begin + self._h * 2.0**52, np.array([]), given, general)
         self._motion = motion = Motion(scene, plan)
         announce_compilation(None, motion.uncompiled)
         motion.prepare()
-        self.system = self._motion.system
+        self._system = self._motion.system
         self._record = record
-        self.inputs = Inputs(scene)
-        self._in_force = list(self.inputs.values())  #: read by the functions of signals
+        self._inputs = Inputs(scene)
+        self._in_force = list(self._inputs.values())  #: read by the functions of signals
         self._changes: list[tuple[int, tuple[float, ...]]] = []  #: steps done, and the inputs from then on
         self._known: SignalNames | None = None
         self._call: Callable[[int], int] | None = None  #: the step loop of all parts
@@ -132,7 +128,7 @@ class Simulation:
     def __reduce__(self) -> tuple:
         """Pickled as the arguments and the state; compiled code is loaded or compiled again."""
         plan = self._motion.plan
-        arguments = {"method": self.method, "step": self.h, "start": plan.start, "options": dict(plan.options)}
+        arguments = {"method": self._method, "step": self._h, "start": plan.start, "options": dict(plan.options)}
         arguments |= {"force": True, "general": plan.general, "record": self._record}
         return _restored, (self.scene, arguments, self.state)
 
@@ -143,18 +139,43 @@ class Simulation:
         return self.copy()
 
     def __repr__(self) -> str:
-        return f"<Simulation of {self.scene.name} by {self.method}: t = {self.time:g} s>"
+        return f"<Simulation of {self.scene.name} by {self._method}: t = {self.time:g} s>"
+
+    @property
+    def system(self) -> System:
+        """The equations of motion of the model as written."""
+        return self._system
+
+    @property
+    def method(self) -> str:
+        """Name of the integration method."""
+        return self._method
+
+    @property
+    def h(self) -> float:
+        """Step size [s]."""
+        return self._h
+
+    @property
+    def inputs(self) -> Inputs:
+        """Values of the model's inputs, constant during a step; a mapping that is assigned sets those that it has."""
+        return self._inputs
+
+    @inputs.setter
+    def inputs(self, values: Mapping[str, float]) -> None:
+        for name, value in mapping(values, "inputs", 'give them by name: `{"u": 2.0}`').items():
+            self._inputs[name] = value
 
     @property
     def scene(self) -> Scene:
         """The model."""
-        return self.system.scene
+        return self._system.scene
 
     # -- the present state -------------------------------------------------------------------------------------
     @property
     def time(self) -> float:
         """Time reached [s]."""
-        return self._motion.time if self._steps is None else self._start + self._steps[loop_state.STEP] * self.h
+        return self._motion.time if self._steps is None else self._start + self._steps[loop_state.STEP] * self._h
 
     @property
     def q(self) -> Array:
@@ -224,7 +245,7 @@ class Simulation:
         UsageError
             If there is no such input, or one is named twice.
         """
-        return self.inputs.writer(names or self.inputs.names)
+        return self._inputs.writer(names or self._inputs.names)
 
     # -- steps -------------------------------------------------------------------------------------------------
     def step(self, count: int = 1) -> float:
@@ -253,7 +274,7 @@ class Simulation:
             for _ in range(count - 1):
                 self.step()
             count = 1
-        if self.inputs._changed:
+        if self._inputs._changed:
             self._change_inputs()
         if count > self._room:
             self._make_room(count)
@@ -266,7 +287,7 @@ class Simulation:
         status = self._call(count)
         if status != loop_state.RUNNING:
             self._check(self._motion.continued(self._stopped, status, most))
-        return self._start + most * self.h
+        return self._start + most * self._h
 
     def _step_slowly(self, count: int) -> float:
         """Steps of models with bodies that bend, whose range is checked at every step, and of those without parts."""
@@ -286,11 +307,11 @@ class Simulation:
             raise failure(self._motion, trajectory, status)
 
     def _change_inputs(self) -> None:
-        numbers = self.inputs._take()
+        numbers = self._inputs._take()
         if numbers is None or list(numbers) == self._in_force:
             return
         self._point = None
-        self._motion.change_inputs(dict(zip(self.inputs.names, numbers, strict=True)))
+        self._motion.change_inputs(dict(zip(self._inputs.names, numbers, strict=True)))
         self._in_force[:] = numbers
         self._changes.append((self._motion.steps, numbers))
 
@@ -301,7 +322,7 @@ class Simulation:
 
         It may be assigned to other simulations of the same model with the same method, options and step.
         """
-        inputs, in_force = tuple(self.inputs.values()), tuple(self._in_force)
+        inputs, in_force = tuple(self._inputs.values()), tuple(self._in_force)
         changes = self._changes, len(self._changes)
         motion = self._motion
         return SavedState(
@@ -320,7 +341,7 @@ class Simulation:
             )
         restore(self._motion, state.taken, state.runs)
         self._in_force[:] = state.in_force
-        self.inputs._put(state.inputs, state.inputs != state.in_force)
+        self._inputs._put(state.inputs, state.inputs != state.in_force)
         changes, count = state.changes
         self._changes = changes[:count]
         self._bind()
@@ -343,9 +364,11 @@ class Simulation:
             It shares the equations and the compiled code with this one.
         """
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
+        for name in Simulation.__slots__:
+            if hasattr(self, name):
+                setattr(other, name, getattr(self, name))
         other._motion = self._motion.copied()
-        other.inputs, other._in_force = Inputs(self.scene), list(self._in_force)
+        other._inputs, other._in_force = Inputs(self.scene), list(self._in_force)
         other.state = self.state
         return other
 
@@ -365,22 +388,22 @@ class Simulation:
         t, q, v, lam, _ = motion.output(False)
         rows = np.searchsorted([k for k, _ in self._changes], np.arange(len(t)))  # the changes before step k
         values = np.array([list(self._first.inputs), *(numbers for _, numbers in self._changes)])
-        inputs = {name: values[rows, k] for k, name in enumerate(self.inputs.names)}
+        inputs = {name: values[rows, k] for k, name in enumerate(self._inputs.names)}
         return self._trajectory(t, q, v, lam, self._stats(), inputs)
 
     def _stats(self) -> dict[str, Any]:
         counted = ("iterations", "evaluations", "matrix_evaluations", "factorisations")
         counts = {key: self._motion.count(key) for key in counted}
-        return {"method": self.method, "h": self.h, "status": "done", "steps": self._motion.steps, **counts}
+        return {"method": self._method, "h": self._h, "status": "done", "steps": self._motion.steps, **counts}
 
     def _trajectory(self, t, q, v, lam, stats: dict, inputs: dict) -> Trajectory:
         motion = self._motion
         found = lam if motion.own_reactions else None
-        return Trajectory(self.system, t, q, v, found, stats, motion.moved, motion.left_out, inputs)
+        return Trajectory(self._system, t, q, v, found, stats, motion.moved, motion.left_out, inputs)
 
     def _at_present(self, stats: dict) -> Trajectory:
         q, v, lam = self._motion.present()
-        inputs = {name: np.array([x]) for name, x in zip(self.inputs.names, self._in_force, strict=True)}
+        inputs = {name: np.array([x]) for name, x in zip(self._inputs.names, self._in_force, strict=True)}
         return self._trajectory(np.array([self.time]), q[None], v[None], lam[None], stats, inputs)
 
     def _now(self) -> Trajectory:
@@ -449,7 +472,7 @@ class Simulation:
         self._bind()
 
     def _own_times(self, steps: int) -> Array:
-        return self._motion.plan.start + self.h * np.arange(1.0, steps + 1)
+        return self._motion.plan.start + self._h * np.arange(1.0, steps + 1)
 
     def _reading(self) -> PresentSignals:
         """The functions of signals for the present buffers."""

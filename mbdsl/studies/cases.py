@@ -11,13 +11,12 @@ from os import PathLike
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators import available
+from mbdsl.integrators import available, declared
 from mbdsl.integrators.method_files import spelled
 from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.load import chosen_now
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import did_you_mean
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP
 from mbdsl.simulation.simulate import simulate
 
@@ -139,8 +138,7 @@ def chosen(names: Iterable[str] | None, scene: Scene | None = None) -> list[str]
     """Names of methods, checked; all methods, or all that serve ``scene``, if None is given."""
     found = list(names) if names is not None else list(available(scene is not None and scene.spatial))
     for name in found:
-        if name not in available():
-            raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, available(), "methods"))
+        declared(name)
     if not found:
         raise UsageError("a study needs a method", hint=f"methods: {', '.join(available())}")
     return list(dict.fromkeys(found))

@@ -123,7 +123,10 @@ def read(texts: Iterable[str], names: SignalNames) -> list[Measure]:
         If a text is not a measure, or there is no such function or signal.
     """
     found: dict[str, Measure] = {}
-    for text in texts:
+    for text in texts if isinstance(texts, Iterable) else (texts,):
+        if not isinstance(text, str):
+            hint = f"{_hint()}; for another function, simulate with each value and apply it to the results"
+            raise UsageError(f"measures: found {text!r}, expected a text", hint=hint)
         function, pattern = _split(text)
         for signal in names.select([pattern]):
             measure = Measure(function, signal, FUNCTIONS[function].unit or names.unit(signal))

@@ -9,9 +9,11 @@ from itertools import product
 from os import PathLike
 
 from mbdsl.errors import MbdslError, UsageError
-from mbdsl.lang.given_values import optional, seconds
+from mbdsl.lang.experiment import check_effects
+from mbdsl.lang.given_values import mapping, optional, seconds
 from mbdsl.lang.library import allowed_now
 from mbdsl.lang.load import load
+from mbdsl.lang.overrides import merged
 from mbdsl.mechanism.scene import ParameterValue, Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.plan import DEFAULT_METHOD, plan
@@ -100,9 +102,11 @@ def sweep(
     after, step, limit = seconds(after, "after"), seconds(step, "step"), seconds(limit, "limit")
     start, stop, interval = seconds(start, "start"), seconds(stop, "stop"), seconds(interval, "interval")
     tol = optional(tol, "1", "tol")
-    ranges = [varied(name, values) for name, values in vary.items()]
+    ranges = [varied(name, values) for name, values in mapping(vary, "vary", _by_name(vary)).items()]
     indices = _indices(ranges, paired)
-    fixed = dict(parameters or {})
+    fixed = merged({}, parameters or {})
+    options = mapping(options, "options", 'give them by name: `{"alpha": -0.1}`')
+    without = check_effects(without)
     for p in ranges:
         if p.name in fixed:
             raise UsageError(f"`{p.name}` is set and varied", hint="leave one of them out")
@@ -132,7 +136,7 @@ def sweep(
     kept = Store(store, fresh)
     kept.prune()
     longest = math.inf if limit is None else limit
-    given = tuple(sorted((key, float(x)) for key, x in (options or {}).items() if x is not None))
+    given = tuple(sorted((key, float(x)) for key, x in options.items() if x is not None))
     cases = [Point(name, step, tol, given, values=values) for values in points]
     runs, number = compute_all(of, kept, cases, longest, workers, tell, announce)
     if any(found.problem == CHANGED for found in runs.values()):
@@ -147,6 +151,16 @@ def sweep(
         longest,
         number,
     )
+
+
+def _by_name(vary: object) -> str:
+    """How the values of a list of mappings, one for each run, are written."""
+    runs = vary if isinstance(vary, Sequence) and all(isinstance(run, Mapping) for run in vary) else ()
+    names = dict.fromkeys(name for run in runs for name in run)
+    if not names or any(run.keys() != names.keys() for run in runs):
+        return 'give the values by name: `{"L": [1, 2]}`, with paired=True for one run from each position'
+    shown = ", ".join(f"{name!r}: {[run[name] for run in runs]!r}" for name in names)
+    return f"write {{{shown}}}{', paired=True' if len(names) > 1 else ''}"
 
 
 def _indices(ranges: Sequence[Varied], paired: bool) -> list[tuple[int, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -111,6 +111,8 @@ def varied(name: str, given: str | Iterable) -> Varied:
         if isinstance(given, str):
             found = _range(name, given) if len(_parts(given, ":")) > 1 else _list(name, _parts(given, ","))
         else:
+            if isinstance(given, Mapping) or not isinstance(given, Iterable):
+                raise ValueError(f"found {given!r}, expected values, such as [1, 2]")
             texts = [_text(x) for x in given]
             found = _list(name, texts)
             if found.unit and any(_number(text)[1] == "" for text in texts):

@@ -4,6 +4,7 @@ import importlib
 import re
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +19,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import Method, Option, available, compiled, declared, problems, register
 from mbdsl.integrators.backends import Problem
 from mbdsl.system import build
+from mbdsl.system.index1 import Index1
 
 ROOT = Path(__file__).parents[3]
 MODEL = ROOT / "models" / "slider_crank.mbd"
@@ -110,6 +112,48 @@ def test_parts_and_kinematics_go_their_own_ways():
     np.testing.assert_allclose(mbdsl.simulate(model, method="ida", stop=1.0, interval=0.1).q, own.q, atol=1e-12)
 
 
+# -- fixed steps -----------------------------------------------------------------------------------------------------
+
+
+def midpoint(problem):
+    """The explicit midpoint rule, of order 2; a step from each time to the next."""
+    f = Index1(problem.system, problem.left_out)
+    t, y = problem.start, f.join(problem.q, problem.v)
+    for end in problem.times:
+        h = end - t
+        y = f.project(end, y + h * f(t + h / 2, y + h / 2 * f(t, y)))
+        t = end
+        problem.counts["steps"] += 1
+        yield t, *f.split(y)
+
+
+@pytest.mark.parametrize("interval", [0.0, 0.01, 0.03, 0.04, 0.5, 1.0])
+@pytest.mark.parametrize("step", [0.01, 0.04, 0.25])
+def test_steps_have_the_size_that_was_asked_for(registered, step, interval):
+    """Whatever the output interval: free fall is a parabola, which a cubic interpolates exactly."""
+    register(backend(exact))
+    found = mbdsl.simulate(falling(), method="toy", step=step, stop=1.0, interval=interval)
+    assert found.stats["steps"] == round(1.0 / step)  # of each part
+    assert found.t[-1] == 1.0 and np.diff(found.t).max() == pytest.approx(interval or step)
+    np.testing.assert_allclose(found["one.y"], 1.0 - 9.81 * found.t**2 / 2, atol=1e-12)
+    np.testing.assert_allclose(found["two.vy"], -9.81 * found.t, atol=1e-12)
+
+
+@pytest.mark.parametrize("model", [MODEL, ROOT / "models" / "space" / "bar_pendulum.mbd"], ids=["plane", "space"])
+def test_outputs_between_steps(registered, model):
+    """They satisfy the constraints, and the error of all outputs has the order of the method."""
+    register(backend(midpoint, spatial=True))
+    exact = mbdsl.simulate(model, method="dop853", tol=1e-11, stop=0.4, interval=0.003)
+    errors = []
+    for step in (0.02, 0.01, 0.005):
+        found = mbdsl.simulate(model, method="toy", step=step, stop=0.4, interval=0.003)
+        system = found.system
+        assert found.stats["steps"] == round(0.4 / step)
+        assert max(np.abs(system.Phi(t, q)).max() for t, q in zip(found.t, found.q, strict=True)) < 1e-12
+        errors.append(np.abs((found.v - exact.v) * system.tables.scale).max())
+    assert all(2.8 < a / b < 6.0 for a, b in pairwise(errors))  # 4 in the limit
+
+
 # -- how they are asked for ------------------------------------------------------------------------------------------
 
 
@@ -191,7 +235,7 @@ def test_another_package_registers_one(tmp_path, monkeypatch, capsys):
     assert declared("rk4").order == 4 and "rk4" in available() and "rk4" not in compiled()
     found = mbdsl.simulate(MODEL, method="rk4", step=1e-3, stop=0.1)
     own = mbdsl.simulate(MODEL, method="scipy-dop853", tol=1e-10, stop=0.1)
-    assert found.stats["steps"] == 500 and np.abs(found.q - own.q).max() < 1e-9  # one step for each output
+    assert found.stats["steps"] == 100 and np.abs(found.q - own.q).max() < 1e-9  # five outputs in each step
     assert {name.split()[0] for name in problems()} == {"broken", "missing", "empty", "other", "ida"}
     assert declared("ida").source.startswith("Hindmarsh")
 

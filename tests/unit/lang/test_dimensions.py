@@ -99,7 +99,7 @@ def test_what_varies_takes_bare_numbers_of_any_dimension():
         ("10^400", "the result is not a finite number"),
         ("{1, 2} + {1, 2, 3}", "`+` takes arrays of the same size, found an array of 2 and an array of 3"),
         ("{1, {2}}", "the elements of an array have the same size, found a number and an array of 1"),
-        ("{1 m, 2} kg", "the unit kg is given to a length [m], which is not a bare number"),
+        ("{1 m, 2} kg", "the unit kg behind an array is for plain numbers, found a length [m]"),
         ("sum(3)", "sum() takes an array, found a number"),
         ("size({1}, 2)", "size(..., 2) of an array with 1 dimension"),
         ("sin(1, 2)", "sin() takes 1 argument, found 2"),

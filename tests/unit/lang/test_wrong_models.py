@@ -101,7 +101,7 @@ def test_message_about_an_input(title):
 def test_message_shows_the_place_and_what_is_right(title):
     _, expected = TYPED[title]
     first, line, caret, *rest = expected.splitlines()
-    assert re.match(r"cart\.mbd:[0-9]+:[0-9]+: (error|warning): ", first)
+    assert re.match(r"cart\.mbd:[0-9]+:[0-9]+: (error|warning|note): ", first)
     assert caret.strip().strip("^") == ""
     assert rest or re.search("expected|missing|must|has elements|already|takes|is false", first)
     marked = line[caret.index("^") : caret.rindex("^") + 1]

@@ -439,3 +439,28 @@ def test_a_file_with_several_models(tmp_path):
     path.write_text(text + text.replace("Pendulum", "Other").replace("9.81", "1.62"), encoding="utf-8")
     found = mbdsl.sweep(path, {"L": [1.0]}, "max(rod.fy)", store=tmp_path / "runs", workers=1, **RUN)
     assert found.name == "Pendulum" and found["max(rod.fy)"] == pytest.approx(3.0 * 9.81, rel=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says", "remedy"),
+    [
+        (([{"L": 1}, {"L": 2}],), "vary: found", "{'L': [1, 2]}"),
+        (([{"L": 1, "m": 3}, {"L": 2, "m": 4}],), "vary: found", "{'L': [1, 2], 'm': [3, 4]}, paired=True"),
+        ((3,), "vary: found 3", "by name"),
+        (({"L": 3},), "found 3, expected values", "0.5,1,2"),
+        (({"L": {"a": 1}},), "expected values", "0.5,1,2"),
+        (({"L": [1, 2]}, max), "expected a text", "max(pin.fx)"),
+        (({"L": [1, 2]}, ["max(mass.x)", len]), "expected a text", "max(pin.fx)"),
+    ],
+)
+def test_other_arguments_are_errors_with_a_remedy(arguments, says, remedy):
+    with pytest.raises(UsageError) as problem:
+        mbdsl.sweep(PENDULUM, *arguments)
+    assert says in problem.value.message and remedy in problem.value.hint
+
+
+@pytest.mark.parametrize("given", [{"parameters": [1]}, {"options": [1]}, {"without": 3}, {"method": len}])
+def test_keyword_arguments_of_a_wrong_type(given):
+    for run in (lambda: mbdsl.sweep(PENDULUM, {"L": [1, 2]}, **given), lambda: mbdsl.simulate(PENDULUM, **given)):
+        with pytest.raises(mbdsl.MbdslError, match="found"):
+            run()

@@ -1,0 +1,63 @@
+"""Equations and definitions of types, which the grammar accepts and mbdsl does not have, as declarations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mbdsl.lang import quantities
+from mbdsl.lang import syntax as s
+from mbdsl.lang.assertions import is_assertion
+from mbdsl.lang.foreign_statements import WORDS
+from mbdsl.lang.unparse import write
+
+
+def definition(d: s.Declaration) -> tuple[str, str] | None:
+    """Message and remedy for ``type Speed = Real(unit = "m/s")``, read as a declaration; None if it is another one."""
+    if d.type not in WORDS:
+        return None
+    unit = next((a.value for a in d.value.arguments if a.name == "unit"), None) if isinstance(d.value, s.Call) else None
+    remedy = WORDS[d.type]
+    if d.type == "type" and isinstance(d.value, s.Call | s.Reference):
+        base = write(d.value.function if isinstance(d.value, s.Call) else d.value)
+        same = next((t for t, u in quantities.TYPES.items() if isinstance(unit, s.String) and u == unit.value), base)
+        given = f", or `{write(d.value)}`" if same == base == "Real" and unit is not None else ""
+        remedy = f"mbdsl defines no types: write `{same}`{given} where `{d.name}` is used"
+    return f"`{d.type}` is not part of mbdsl", remedy
+
+
+def variable(item: s.Relation | s.If, around: Sequence[s.Item]) -> str | None:
+    """The declarations with the meaning of an equation, or of an `if` of equations, for variables; None for others."""
+    types = {d.name: d.type for d in around if isinstance(d, s.Declaration)}
+    made = _assigned(item)
+    return " ".join(f"{types.get(name) or 'Real'} {name} = {write(e)};" for name, e in made.items()) or None
+
+
+def first_equation(item: s.Item) -> s.Relation | None:
+    """The first equation inside of `for` and `if` that is not an assertion; None if there is none."""
+    inner = [item] if isinstance(item, s.Relation) else getattr(item, "items", ())
+    inner = [x for _, items in item.branches for x in items] if isinstance(item, s.If) else inner
+    found = (x if isinstance(x, s.Relation) else first_equation(x) for x in inner)
+    return next((x for x in found if x is not None and not is_assertion(x)), None)
+
+
+def _assigned(item: s.Item) -> dict[str, s.Expression]:
+    """Name and value of an equation ``name = value``, or of an `if` of such equations for the same names."""
+    if isinstance(item, s.Relation):
+        left, right = item.left, item.right
+        if not isinstance(left, s.Reference) and isinstance(right, s.Reference):
+            left, right = right, left
+        plain = isinstance(left, s.Reference) and len(left.steps) == 1 and not left.steps[0].indices
+        return {write(left): right} if plain and right is not None else {}
+    if not isinstance(item, s.If) or item.branches[-1][0] is not None:
+        return {}
+    inner = []
+    for _, items in item.branches:
+        found = [_assigned(x) for x in items]
+        inner.append({name: e for each in found for name, e in each.items()} if all(found) else {})
+    if any(branch.keys() != inner[0].keys() for branch in inner):
+        return {}
+    conditions = [c for c, _ in item.branches if c is not None]
+    return {
+        name: s.Choice(tuple((c, b[name]) for c, b in zip(conditions, inner[:-1], strict=True)), inner[-1][name])
+        for name in inner[0]
+    }

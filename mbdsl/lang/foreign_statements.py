@@ -1,0 +1,113 @@
+"""Statements of Modelica that mbdsl does not have: what to write instead, and those that are passed over."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from mbdsl.errors import SyntaxProblem
+from mbdsl.lang import syntax as s
+from mbdsl.lang.lexer import Token
+from mbdsl.lang.source import Source
+
+_FUNCTION = "mbdsl has no user-defined functions; use expressions, or a Table"
+_MODIFIED = "components cannot be redeclared, only their values modified"
+_CONNECTOR = "connectors are frames: write `connector Frame name;`"
+#: words of Modelica that mbdsl does not have -> what to write; they may be names, and are mentioned where they break
+#: the syntax
+WORDS = {
+    "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
+    **dict.fromkeys(("class", "block"), "write `model`"),
+    "package": 'a file is already a collection of models: leave the package out, use `import "file.mbd";`',
+    **dict.fromkeys(("function", "operator", "pure", "impure"), _FUNCTION),
+    "record": "mbdsl has no records: write `model`, or plain parameters",
+    "type": 'mbdsl defines no types: write its own ones, as `Velocity v`, or `Real v(unit = "m/s")`',
+    "encapsulated": "leave the word out: a model sees only its own file and its imports",
+    "within": "mbdsl has no packages: leave the `within` clause out",
+    "when": "mbdsl has no event clauses: use an `if` expression in a law; for impacts a TranslationalStop, "
+    "RotationalStop or CircleContact",
+    "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
+    **dict.fromkeys(("redeclare", "replaceable", "constrainedby"), _MODIFIED),
+    "output": "every quantity can be written out: use `mbdsl simulate --signals`",
+    **dict.fromkeys(("flow", "stream", "expandable"), _CONNECTOR),
+    "discrete": "mbdsl has no discrete variables: use an `if` expression in a law",
+    "external": "mbdsl calls no external code",
+}
+#: sections and words before a declaration; what follows them begins a statement
+_BEFORE = frozenset("INITIAL FINAL PARTIAL SPATIAL INNER OUTER PARAMETER CONSTANT INPUT".split())
+_ENDS = frozenset("SEMICOLON EQUATION LOOP THEN ELSE PUBLIC PROTECTED".split())
+#: tokens after a name of the model, as in `output.phi = 1` or `type = 2`
+_OF_A_NAME = frozenset("DOT LSQB EQUAL COMMA SEMICOLON".split())
+_FIRST = re.compile(r'(?:(?:initial|pure|impure)\s+)?(?P<word>[a-z]+)(?:\s+function)?\s*(?P<name>\w*)(?:\s*"[^"]*")?')
+#: first word of a block without a name -> its end
+_LASTS = {word: rf"\bend\s+{word}\s*;" for word in ("when", "while")} | {
+    "algorithm": r"\b(?=(?:initial\s+)?equation\b|public\b|protected\b|annotation\b|end\s+(?!if|for|while|when)\w+\s*;)"
+}
+_NAMED = frozenset("class block function operator record expandable pure impure".split())
+
+
+def refuse(token: Token, before: Sequence[Token], following: Token, source: Source) -> SyntaxProblem | None:
+    """The error for a statement that begins with a word of Modelica; None if it does not."""
+    end = next((i for i in range(len(before) - 1, -1, -1) if before[i].type in _ENDS), -1)
+    words = [t for t in before[end + 1 :] if t.type not in _BEFORE]
+    # Behind the end of a declaration without a semicolon a description may follow.
+    first, second = (*words, token, following)[:2]
+    if first.type != "NAME" or first.text not in WORDS or second.type in _OF_A_NAME:
+        return None
+    place = source.span(first.start, first.end)
+    return SyntaxProblem(f"`{first.text}` is not part of mbdsl", place, WORDS[first.text])
+
+
+def places(text: str, start: int) -> list[tuple[int, int]]:
+    """Start and end of the parts of a text that belong to the statement of Modelica at ``start``, none for others.
+
+    They are a whole block, as ``function f ... end f;``, the two ends of a package, or a word before a model.
+    """
+    found = _FIRST.match(text, start)
+    if found is None:
+        return []
+    word, name = found["word"], found["name"]
+    if word == "encapsulated":
+        return [found.span("word")]
+    ending = _LASTS.get(word) or (rf"\bend\s+{name}\s*;" if name and word in (*_NAMED, "package") else "")
+    last = re.compile(ending).search(text, found.end()) if ending else None
+    if last is None:
+        return []
+    return [found.span(), last.span()] if word == "package" else [(start, last.end())]
+
+
+# -- passed over -----------------------------------------------------------------------------------------------------
+
+#: libraries whose packages need no import
+_LIBRARIES = frozenset(("Modelica", "ModelicaServices", "PlanarMechanics"))
+
+
+def pass_over(tokens: list[Token], source: Source) -> tuple[list[Token], list[s.Passed]]:
+    """The tokens without ``within`` and imports of Modelica's packages, and these statements."""
+    kept: list[Token] = []
+    passed: list[s.Passed] = []
+    at = 0
+    while at < len(tokens):
+        if (not kept or kept[-1].type in _BEGIN) and (end := _without_effect(tokens, at)):
+            place = source, tokens[at].start, tokens[end].end
+            passed.append(s.Passed(source.text[place[1] : place[2]].rstrip("; "), at=place))
+            at = end + 1
+            continue
+        kept.append(tokens[at])
+        at += 1
+    return kept, passed
+
+
+_BEGIN = frozenset(("SEMICOLON", "PUBLIC", "PROTECTED", "STRING", "NAME"))
+
+
+def _without_effect(tokens: list[Token], at: int) -> int:
+    """The index of the semicolon of a statement that has no effect here; 0 if it is another statement."""
+    end = next((i for i in range(at, min(at + 40, len(tokens))) if tokens[i].type == "SEMICOLON"), 0)
+    names = [t.text for t in tokens[at + 1 : end] if t.type not in ("DOT", "EQUAL")]
+    if tokens[at].type == "NAME" and tokens[at].text == "within" and at == 0:
+        return end if all(t.type in ("NAME", "DOT") for t in tokens[1:end]) else 0
+    if tokens[at].type == "IMPORT" and tokens[at + 1].type in ("NAME", "DOT"):
+        package = names[1] if tokens[at + 2].type == "EQUAL" and len(names) > 1 else names[0] if names else ""
+        return end if package in _LIBRARIES else 0
+    return 0
