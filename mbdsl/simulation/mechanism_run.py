@@ -219,10 +219,12 @@ class Motion:
         return initial
 
     def restart(self, plan: Plan) -> None:
-        """Return to the start, for another run of the same scene."""
+        """Return to the start, for another run of the same scene, whose method may be another one."""
         self.plan, self.failed = plan, None
         for p in self.parts:
-            if isinstance(p.integration, Integration):
+            if p.method not in (plan.method, KINEMATIC):
+                p.method, p.integration = plan.method, _run(p.system, plan.method, plan, plan.options)
+            elif isinstance(p.integration, Integration):
                 p.integration = p.integration.anew(plan.times, plan.tol, plan.every, plan.longest, plan.rows)
             else:
                 p.integration = _run(p.system, p.method, plan, plan.options)
@@ -238,6 +240,7 @@ class Motion:
         self.plan, self.failed, self._failure = kept.plan, kept.failed, kept.failure
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             p.integration = integration
+            p.method = p.method if p.method == KINEMATIC else kept.plan.method
 
     def parts_of(self, kept: Kept) -> Iterator[tuple[System, Array, Array, Array, Array, tuple[int, ...]]]:
         """System, times (N,), q, v (N, n), lam (N, m + p) and left-out constraints of each part that can move.

@@ -43,6 +43,7 @@ class Plan:
     asked: bool = True  #: whether the caller or the model gave the tolerance; else it is the default
     shown: NDArray[np.bool_] | None = None  #: which of ``times`` were requested; None: all
     streamed: bool = False  #: rows are taken from the run while it goes on; only a window of them is in memory
+    open: bool = False  #: whether the method is only the default, and the runs may choose another one
     rows: OutputTimes | None = None  #: with ``streamed``: the output times, unless every step is output
 
     @property
@@ -70,7 +71,8 @@ def plan(
     ``streamed``: rows are taken from the run while it goes on.
     """
     said = scene.experiment
-    method = method or said.method or DEFAULT_METHOD
+    named = method or said.method
+    method = named or DEFAULT_METHOD
     asked = tol is not None or said.tolerance is not None
     tol = _tolerance(method, step, tol, said)
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
@@ -101,7 +103,10 @@ def plan(
     else:
         due = _output_times(scene, start, end, spacing, times)
     chosen = check_options(method, options or {}, constrained(scene), force)
-    return Plan(method, h, start, end, due, chosen, general, tol, every, asked=asked, streamed=streamed, rows=rows)
+    free = named is None and tol is not None and not options
+    return Plan(
+        method, h, start, end, due, chosen, general, tol, every, asked=asked, streamed=streamed, open=free, rows=rows
+    )
 
 
 def check_space(method: str, scene: Scene) -> None:

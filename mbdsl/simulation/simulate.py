@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -18,6 +19,7 @@ from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
+from mbdsl.simulation.calibration_runs import COSTLY, Found
 from mbdsl.simulation.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres, failure, inaccurate
 from mbdsl.simulation.fixed_step_warnings import doubts
@@ -25,11 +27,12 @@ from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.large_tilts import large_tilts
 from mbdsl.simulation.mechanism_run import Motion
-from mbdsl.simulation.plan import check_rounding, plan
+from mbdsl.simulation.method_choice import Choice
+from mbdsl.simulation.plan import Plan, check_rounding, plan
 from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.shared_friction import shared_friction
 from mbdsl.simulation.streaming import Stream
-from mbdsl.simulation.tolerance_calibration import Found, calibrated
+from mbdsl.simulation.tolerance_calibration import calibrated
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.simulation.uncertain_turns import uncertain_turns
 from mbdsl.storage.compilation_notice import announce_compilation
@@ -127,15 +130,34 @@ def simulated(
     motion.watch()
     lap("initialise")
     announce_phase(progress, "taking the first steps")
+    chosen = ""
     with deferred(1) as heard:
         if run.tol is None or not motion.parts or run.stop == run.start:
             status, found = _integrate(motion, progress, keeper, heard, stream), Found()
         else:
-            status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper, heard, stream))
+
+            def integrate(most: float = math.inf) -> int:
+                return _integrate(motion, progress, keeper, heard, stream, most)
+
+            def ready(other: Plan) -> None:
+                lap("integrate")
+                motion.plan = other
+                announce_compilation(announce, motion.uncompiled)
+                motion.restart(other)
+                lap("compile")
+
+            if run.open:
+                choice = Choice(motion, run.tol, integrate, ready)
+                status, found = choice.run()
+                chosen = choice.text
+            else:
+                status, found = calibrated(motion, run.tol, integrate)
         lap("integrate")
         trajectory, states = _collect(motion, run.tol, found, status, seconds, stream)
         _check(motion, trajectory, states, status, stream)
         trajectory.stats["warnings"] += loose
+        if chosen:
+            trajectory.stats["chosen"] = chosen
         if inspect is not None:
             inspect(motion)
         if keeper is not None and keeper.problem:
@@ -179,10 +201,18 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
                 announce(f"  {line}, and {'are those of the run' if own else 'have the least norm'} in results")
 
 
-def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = (), stream=None) -> int:
+def _integrate(
+    motion: Motion,
+    progress,
+    keeper: Keeper | None = None,
+    before: Sequence[int] = (),
+    stream=None,
+    most: float = math.inf,
+) -> int:
     """Advance in slices of about a tenth of a second, between which progress is shown and interruptions are handled.
 
-    ``before`` are signals received outside of the loop: they end it after a slice.
+    ``before`` are signals received outside of the loop: they end it after a slice. A run of more than ``most`` steps
+    is ended, with the status COSTLY.
     """
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
     stream = stream if plan.streamed else None
@@ -194,12 +224,16 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
         with deferred() as heard:
             while not heard:
                 began, before_it = perf_counter(), motion.steps
-                status = motion.advance(slice_)
+                status = motion.advance(int(min(slice_, most - before_it)))
                 now = perf_counter()
                 if status != loop_state.RUNNING or motion.invalid():
                     if keeper is not None and status == loop_state.DONE:
                         keeper.end(motion, status)
                     return status
+                if motion.steps >= most:
+                    if keeper is not None:
+                        keeper.end(motion, COSTLY)
+                    return COSTLY
                 if stream is not None:
                     stream.pause(motion)
                     if stream.problem:

@@ -22,7 +22,7 @@ complete run are tried, and the complete run with the smallest claim is the resu
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import longest_part
 from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
+from mbdsl.simulation.calibration_runs import COSTLY, SATURATED, Found, Trial, observed_order
 from mbdsl.simulation.error_growth import SAMPLES, Growth, along
 from mbdsl.simulation.failure_messages import TOO_MANY_STEPS
 from mbdsl.simulation.mechanism_run import Kept, Motion
@@ -47,10 +48,10 @@ FIRST, FIRST_OF_HIGH_ORDER, LOOSEST = 1024.0, 64.0, 4e-3
 STRICTEST = 1e-7
 #: ratio of successive eps, and the least ratio
 NEXT, NEAREST = 8.0, 4.0
+#: order in eps below which errors decrease so slowly that the needed eps cannot be extrapolated
+DOUBTFUL = 0.5
 #: target of the error, relative to the tolerance
 AIM = 0.5
-#: difference of two runs above which it does not measure their errors any more
-SATURATED = 0.05
 #: most runs; least eps over the tolerance, for methods of order above 5 and for others; most steps expected of a run
 MOST, LEAST_OF_HIGH_ORDER, LEAST, MOST_STEPS = 14, 1e-10, 1e-5, 2e7
 #: factor by which a claim may be too small because two runs agree by chance: for our methods, and for backends, whose
@@ -72,67 +73,43 @@ FINER, SETTLED, MOST_NUMBERS = (4, 32), 0.1, 5e7
 TOGETHER = 1e-3
 
 
-#: reason for a horizon
+#: reasons for a horizon
+AMPLIFIED = "the motion amplifies errors, rounding included,"
 CONTACT = "the path comes so close to a condition of a law that its error decides whether the condition changes"
 
 
-@dataclass
-class Trial:
-    """A calibration run with tolerance ``eps``: q, v (N, n) at the times t (N,) that it reached.
-
-    ``difference`` (N,): largest difference from the run before, up to each time. ``claim`` (N,): the error estimate.
-    ``contacts`` (N,): the effect of contacts that the error leaves undecided, included in the claim.
-    """
-
-    eps: float
-    status: int
-    steps: int
-    t: Array
-    q: Array
-    v: Array
-    kept: Kept
-    difference: Array = field(default_factory=lambda: np.empty(0))
-    claim: Array = field(default_factory=lambda: np.empty(0))
-    contacts: Array = field(default_factory=lambda: np.empty(0))
-    hoped: float = np.inf  #: the error estimate at the end, if errors decrease regularly
-
-    @property
-    def done(self) -> bool:
-        return self.status == loop_state.DONE
-
-    @property
-    def error(self) -> float:
-        """The error estimate at the end; infinite if there is none."""
-        return float(self.claim[-1]) if len(self.claim) else np.inf
-
-    @property
-    def differs(self) -> float:
-        return float(self.difference[-1]) if len(self.difference) else np.inf
-
-
-@dataclass(frozen=True)
-class Found:
-    """The error estimate of a result (None: unknown), the horizon up to which the tolerance is kept (None: to the end),
-    and the reason why it is not kept longer."""
-
-    error: float | None = None
-    horizon: float | None = None
-    reason: str = ""
-
-
-def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> tuple[int, Found]:
+def calibrated(motion: Motion, tol: float, integrate: Callable[..., int]) -> tuple[int, Found]:
     """Run ``motion`` so that its error is below ``tol``, or as small as possible; return a status and the estimate.
 
     ``integrate()`` runs the present plan to its end. The error is the largest over all outputs, in the norm of
     :mod:`mbdsl.numerics.error_norm`.
     """
-    return _Ladder(motion, tol, integrate).climb()
+    ladder = Ladder(motion, tol, integrate, motion.plan)
+    while ladder.eps is not None:
+        ladder.run()
+        if ladder.interrupted:
+            return ladder.stopped()
+    return ladder.finish()
 
 
-class _Ladder:
-    def __init__(self, motion: Motion, tol: float, integrate: Callable[[], int]) -> None:
-        self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, motion.plan
-        plan, method = self.plan, declared(self.plan.method)
+class Ladder:
+    """The calibration runs of one method.
+
+    Attributes
+    ----------
+    eps : float or None
+        Tolerance of the method in the next run; None if no further run is needed or possible.
+    trials : list of Trial
+        The runs so far, without those that failed although one with a larger eps was complete.
+    reason : str
+        Why a smaller error was not reached.
+    interrupted : bool
+        Whether the last run was interrupted.
+    """
+
+    def __init__(self, motion: Motion, tol: float, integrate: Callable[..., int], plan: Plan) -> None:
+        self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, plan
+        method = declared(plan.method)
         self.order, self.chance = max(1, method.order), CHANCE_OF_BACKENDS if method.searches else CHANCE
         self.few = self.order > 5 and not method.searches  #: our methods with few, long steps
         #: whether errors decrease irregularly: such a step passes a peak, or a corner of a force, that a slightly
@@ -141,6 +118,7 @@ class _Ladder:
         self.span = plan.stop - plan.start
         self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
         self.first = min(self.first, LOOSEST)
+        self.eps: float | None = self.first
         self.part = min((longest_part(p.system, plan.method) for p in motion.parts), default=1.0)
         self.times, self.shown = plan.times, None
         #: whether the best run is repeated with all its outputs, of which the calibration runs have a part or none
@@ -162,25 +140,35 @@ class _Ladder:
         self.growth: Growth | None = None
         self.reason = ""
         self.lost = 0  #: steps of runs that are not among the trials: repeated with another size, or every step output
-        self.interrupted = False  #: while the growth was refined
+        self.interrupted = False
 
-    def climb(self) -> tuple[int, Found]:
-        eps: float | None = self.first
-        while eps is not None:
-            last = self._run(eps)
-            if last.status == loop_state.RUNNING and not self.motion.invalid():
-                return self._interrupted()
-            if self.motion.outgrown():
-                self.lost += self.trials.pop().steps
-                continue
-            eps = self._next(last)
-            if self.interrupted:
-                return self._interrupted()
-        return self._finish()
+    def run(self, most: int | None = None) -> int:
+        """Make the next run; its status. A run of more than ``most`` steps is ended as COSTLY and does not count."""
+        assert self.eps is not None
+        last = self._run(self.eps, most)
+        self.interrupted = last.status == loop_state.RUNNING and not self.motion.invalid()
+        if self.interrupted or last.status == COSTLY:
+            return last.status
+        if self.motion.outgrown():
+            self.lost += self.trials.pop().steps
+        else:
+            self.eps = self._next(last)
+        return last.status
 
-    def _interrupted(self) -> tuple[int, Found]:
+    @property
+    def rounds(self) -> bool:
+        """Whether the motion amplifies rounding errors beyond the tolerance, with any method."""
+        return self.reason.startswith(AMPLIFIED)
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of all runs."""
+        return self.lost + sum(x.steps for x in [*self.trials, *self.failed])
+
+    def stopped(self) -> tuple[int, Found]:
+        """The status and the estimate after a run that was interrupted."""
         last = self.trials[-1]
-        self.motion.trial_steps = self.lost + sum(x.steps for x in [*self.trials[:-1], *self.failed])
+        self.motion.trial_steps = self.steps - last.steps
         return loop_state.RUNNING, Found(last.error if np.isfinite(last.error) else None)
 
     # -- runs --------------------------------------------------------------------------------------------------
@@ -190,13 +178,16 @@ class _Ladder:
         longest = min(longest, self.longest, self.dense)
         return replace(self.plan, tol=eps, longest=longest, times=self.times, every=False, streamed=False, rows=None)
 
-    def _run(self, eps: float) -> Trial:
+    def _run(self, eps: float, most: int | None) -> Trial:
         motion = self.motion
         motion.restart(replace(self._held_to(eps), shown=self.shown))
         motion.purpose = f"calibration run {1 + self._runs}"
-        status = self.integrate()
+        status = self.integrate() if most is None else self.integrate(most)
         t, q, v = motion.states()
         trial = Trial(eps, status, motion.steps, t, q, v, motion.keep())
+        if status == COSTLY:
+            self.lost += motion.steps
+            return trial
         if self.trials:
             self._judge(trial)
         self.trials.append(trial)
@@ -211,7 +202,7 @@ class _Ladder:
         found = error_norm.differences(scale, speed, dq, before.v[:n] - last.v[:n])
         beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
-        ratio, p = before.eps / last.eps, self._observed(last)
+        ratio, p = before.eps / last.eps, observed_order([*self.trials, last])
         last.claim = last.difference / ((ratio**p - 1.0) if p else 1.0)
         if p:  # two runs may agree by chance: the error should not fall much faster than eps
             former = before.difference[:n] / (self.trials[-2].eps / before.eps - 1.0) / ratio
@@ -238,18 +229,6 @@ class _Ladder:
                 effect[later] = np.maximum(effect[later], x.effect)
         return effect
 
-    def _observed(self, last: Trial) -> float | None:
-        """The order p of errors C eps^p from the last three runs, within bounds; None if they do not determine it."""
-        if len(self.trials) < 2 or not 0.0 < last.differs < self.trials[-1].differs < SATURATED:
-            return None
-        one, two, three = self.trials[-2].eps, self.trials[-1].eps, last.eps
-        low, high = 1.0 / 3.0, 1.0
-        for _ in range(30):
-            p = 0.5 * (low + high)
-            more = (one**p - two**p) * last.differs < self.trials[-1].differs * (two**p - three**p)
-            low, high = (p, high) if more else (low, p)
-        return high
-
     # -- the next run --------------------------------------------------------------------------------------
     def _next(self, last: Trial) -> float | None:
         """The eps of the next run; None if no further run is needed or possible."""
@@ -274,34 +253,52 @@ class _Ladder:
             self.reason = "runs with shorter steps do not converge"
             if last.differs < SATURATED:
                 return None
+        goal: float | None = None  # eps that the tolerance needs, if the runs show it
         if self.reason:
             eps = enough if last.eps < 16.0 * enough else 8.0 * enough
         elif last.differs > SATURATED or not decided:
             eps = last.eps / NEXT
         else:
-            p = self._observed_last() or 1.0
-            error = max(last.hoped, 1e-300) if self.irregular else last.error
-            wanted = last.eps * min(1.0, AIM * tol / error) ** (1.0 / p)
+            p, wanted = self._wanted(last)
             ratio = max(last.eps / max(wanted, 1e-300), NEXT if self.irregular else 1.0)
             steps = np.ceil(np.log(ratio) / np.log(NEXT) - 0.1)
             eps = min(last.eps / NEAREST, last.eps / ratio ** (1.0 / steps) if steps <= 2 else NEXT * wanted)
-            if self.few:  # the order that three runs show may be far too low
-                eps = max(eps, last.eps / NEXT**3)
+            eps = max(eps, last.eps / self._leap(p))
+            goal = wanted if p > DOUBTFUL and not self.few else None
         if self.failed:
             if last.eps < NEAREST * self.failed[-1].eps:
                 return None
             eps = max(eps, self._between(last))
         least = LEAST_OF_HIGH_ORDER if self.few else LEAST
-        if self._runs >= MOST or eps < least * tol or not self._affordable(last, eps):
+        if self._runs >= MOST or eps < least * tol or not self._affordable(last, min(eps, goal or eps)):
             self.reason = self.reason or TOO_MANY_STEPS
             return None
         return eps
 
-    def _observed_last(self) -> float | None:
-        last = self.trials.pop()
-        p = self._observed(last)
-        self.trials.append(last)
-        return p
+    def _wanted(self, last: Trial) -> tuple[float, float]:
+        """The order in which errors decrease with eps, and the eps with which the error would be AIM of the
+        tolerance."""
+        p = observed_order(self.trials) or 1.0
+        error = max(last.hoped, 1e-300) if self.irregular else last.error
+        return p, last.eps * min(1.0, AIM * self.tol / error) ** (1.0 / p)
+
+    def _leap(self, p: float) -> float:
+        """The largest ratio of eps of successive runs, if errors decrease with the order p.
+
+        The order of a few runs may be far too low, and the needed eps orders of magnitude too small: a run that
+        resolves much more than the tolerance would cost more than all those before it. With the methods of low order,
+        a run has at most eight times as many steps as the one before.
+        """
+        if self.few:
+            return NEXT**3
+        if p < DOUBTFUL:
+            return NEXT if self.order <= 2 else NEXT**2
+        return NEXT ** min(self.order, 3)
+
+    def needed(self) -> float:
+        """The eps that the tolerance needs, as the runs so far show it; that of a typical model without such runs."""
+        last, typical = self.trials[-1], min(self.trials[-1].eps / NEXT, AIM * self.tol)
+        return self._wanted(last)[1] if np.isfinite(last.error) and last.differs < SATURATED else typical
 
     def _affordable(self, last: Trial, eps: float) -> bool:
         return last.steps * (last.eps / eps) ** (1.0 / self.order) <= MOST_STEPS
@@ -402,7 +399,7 @@ class _Ladder:
     def _of_rounding(self) -> str:
         assert self.growth is not None
         factor = np.exp(min(self.growth.log.max(), 700.0))
-        return f"the motion amplifies errors, rounding included, by a factor of {factor:.0e}"
+        return f"{AMPLIFIED} by a factor of {factor:.0e}"
 
     def _why(self, failed: Trial) -> str | None:
         """The reason why the tolerance is not reached, if a run failed because of short steps; None if the model is the
@@ -414,7 +411,8 @@ class _Ladder:
         return None
 
     # -- the result --------------------------------------------------------------------------------------------
-    def _finish(self) -> tuple[int, Found]:
+    def finish(self) -> tuple[int, Found]:
+        """The status and the estimate of the best run, which becomes the present one of the motion."""
         trials, motion = self.trials, self.motion
         best = trials[-1]
         whole = [x for x in trials if x.done and len(x.claim)]
