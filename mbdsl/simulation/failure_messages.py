@@ -233,6 +233,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         return _given_up(integration, trajectory)
     assert isinstance(integration, Integration)
     system, t = integration.system, integration.reals[loop_state.STEP_END]
+    if status == loop_state.STIFF and _singular_pose(integration, t):
+        status = loop_state.DIVERGED  # accelerations that change by any amount are not those of a stiff force
     where, span = _worst_equations(integration)
     hint = {
         loop_state.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
@@ -359,7 +361,11 @@ def _singular_pose(integration: Integration, t: float) -> str | None:
     vectors, n = integration.vectors, integration.system.n
     start, last = (
         singular(
-            integration.system, t, integration.system.out_of_charts(vectors[q, :n], integration.numbers), vectors[v, :n]
+            integration.system,
+            t,
+            integration.system.out_of_charts(vectors[q, :n], integration.numbers),
+            vectors[v, :n],
+            integration.left_out,
         )
         for q, v in (
             (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
