@@ -64,8 +64,8 @@ def test_what_has_been_computed_is_kept(where, tol):
 
 @pytest.mark.parametrize("where", ["space", "plane"])
 def test_fixed_steps_name_the_pose(where):
-    """The planar loop has nine redundant constraints in space, which are not the reason."""
+    """The redundant constraints of a planar loop in space are not the reason."""
+    step = {"space": 1e-3, "plane": 1.3e-3}[where]
     with pytest.raises(IntegrationError, match=r"the pose is singular, or close to it \(to 0\.\d+\)") as failed:
-        for h in (1e-3, 7e-4, 1.3e-3):
-            mbdsl.simulate(scene(where), method="dop853", step=h, general=where == "space")
+        mbdsl.simulate(scene(where), method="dop853", step=step, general=where == "space")
     assert "stiff" not in str(failed.value)
