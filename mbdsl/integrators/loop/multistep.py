@@ -187,6 +187,7 @@ def turn_history(way, rows, h, run):
     smooth as the motion of the axle.
     """
     reals, integers, layout, y = run.reals, run.integers, run.layout, run.vectors
+    rows = rows if even(run) else min(rows, PAST)  # unequal steps have the times of these alone
     for r in range(layout[N_ROTATIONS]):
         d = layout[layout[ROTATIONS] + 2 * r]
         a, b, c = y[VELOCITY0, d], y[VELOCITY0, d + 1], y[VELOCITY0, d + 2]
