@@ -56,7 +56,8 @@ TRUSTED = 31  #: number of further steps for which the part that counts may be t
 # dampers are not stiff
 OTHERS, DAMPERS = 32, 33
 COUPLED = 34  #: whether corrections are those of the full system (:mod:`mbdsl.integrators.loop.coupled_correction`)
-INTEGERS = 35
+SOFT = 35  #: whether matrices of Radau IIA correct little along nearly dependent constraints
+INTEGERS = 36
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,
