@@ -76,10 +76,20 @@ def kernels(mass: int) -> dict[str, str]:
 
 
 def optional_kernels(mass: int) -> dict[str, str]:
-    """Optional kernels: without ``stiffness``, B is constant; without ``keep``, ``collect_past`` needs no storage."""
+    """Optional kernels: without ``stiffness``, B is constant; without ``keep``, ``collect_past`` needs no storage.
+
+    A body whose coordinates are charts of its rotation in a step (:mod:`mbdsl.integrators.loop.rotation_chart`) has all
+    three kernels ``step_jacobians``, ``step_tangents`` and ``past_jacobians``.
+    """
     numbers = "numbers, " if mass else ""
     return {
         "stiffness": f"block, cK, frames, {numbers}layout, matrix",  # matrix += cK (-d(B^T F)/dq) at the wrenches F
+        # numbers: (B v)_q += the change of B v by that of the velocities due to the chart
+        "step_jacobians": "block, cK, cD, vectors, frames, numbers, layout",
+        # matrix += cU d(B^T F)/dq at the wrenches of mu, and with cU, the effect of the chart on cM M + cE I
+        "step_tangents": "block, cM, cU, cE, vectors, frames, numbers, layout, matrix",
+        # numbers: with cG, B is replaced by that of the start of the step, in the present axes of the rotation
+        "past_jacobians": "block, cG, frames, numbers, layout",
         "keep": "block, numbers, layout",  # numbers: stores the data of the start of the step for ``collect_past``
     }
 

@@ -154,33 +154,81 @@ def jacobians(block, vectors, frames, numbers, layout):
             minus_cross(lx, ly, lz, B, 3)
             minus_cross(wy * lz - wz * ly, wz * lx - wx * lz, wx * ly - wy * lx, B, 36 + 3)
             minus_cross(wx, wy, wz, B, 36 + 21)
-            if layout[CHART]:
-                add_half_turn(lx, ly, lz, 0.5 * wx, 0.5 * wy, 0.5 * wz, B)
 
 
 @kernel
-def add_half_turn(lx, ly, lz, x, y, z, B):
-    """Add B w~ to (B v)_q in ``B``, with half of the angular velocity w = (x, y, z): [[0, -l~ w~], [0, w~]].
+def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
+    """In a step, add B W = [[0, -l~ W], [0, W]] to (B v)_q of every frame."""
+    for e in range(layout[block] if layout[CHART] else 0):
+        o = layout[block + 1] + RECORD * e
+        W = numbers[layout[o + 4] + SCRATCH :]
+        velocity_by_turn(layout[CHART], cK, cD, layout[o] + 3, vectors, numbers[layout[o + 4] :])
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            B = numbers[layout[layout[FRAMES] + 2 * f + 1] :]
+            C = B[36:]
+            lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+            for j in range(3):
+                x, y, z = W[j], W[3 + j], W[6 + j]
+                C[7 * j + 3], C[7 * j + 21] = 0.0, 0.0  # not set otherwise
+                for i in range(3):  # after ``past_jacobians``
+                    B[6 * i + 21 + j] = 1.0 if i == j else 0.0
+                B[7 * j + 3] = 0.0
+                C[3 + j] -= ly * z - lz * y
+                C[9 + j] -= lz * x - lx * z
+                C[15 + j] -= lx * y - ly * x
+                C[21 + j] += x
+                C[27 + j] += y
+                C[33 + j] += z
 
-    In a step, velocities are functions of the rotation vector psi. A small rotation d of the body changes psi by
-    T^{-1} d, about d + psi x d/2, and psi is about h omega. With this term, the derivatives of velocities by d are
-    those by psi, and (Phi_q v)_q v is as before.
+
+@kernel
+def velocity_by_turn(chart, cK, cD, d, vectors, own):
+    """SCRATCH <- the matrix W, in world axes, of which B W is a part of (B v)_q in a step.
+
+    Velocities are functions of the rotation vector psi (entry ``d``) in a step, and a small rotation of the body
+    changes psi by T(psi)^{-1} times that rotation. The terms of the velocity in a matrix, cD B + cK (B v)_q, have to be
+    cD B T^{-1} + cK (B v)_q; hence W = cD/cK (T^{-1} - I), and zero in matrices without cD, which are derivatives by
+    positions at constant velocities. For methods with accelerations psi'', W = omega~/2, to first order in psi; the
+    product (Phi_q v)_q v does not depend on it.
     """
-    C = B[36:]
-    # -l~ w~ = (l . w) I - w l^T; its diagonal is not set otherwise
-    C[3], C[10], C[17] = y * ly + z * lz, x * lx + z * lz, x * lx + y * ly
-    C[4] -= x * ly
-    C[5] -= x * lz
-    C[9] -= y * lx
-    C[11] -= y * lz
-    C[15] -= z * lx
-    C[16] -= z * ly
-    C[22] -= z
-    C[23] += y
-    C[27] += z
-    C[29] -= x
-    C[33] -= y
-    C[34] += x
+    W, q, v = own[SCRATCH:], vectors[POSITION, d:], vectors[VELOCITY, d:]
+    for j in range(9):
+        W[j] = 0.0
+    if chart == 2:
+        x, y, z = turned(own, v[0], v[1], v[2])
+        W[1], W[2], W[3], W[5], W[6], W[7] = -0.5 * z, 0.5 * y, 0.5 * z, -0.5 * x, -0.5 * y, 0.5 * x
+    elif cK != 0.0 and cD != 0.0:
+        psi = own[SCRATCH + 9 :]
+        psi[0], psi[1], psi[2] = turned(own, q[0], q[1], q[2])
+        inverse_tangent(psi, W)
+        for j in range(3):
+            W[4 * j] -= 1.0
+        for j in range(9):
+            W[j] *= cD / cK
+
+
+@kernel
+def past_jacobians(block, cG, frames, numbers, layout):
+    """If cG is not zero, overwrite B with that of the start of the step, [[I, -l~ Q^T], [0, Q^T]], for small rotations
+    in the axes of which Q = R_{n+1} R_n^T makes the present ones."""
+    for e in range(layout[block] if cG != 0.0 else 0):
+        o = layout[block + 1] + RECORD * e
+        own = numbers[layout[o + 4] :]
+        Q = own[SCRATCH:]
+        for i in range(3):
+            for j in range(3):
+                Q[3 * i + j] = (
+                    own[R + 3 * i] * own[PAST + 3 * j]
+                    + own[R + 3 * i + 1] * own[PAST + 3 * j + 1]
+                    + own[R + 3 * i + 2] * own[PAST + 3 * j + 2]
+                )
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            B = numbers[layout[layout[FRAMES] + 2 * f + 1] :]
+            lx, ly, lz = frames[f, PAST_LEVER], frames[f, PAST_LEVER + 1], frames[f, PAST_LEVER + 2]
+            for j in range(3):
+                x, y, z = Q[3 * j], Q[3 * j + 1], Q[3 * j + 2]  # column j of Q^T
+                B[3 + j], B[9 + j], B[15 + j] = lz * y - ly * z, lx * z - lz * x, ly * x - lx * y
+                B[21 + j], B[27 + j], B[33 + j] = x, y, z
 
 
 @kernel
@@ -194,14 +242,20 @@ def minus_cross(x, y, z, B, k):
 @kernel
 def stiffness(block, cK, frames, numbers, layout, matrix):
     """matrix += cK * (-d(B^T F)/dq) = -cK (tau~ + l~ F~) with the accumulated wrenches F, from frames."""
+    add_stiffness(block, cK, WRENCH, frames, layout, matrix)
+
+
+@rare
+def add_stiffness(block, cK, wrench, frames, layout, matrix):
+    """``stiffness`` with the wrenches in the columns of frames from ``wrench`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         tx, ty, tz, lf = 0.0, 0.0, 0.0, 0.0
         xx, xy, xz, yx, yy, yz, zx, zy, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            fx, fy, fz = frames[f, WRENCH], frames[f, WRENCH + 1], frames[f, WRENCH + 2]
+            fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
             lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
-            tx, ty, tz = tx + frames[f, WRENCH + 3], ty + frames[f, WRENCH + 4], tz + frames[f, WRENCH + 5]
+            tx, ty, tz = tx + frames[f, wrench + 3], ty + frames[f, wrench + 4], tz + frames[f, wrench + 5]
             lf += lx * fx + ly * fy + lz * fz
             # l~ F~ = F l^T - (l . F) I
             xx, xy, xz = xx + fx * lx, xy + fx * ly, xz + fx * lz
@@ -288,3 +342,30 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
                     P[3 * i] * own[R + 3 * j] + P[3 * i + 1] * own[R + 3 * j + 1] + P[3 * i + 2] * own[R + 3 * j + 2]
                 )
                 matrix[slots[3 * i + j]] += value - cM * own[J + 4 * i] if i == j else value
+
+
+@rare
+def step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix):
+    """matrix += cU (tau~ + l~ F~) with the wrenches F of Phi_q^T mu, and R (cM J + cE I) (T^{-1} - I) R^T, in matrices
+    with cU."""
+    if cU == 0.0:
+        return
+    add_stiffness(block, -cU, MU_WRENCH, frames, layout, matrix)
+    for e in range(layout[block] if layout[CHART] == 1 else 0):
+        o = layout[block + 1] + RECORD * e
+        own = numbers[layout[o + 4] :]
+        S, P, Q = own[SCRATCH:], own[SCRATCH + 9 :], own[SCRATCH + 18 :]
+        for j in range(9):
+            S[j] = cM * own[J + j]
+        inverse_tangent(vectors[POSITION, layout[o] + 3 :], Q)
+        for j in range(3):
+            S[4 * j] += cE
+            Q[4 * j] -= 1.0
+        product(S, Q, P)
+        product(own[R:], P, S)
+        slots = layout[layout[SLOTS] + layout[o + 5] :]
+        for i in range(3):
+            for j in range(3):
+                matrix[slots[3 * i + j]] += (
+                    S[3 * i] * own[R + 3 * j] + S[3 * i + 1] * own[R + 3 * j + 1] + S[3 * i + 2] * own[R + 3 * j + 2]
+                )

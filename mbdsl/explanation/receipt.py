@@ -220,7 +220,7 @@ def _kernels(motion: Motion, *effects: str) -> tuple[str, ...]:
     found: dict[str, None] = {}
     for p in motion.parts:
         t = p.system.tables
-        for line in (*evaluate_lines(t.blocks, t.has_tape, _sets(p)), *tangent_lines(t.blocks, t.has_tape)):
+        for line in (*evaluate_lines(t.blocks, t.has_tape, _sets(p)), *tangent_lines(t.blocks, t.has_tape, _sets(p))):
             if line.effect in effects:
                 found[line.text.split("(")[0]] = None
     return tuple(found)

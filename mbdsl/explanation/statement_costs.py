@@ -9,7 +9,7 @@ from mbdsl.integrators import modules
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.simulation.mechanism_run import Motion, Moving
-from mbdsl.system.emit import Line, load_repeated
+from mbdsl.system.emit import FACTORS, Line, load_repeated
 
 #: duration of the measurement of one statement and of one run [s]
 PATIENCE, RUN_PATIENCE = 0.01, 0.2
@@ -57,7 +57,7 @@ def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
     arrays = [x.copy() for x in (run.vectors, run.frames, run.gradients, run.numbers, run.layout, run.matrices[0])]
     for lines, tangent in ((repeated.evaluate, False), (repeated.tangent, True)):
         for line, function in lines:
-            yield line, _seconds(lambda n, f=function: f(n, run.time, *[1.0] * 9, *arrays)), tangent  # type: ignore[misc]
+            yield line, _seconds(lambda n, f=function: f(n, run.time, *[1.0] * len(FACTORS), *arrays)), tangent  # type: ignore[misc]
 
 
 def _seconds(call: Callable[[int], None]) -> float:

@@ -71,17 +71,20 @@ def _where(system: System, joint: str) -> str:
     return f"{component.kind.name} {joint}{place}"
 
 
-def singular(system: System, t: float, q: Array, v: Array) -> str:
-    """A message if the constraints are linearly dependent in a pose, or nearly so; else an empty text."""
+def singular(system: System, t: float, q: Array, v: Array, left_out: Sequence[int] = ()) -> str:
+    """A message if the constraints, without those left out, are linearly dependent in a pose, or nearly so; else an
+    empty text."""
     J = _rows(system, t, q, v) if np.isfinite([q, v]).all() else None
     if J is None:
         return ""
+    kept = np.delete(np.arange(len(J)), left_out)
+    J = J[kept]
     left, sizes, _ = np.linalg.svd(J)
     smallest = float(sizes[-1] / sizes[0]) if len(J) <= J.shape[1] else 0.0
     if smallest > NEAR:
         return ""
     share = np.abs(left[:, -1])
-    joints = _joints(system, [int(k) for k in np.argsort(-share) if share[k] > 0.1 * share.max()])
+    joints = _joints(system, [int(kept[k]) for k in np.argsort(-share) if share[k] > 0.1 * share.max()])
     if len(joints) < 2:
         return ""
     return f"the pose is singular, or close to it (to {smallest:.1g}): {few(joints)} depend on each other there"

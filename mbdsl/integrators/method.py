@@ -108,6 +108,7 @@ class Method:
     check: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     check_constrained: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     matrices: int = 1  #: number of iteration matrices, of ``run.matrices``
+    coupled: bool = False  #: whether its two systems are solved as one where bodies in space turn far within a step
     multipliers: tuple[int, int, int] = (UNKNOWN, UNKNOWN2, UNKNOWN)
     sets: int = 1
     own_reactions: bool = True

@@ -13,6 +13,7 @@ from mbdsl.compilation import buffer_layout
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
 from mbdsl.integrators.loop.compiled_loop import controls_locally
+from mbdsl.integrators.loop.coupled_correction import BLOCKS
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.system import System
@@ -132,6 +133,8 @@ class RunState:
         layout[buffer_layout.CHART] = 2 if method.second_rates else 1
         layout[buffer_layout.PAST_POSITIONS] = method.past_positions
         count = method.matrices + 2 * self.controlled
+        if method.coupled and len(system.tables.rotations):
+            count += BLOCKS
         self.matrices = np.zeros((count, length + 1))  # the method may use the last entry of each
         self.pivots = np.zeros((count, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
         self.solver = solver

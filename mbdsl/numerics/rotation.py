@@ -90,6 +90,16 @@ def turned_back(R, x, y, z):
 
 
 @kernel
+def turn(w, x, y, z, a):
+    """Multiply the vector ``a`` by the rotation matrix of the unit quaternion (w, x, y, z)."""
+    # a + 2 w (p x a) + 2 p x (p x a) with p = (x, y, z)
+    i, j, k = y * a[2] - z * a[1], z * a[0] - x * a[2], x * a[1] - y * a[0]
+    a[0] += 2.0 * (w * i + y * k - z * j)
+    a[1] += 2.0 * (w * j + z * i - x * k)
+    a[2] += 2.0 * (w * k + x * j - y * i)
+
+
+@kernel
 def product(A, B, C):
     """C <- A B, 3 x 3."""
     for i in range(3):

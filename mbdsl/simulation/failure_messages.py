@@ -35,6 +35,10 @@ from mbdsl.system.switches import Switch, law_of, within
 TOO_MANY_STEPS = "it would take too many steps"
 #: error estimates above this only show that the error is not known
 LITTLE_KNOWN = 0.05
+#: rotation of a body in a step that may be the reason why it fails [rad]
+FAR_TURN = 0.5
+#: ends of a run in Newton's iteration
+OF_ITERATION = (loop_state.SINGULAR, loop_state.DIVERGED, loop_state.NOT_FINITE, loop_state.TOO_LARGE)
 
 
 def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
@@ -229,6 +233,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         return _given_up(integration, trajectory)
     assert isinstance(integration, Integration)
     system, t = integration.system, integration.reals[loop_state.STEP_END]
+    if status == loop_state.STIFF and _singular_pose(integration, t):
+        status = loop_state.DIVERGED  # accelerations that change by any amount are not those of a stiff force
     where, span = _worst_equations(integration)
     hint = {
         loop_state.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
@@ -282,10 +288,22 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         span = system.scene.components[beam].span
     elif (beam := _inextensible(system)) is not None:
         hint = f"{beam} may have no axial mode: its ends cannot come closer when it bends; give `axial`; or {hint}"
+    if status in OF_ITERATION and (turn := _largest_turn(integration)) is not None:
+        message += f"; {turn[0]} turns by {turn[1]:.2g} rad in this step"
+        hint = f"try a step in which {turn[0]} turns by less than {FAR_TURN:g} rad; otherwise: {hint}"
     error = IntegrationError(message, span, hint=hint)
     trajectory.message = message
     error.trajectory = trajectory
     return error
+
+
+def _largest_turn(integration: Integration) -> tuple[str, float] | None:
+    """The body in space that turns most in the step, and its angle, if that is more than FAR_TURN [rad]."""
+    tables, v = integration.system.tables, integration.vectors[buffer_layout.VELOCITY0]
+    of = {d: name for name, d in tables.coordinates.items()}
+    turns = {of[int(d) - 3]: integration.step * float(np.linalg.norm(v[d : d + 3])) for d, _ in tables.rotations}
+    name = max(turns, key=lambda k: turns[k], default="")
+    return (name, turns[name]) if turns and turns[name] > FAR_TURN else None
 
 
 def _conditions(system: System, law: Component, switches: Sequence[Switch]) -> str:
@@ -343,7 +361,11 @@ def _singular_pose(integration: Integration, t: float) -> str | None:
     vectors, n = integration.vectors, integration.system.n
     start, last = (
         singular(
-            integration.system, t, integration.system.out_of_charts(vectors[q, :n], integration.numbers), vectors[v, :n]
+            integration.system,
+            t,
+            integration.system.out_of_charts(vectors[q, :n], integration.numbers),
+            vectors[v, :n],
+            integration.left_out,
         )
         for q, v in (
             (buffer_layout.POSITION0, buffer_layout.VELOCITY0),

@@ -51,14 +51,52 @@ def sample(
         evaluate(times[i], vectors, frames, gradients, numbers, layout)
         for k in range(n):
             forces[i, k] = vectors[FORCE, k]
-        # factors: M, K, D, f_lam, Phi_q, N, Gam_v, Gam_q, (M x)_q
+        # factors: M, K, D, f_lam, Phi_q, N, Gam_v, Gam_q, (M x)_q, columns, U, I, P
         tangent(
-            times[i], 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, vectors, frames, gradients, numbers, layout, matrix
+            times[i],
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            vectors,
+            frames,
+            gradients,
+            numbers,
+            layout,
+            matrix,
         )
         for k in range(len(matrix)):
             tangents[i, k] = matrix[k]
         tangent(
-            times[i], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, vectors, frames, gradients, numbers, layout, matrix
+            times[i],
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            1.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            vectors,
+            frames,
+            gradients,
+            numbers,
+            layout,
+            matrix,
         )
         for k in range(len(matrix)):
             rates[i, k] = matrix[k]

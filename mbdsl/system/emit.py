@@ -23,9 +23,13 @@ from mbdsl.system.structure import Block
 KIND_PREFIX = "mbdsl_kind_"
 #: evaluate(t, vectors, frames, gradients, numbers, layout)
 EVALUATE = code_cache.Signature(("float", "matrix", "matrix", "matrix", "vector", "ints"))
-TANGENT_ARGUMENTS = "t, cM, cK, cD, cL, cP, cN, cV, cW, cA, vectors, frames, gradients, numbers, layout, matrix"
+#: factors of the terms of a matrix; see :mod:`mbdsl.integrators.loop.tangent_matrices`
+FACTORS = ("cM", "cK", "cD", "cL", "cP", "cN", "cV", "cW", "cA", "cC", "cU", "cE", "cG")
+TANGENT_ARGUMENTS = f"t, {', '.join(FACTORS)}, vectors, frames, gradients, numbers, layout, matrix"
 #: tangent(TANGENT_ARGUMENTS)
-TANGENT = code_cache.Signature((*["float"] * 10, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
+TANGENT = code_cache.Signature(
+    ("float", *["float"] * len(FACTORS), "matrix", "matrix", "matrix", "vector", "ints", "vector")
+)
 #: inertia(task, row, target, vectors, numbers, layout): tasks of :mod:`mbdsl.compilation.buffer_layout`
 INERTIA = code_cache.Signature(("int", "int", "int", "matrix", "vector", "ints"))
 #: a repeated line of ``evaluate`` or ``tangent``: (count, arguments of tangent)
@@ -107,13 +111,17 @@ def inertia_lines(blocks: list[Block]) -> list[str]:
     ]
 
 
-def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
+def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
     """The statements of ``tangent``, in order."""
     bodies, pairs, roles = _loops(blocks)
-    lines = [Line("bodies", "loops.begin_matrix(cM, numbers, layout, matrix)")]
+    lines = [Line("bodies", "loops.begin_matrix(cM, cE, numbers, layout, matrix)")]
     if any(b.module.MASS for _, b in bodies):
         lines.append(Line("mass matrix", "loops.coupling_matrix(cM, numbers, layout, matrix)"))
     lines += [Line("bodies", f"{b.name}.jacobians({h}, vectors, frames, numbers, layout)") for h, b in bodies]
+    in_step = [(h, b) for h, b in bodies if hasattr(b.module, "step_jacobians")]
+    lines += [
+        Line("bodies", f"{b.name}.step_jacobians({h}, cK, cD, vectors, frames, numbers, layout)") for h, b in in_step
+    ]
     if has_tape:
         part = "layout[TAPE_LENGTH], layout[GRADIENT_LENGTH]"
         lines.append(Line("expressions", f"expression_tape.run(t, {part}, vectors, frames, numbers, layout)"))
@@ -123,14 +131,15 @@ def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
         Line(_effect(b), f"{b.name}.curve({h}, frames, gradients, numbers, layout)") for h, b in pairs if b.curved
     ]
     if "joint" in roles:
+        factors = "cK, cP, cN, cC, cU"
         lines.append(
-            Line("joints", "loops.constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)")
+            Line("joints", f"loops.constraint_tangents({factors}, vectors, gradients, numbers, layout, matrix)")
         )
     if "gamma" in roles:
         lines.append(
             Line(
                 "nonholonomic rows",
-                "loops.gamma_tangents(cK, cD, cV, cW, vectors, numbers, layout, matrix)",
+                "loops.gamma_tangents(cK, cD, cV, cW, cC, vectors, numbers, layout, matrix)",
             )
         )
     if "spring" in roles:
@@ -140,10 +149,19 @@ def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
     curved = [(h, b) for h, b in bodies if hasattr(b.module, "stiffness")]
     lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, frames, {_F(b)}layout, matrix)") for h, b in curved]
     flexible = [(h, b) for h, b in bodies if b.module.MASS]
-    return lines + [
+    lines += [
         Line("flexibility", f"{b.name}.tangents({h}, cM, cK, cD, cA, vectors, numbers, layout, matrix)")
         for h, b in flexible
     ]
+    lines += [
+        Line("bodies", f"{b.name}.step_tangents({h}, cM, cU, cE, vectors, frames, numbers, layout, matrix)")
+        for h, b in in_step
+    ]
+    if sets > 2 and in_step and "joint" in roles:
+        lines.append(Line("joints", "loops.columns(-cG, 0, gradients, numbers, layout, matrix)"))
+        lines += [Line("bodies", f"{b.name}.past_jacobians({h}, cG, frames, numbers, layout)") for h, b in in_step]
+        lines.append(Line("joints", "loops.columns(cG, 1, gradients, numbers, layout, matrix)"))
+    return lines
 
 
 def in_space(blocks: list[Block]) -> bool:
@@ -171,7 +189,7 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
         "",
         "",
         f"def tangent({TANGENT_ARGUMENTS}):",
-        *(f"    {line.text}" for line in tangent_lines(blocks, has_tape)),
+        *(f"    {line.text}" for line in tangent_lines(blocks, has_tape, sets)),
         "",
         "",
         "def inertia(task, row, target, vectors, numbers, layout):",
@@ -218,7 +236,7 @@ def _names(bodies: list[tuple[int, Block]], has_tape: bool) -> list[str]:
 def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[Line], list[Line]]:
     """A module for measurements, in which every line of ``evaluate`` is a loop ``e0``, ``e1``, ... and every line of
     ``tangent`` a loop ``t0``, ...; and these lines."""
-    evaluate, tangent = evaluate_lines(blocks, has_tape, sets), tangent_lines(blocks, has_tape)
+    evaluate, tangent = evaluate_lines(blocks, has_tape, sets), tangent_lines(blocks, has_tape, sets)
     text = _head(blocks, has_tape, "Emitted by mbdsl to measure scenes of")
     for name, lines in (("e", evaluate), ("t", tangent)):
         for k, line in enumerate(lines):

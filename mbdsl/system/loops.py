@@ -316,12 +316,12 @@ def coupling_matrix(cM, numbers, layout, matrix):
 
 
 @rare
-def begin_matrix(cM, numbers, layout, matrix):
-    """matrix = cM times the constant part of the diagonal of M."""
+def begin_matrix(cM, cE, numbers, layout, matrix):
+    """matrix = cM times the constant part of the diagonal of M, plus cE times the unit matrix."""
     for i in range(layout[SIZE]):
         matrix[i] = 0.0
     for i in range(layout[N_Q]):
-        matrix[layout[layout[SLOTS] + layout[MASS_SLOTS] + i]] += cM * numbers[layout[MASS] + i]
+        matrix[layout[layout[SLOTS] + layout[MASS_SLOTS] + i]] += cM * numbers[layout[MASS] + i] + cE
 
 
 @rare
@@ -336,17 +336,18 @@ def pair_blocks(slot, a, b, cT, T, cTd, Td, numbers, layout, matrix):
 
 
 @rare
-def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix):
-    """matrix += cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below; diagonal 1 if left out."""
-    n, row = layout[N_Q], layout[LAM_ROW]
+def constraint_tangents(cK, cP, cN, cC, cU, vectors, gradients, numbers, layout, matrix):
+    """matrix += cK (Phi_q^T lam)_q + cU (Phi_q^T mu)_q; cC Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below;
+    diagonal cC if left out."""
+    n, row, mu_row = layout[N_Q], layout[LAM_ROW], layout[MU_ROW]
     for r in range(layout[N_PHI]):
         o = layout[PAIRS] + PAIR * r
         slot = layout[SLOTS] + layout[o + SLOT]
         if layout[o + LEFT_OUT]:
-            matrix[layout[slot]] += 1.0
+            matrix[layout[slot]] += cC
             continue
         slot += 1
-        if layout[o + SECOND_DERIVATIVE] >= 0 and cK == 0.0:
+        if layout[o + SECOND_DERIVATIVE] >= 0 and cK == 0.0 and cU == 0.0:
             a, b = layout[layout[FRAMES] + 2 * layout[o + FRAME_A]], layout[layout[FRAMES] + 2 * layout[o + FRAME_B]]
             slot += (a + b) * (a + b)  # as pair_blocks
         elif layout[o + SECOND_DERIVATIVE] >= 0:
@@ -354,7 +355,7 @@ def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)
                 slot,
                 layout[o + FRAME_A],
                 layout[o + FRAME_B],
-                cK * vectors[row, n + r],
+                cK * vectors[row, n + r] + (cU * vectors[mu_row, n + r] if cU != 0.0 else 0.0),
                 layout[o + SECOND_DERIVATIVE],
                 0.0,
                 layout[o + SECOND_DERIVATIVE],
@@ -369,7 +370,7 @@ def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)
                 value = 0.0
                 for l in range(POSE):
                     value += gradients[r, POSE * side + l] * numbers[kb + l * nb + j]
-                matrix[layout[slot + j]] += value
+                matrix[layout[slot + j]] += cC * value
                 matrix[layout[slot + nb + j]] += cP * value
             if cN != 0.0:  # no iteration matrix requires it
                 for j in range(nb):
@@ -381,6 +382,30 @@ def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)
                             + gradients[r, POSE * side + l] * numbers[k + POSE * nb]
                         )
                     matrix[layout[slot + nb + j]] += cN * rate
+            slot += 2 * nb
+
+
+@rare
+def columns(factor, past, gradients, numbers, layout, matrix):
+    """matrix += factor B^T G^T, to the right, with the G of constraints, or if ``past`` is 1 that of the start of the
+    step."""
+    G = PAST_GRADIENT * past
+    for r in range(layout[N_PHI] if factor != 0.0 else 0):
+        o = layout[PAIRS] + PAIR * r
+        if layout[o + LEFT_OUT]:
+            continue
+        a, b = layout[layout[FRAMES] + 2 * layout[o + FRAME_A]], layout[layout[FRAMES] + 2 * layout[o + FRAME_B]]
+        slot = layout[SLOTS] + layout[o + SLOT] + 1
+        if layout[o + SECOND_DERIVATIVE] >= 0:
+            slot += (a + b) * (a + b)  # as in constraint_tangents
+        for side in range(2):
+            f = layout[o + FRAME_A + side]
+            nb, kb = layout[layout[FRAMES] + 2 * f], layout[layout[FRAMES] + 2 * f + 1]
+            for j in range(nb):
+                value = 0.0
+                for l in range(POSE):
+                    value += gradients[r, G + POSE * side + l] * numbers[kb + l * nb + j]
+                matrix[layout[slot + j]] += factor * value
             slot += 2 * nb
 
 
@@ -450,10 +475,10 @@ def law_tangents(cK, cD, cL, gradients, numbers, layout, matrix):
 
 
 @rare
-def gamma_tangents(cK, cD, cV, cW, vectors, numbers, layout, matrix):
-    """matrix += cK (Gam_v^T nu)_q + cD (Gam_v^T nu)_v; Gam_v^T to the right; cV Gam_v + cW Gam_q below.
+def gamma_tangents(cK, cD, cV, cW, cC, vectors, numbers, layout, matrix):
+    """matrix += cK (Gam_v^T nu)_q + cD (Gam_v^T nu)_v; cC Gam_v^T to the right; cV Gam_v + cW Gam_q below.
 
-    A constraint that is left out, or inactive (cV = 0 = cW), has 1 on the diagonal.
+    A constraint that is left out, or inactive (cV = 0 = cW), has cC on the diagonal.
     """
     scratch = numbers.size - TANGENT_SCRATCH
     first = layout[N_Q] + layout[N_PHI]
@@ -461,7 +486,7 @@ def gamma_tangents(cK, cD, cV, cW, vectors, numbers, layout, matrix):
         o = layout[layout[GAMMAS] + k]
         slot, count, nu = layout[SLOTS] + layout[o + 2], layout[o + 4], vectors[layout[LAM_ROW], first + k]
         if layout[o + 3] or (cV == 0.0 and cW == 0.0):
-            matrix[layout[slot]] += 1.0
+            matrix[layout[slot]] += cC
         if layout[o + 3]:
             continue
         slot += 1
@@ -479,7 +504,7 @@ def gamma_tangents(cK, cD, cV, cW, vectors, numbers, layout, matrix):
                     )
                     value += w * numbers[b]
                     rate += z * numbers[b] + w * numbers[b + POSE * nb]
-                matrix[layout[slot + j]] += value
+                matrix[layout[slot + j]] += cC * value
                 matrix[layout[slot + nb + j]] += cV * value + cW * rate
             slot += 2 * nb
         second = o + GAMMA + LEAF * count

@@ -382,7 +382,26 @@ class System:
             self._A = np.zeros(self.size)
         tangent = self._any_kernels(1).tangent
         tangent(
-            float(t), cM, cK, cD, cL, cP, cN, cV, cW, cA, w.vectors, w.frames, w.gradients, w.numbers, w.layout, self._A
+            float(t),
+            cM,
+            cK,
+            cD,
+            cL,
+            cP,
+            cN,
+            cV,
+            cW,
+            cA,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            w.vectors,
+            w.frames,
+            w.gradients,
+            w.numbers,
+            w.layout,
+            self._A,
         )
         return self._A
 

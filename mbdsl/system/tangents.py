@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation.buffer_layout import POSITION, UNKNOWN, VELOCITY
+from mbdsl.system.emit import FACTORS
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
-
-#: factors in the order of the arguments of the compiled function
-FACTORS = ("cM", "cK", "cD", "cL", "cP", "cN", "cV", "cW", "cA")
 
 
 def tangents(
@@ -34,7 +32,7 @@ def tangents(
     position, velocity, accelerations = vectors[POSITION, :n], vectors[VELOCITY, :n], vectors[UNKNOWN, :n]
     multipliers = vectors[UNKNOWN, n:size]
     evaluate = _of_time(kernels.evaluate, *rest)
-    calls = [_of_time(kernels.tangent, *(x.get(c, 0.0) for c in FACTORS), *rest, A) for x in requests]
+    calls = [_of_time(kernels.tangent, *(x.get(c, float(c == "cC")) for c in FACTORS), *rest, A) for x in requests]
     found = np.empty((len(requests), count, system.size))
     in_space = len(system.tables.rotations) > 0
     for k, now in enumerate(t.tolist()):

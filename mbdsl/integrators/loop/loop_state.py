@@ -55,7 +55,9 @@ TRUSTED = 31  #: number of further steps for which the part that counts may be t
 # numbers of the iteration matrices with which the last matrix and the one before it belong; the second is negative if
 # dampers are not stiff
 OTHERS, DAMPERS = 32, 33
-INTEGERS = 34
+COUPLED = 34  #: whether corrections are those of the full system (:mod:`mbdsl.integrators.loop.coupled_correction`)
+SOFT = 35  #: whether matrices of Radau IIA correct little along nearly dependent constraints
+INTEGERS = 36
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,

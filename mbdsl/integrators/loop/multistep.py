@@ -33,6 +33,7 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY0,
 )
 from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.coupled_correction import FAR
 from mbdsl.integrators.loop.linear_solve import DENSE
 from mbdsl.integrators.loop.loop_state import (
     CONTROLLED,
@@ -42,6 +43,7 @@ from mbdsl.integrators.loop.loop_state import (
     FRESH,
     HISTORY,
     IN_A_ROW,
+    NOW,
     OLDER,
     ORDER,
     REJECTED,
@@ -54,6 +56,7 @@ from mbdsl.integrators.loop.loop_state import (
     STABILISED,
     STEP,
     STEP_SIZE,
+    TIMES,
     TOO_LARGE,
     TOO_SMALL,
     UNIT,
@@ -74,7 +77,7 @@ from mbdsl.integrators.loop.step_control import (
 )
 from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
-from mbdsl.numerics.rotation import untangled
+from mbdsl.numerics.rotation import half, turn, untangled
 
 #: steps after which the order of extrapolation is chosen again, since it seldom changes
 RECONSIDER = 4
@@ -161,6 +164,42 @@ def best_of_older(best, error, history, n, run):
     return best
 
 
+# -- prediction for bodies that turn far in a step ---------------------------------------------------------------------
+
+
+@kernel
+def turns(h, run):
+    """Whether the history has to be turned for a prediction: a body turns by more than FAR in a step of a stabilised
+    method, whose tolerance for velocities takes the iteration close to rounding."""
+    layout, v, most = run.layout, run.vectors[VELOCITY0], 0.0
+    for r in range(layout[N_ROTATIONS] if run.integers[STABILISED] else 0):
+        d = layout[layout[ROTATIONS] + 2 * r]
+        most = max(most, v[d] * v[d] + v[d + 1] * v[d + 1] + v[d + 2] * v[d + 2])
+    return h * h * most > FAR * FAR
+
+
+@rare
+def turn_history(way, rows, h, run):
+    """Turn the unknowns of the last steps, of bodies that turn far, from body axes of their time to those expected at
+    the end of the step (``way`` 1), or back (-1).
+
+    In body axes, the vectors of a body on a moving axle oscillate with its spin. In axes of one time, they are as
+    smooth as the motion of the axle.
+    """
+    reals, integers, layout, y = run.reals, run.integers, run.layout, run.vectors
+    rows = rows if even(run) else min(rows, PAST)  # unequal steps have the times of these alone
+    for r in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * r]
+        a, b, c = y[VELOCITY0, d], y[VELOCITY0, d + 1], y[VELOCITY0, d + 2]
+        for k in range(rows if h * h * (a * a + b * b + c * c) > FAR * FAR else 0):
+            s = -way * ((k + 1) * h if even(run) else reals[NOW] + h - reals[TIMES + k])
+            w, p = half(s * a, s * b, s * c)
+            p *= s
+            for unknown in range(1 + integers[STABILISED]):
+                row = UNKNOWN0 + PAST * unknown + k if k < PAST else older_rows(unknown, run) + k - PAST
+                turn(w, p * a, p * b, p * c, y[row, d:])
+
+
 # -- one attempt -------------------------------------------------------------------------------------------------------
 
 
@@ -174,11 +213,16 @@ def solve_step(t, h, formulas, run):
     integers, layout, controlled = run.integers, run.layout, run.integers[CONTROLLED] > 0
     status = DIVERGED
     for attempt in range(3):
+        turned, rows = turns(h, run), min(integers[ORDER] + 1, integers[HISTORY])
+        if turned:
+            turn_history(1, rows, h, run)
         for k in range(1 + integers[STABILISED]):
             if even(run):
                 predict(k, min(integers[ORDER], integers[SAME]), layout[N_ALL], run)
             else:
                 predict_uneven(k, min(integers[ORDER], 3), h, run)
+        if turned:
+            turn_history(-1, rows, h, run)
         status = newton(attempt == 2, t, h, formulas, run)
         if status == RUNNING or (controlled and attempt == 1):
             break
@@ -253,8 +297,12 @@ def take(t0, h, formulas, run):
     if not controlled and leaps(run):
         return TOO_LARGE, h, error
     if integers[STEP] % RECONSIDER == 0 or integers[HISTORY] < PAST + integers[OLDER] or integers[ORDER] == 0:
-        history, n = min(integers[HISTORY], integers[SAME] + 1), layout[N_Q]
+        history, n, turned = min(integers[HISTORY], integers[SAME] + 1), layout[N_Q], turns(h, run)
+        if turned:
+            turn_history(1, integers[HISTORY], h, run)
         integers[ORDER] = best_order(history, n, run) if even(run) else best_order_uneven(integers[HISTORY], h, n, run)
+        if turned:
+            turn_history(-1, integers[HISTORY], h, run)
     return RUNNING, h, error
 
 

@@ -43,7 +43,7 @@ class Formulas(NamedTuple):
 class Stages(NamedTuple):
     """The kernels of a method with several stages that :mod:`mbdsl.integrators.methods.radau_step` calls."""
 
-    predict: Callable  #: (ratio, steps_behind, h, run): the unknowns from those of the last step
+    predict: Callable  #: (ratio, degree, h, run): the unknowns from those of the last step
     residuals: Callable  #: (t, h, run): residuals of all stages of a step from t
     constraint_size: Callable  #: (run): largest residual of the constraints on positions
     matrices: Callable  #: (t, h, still, run): the iteration matrices, factorised; False if that failed

@@ -112,6 +112,9 @@ METHOD = Method(
     relative_step=8.0,
 )
 
+#: h |lambda| of steps that are limited by something else: the control of steps keeps those of a stiff model near LIMIT,
+#: while near a singular pose accelerations change by any amount with the last digits of positions
+SINGULAR_FROM = 100.0
 #: allowed error estimate of a step, relative to the tolerance
 SHARE = 0.1
 #: least error and least motion of a step that count: their squares are not zero
@@ -201,7 +204,7 @@ def is_stiff(h, run):
         moved += v * v + q * q
         changed += rate * rate + v * v * speed * speed
     reals[RADIUS] = h * sqrt(changed / moved) if moved > LEAST * LEAST else 0.0
-    if reals[RADIUS] > LIMIT:
+    if LIMIT < reals[RADIUS] < SINGULAR_FROM:
         memory[STIFF_STEPS], memory[OTHERS] = memory[STIFF_STEPS] + 1.0, 0.0
     else:
         memory[OTHERS] += 1.0

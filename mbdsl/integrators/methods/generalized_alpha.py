@@ -41,6 +41,7 @@ from mbdsl.compilation.buffer_layout import (
     UNKNOWN2,
 )
 from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop.coupled_correction import turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor
 from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples
@@ -58,7 +59,7 @@ from mbdsl.integrators.methods.generalized_alpha_i3 import (
     shift,
 )
 from mbdsl.integrators.methods.generalized_alpha_i3 import motion as index_3_motion
-from mbdsl.integrators.methods.hht_si2 import correct_with
+from mbdsl.integrators.methods.hht_si2 import correct_with, factor_full
 
 __all__ = ["finish", "local_error"]
 
@@ -79,6 +80,7 @@ METHOD = Method(
     steps=("fixed", "controlled"),
     sets=2,
     matrices=3,
+    coupled=True,
 )
 
 
@@ -130,6 +132,8 @@ def matrix(t, h, run):
     of_q, of_v = new_weights(run)
     k, d = of_q * h * h, of_v * h
     velocity_matrix(0, t, run, M=1.0, K=k, D=d, Mx_q=k, q_v=k / d)
+    if turns_far(run):
+        return factor_full(t, h, of_q, of_v, run)
     projection_matrix(1, t, run, M=2.0)
     clear(2, run)
     if couples(1.0, run):

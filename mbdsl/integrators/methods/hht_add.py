@@ -26,6 +26,10 @@ equations are split into two systems, as those of HHT-SI2:
     S = M + (1+alpha) (beta h^2 K + gamma h D) + beta/(2 gamma) h^2 (Phi_q^T psi_II)_q + beta/gamma h^2 (M [.]_R2)_q,
     K and D of applied forces alone
 
+In space, Phi_q(q_n) and the terms left out differ by the angle that a body turns by within the step. If this angle is
+not small, Newton's equations are solved as one system (:mod:`mbdsl.integrators.loop.coupled_correction`), of R2 and R4
+for w and eta = (psi_I + psi_II)/2, and of gamma R1 - beta R2 and R3 for u and chi.
+
 The converged solution is that of the full system. psi_II has order 1 only. Therefore reactions are computed from the
 acceleration-level equations, and friction in joints, which depends on psi_II, has order 1.
 
@@ -69,9 +73,10 @@ from mbdsl.compilation.buffer_layout import (
 )
 from mbdsl.compilation.buffer_layout import KEPT as A0  # the row of a_n
 from mbdsl.compilation.buffer_layout import KEPT2 as FA  # the row of fa_n
-from mbdsl.compilation.marks import kernel
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.coupled_correction import block, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, compress, factor, larger, multiply
-from mbdsl.integrators.loop.loop_state import STEP_SIZE
+from mbdsl.integrators.loop.loop_state import COUPLED, STEP_SIZE
 from mbdsl.integrators.loop.run_data import inertia
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two, stiff
 from mbdsl.integrators.loop.tangent_matrices import (
@@ -126,6 +131,7 @@ METHOD = Method(
     begin=begin,
     sets=3,
     matrices=4,
+    coupled=True,
     multipliers=(LAM, UNKNOWN2, UNKNOWN2),
     own_reactions=False,
     inverts_mass=True,
@@ -203,21 +209,48 @@ def matrix(t, h, run):
     Matrix 2 <- -(1+alpha) h^2 K; matrix 3 <- the terms of S with K and D of f if forces are stiff, otherwise empty.
     """
     beta, gamma, alpha, _past = weights(run)
-    b = run.coefficients[3]
-    k, d = beta * (1 + alpha), gamma * (1 + alpha)
-    of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # d times the derivative of psi_II by eta
-    of_mass, of_Gam = beta / gamma * h * h, beta * h / gamma
-    velocity_matrix(0, t, run, M=1.0, K=k * h * h, D=d * h, Mx_q=of_mass, f_lam=of_lam, q_v=of_Gam)
-    projection_matrix(1, t, run, M=1.0)
+    iteration(0, 0.0, t, h, run)
     clear(2, run)
     if couples(1.0, run):
         stiffness_matrix(2, t, run, K=-(1 + alpha) * h * h, Mx_q=-h * h, Gam_q=-h / gamma)
         couple(run)
     clear(3, run)
     if stiff(STIFF, 1.0, 0, run):
-        tangent_matrix(3, t, run, K=k * h * h, D=d * h)
+        tangent_matrix(3, t, run, K=beta * (1 + alpha) * h * h, D=gamma * (1 + alpha) * h)
         compress(3, run)
+    if turns_far(run):
+        return factor_full(t, h, run)
+    projection_matrix(1, t, run, M=1.0)
     return factor(0, run) and factor(1, run)
+
+
+@kernel
+def iteration(j, past, t, h, run):
+    """Matrix j <- [[S, Phi_q^T], [Phi_q, 0]], with ``past`` times the change of Phi_q^T within the step."""
+    beta, gamma, alpha, _past = weights(run)
+    b = run.coefficients[3]
+    k, d = beta * (1 + alpha), gamma * (1 + alpha)
+    of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # d times the derivative of psi_II by eta
+    of_mass, of_Gam = beta / gamma * h * h, beta * h / gamma
+    velocity_matrix(j, t, run, M=1.0, K=k * h * h, D=d * h, Mx_q=of_mass, f_lam=of_lam, q_v=of_Gam, P=past)
+
+
+@rare
+def factor_full(t, h, run):
+    """Set and factorise the matrix of the full system."""
+    beta, gamma, alpha, _past = weights(run)
+    b = run.coefficients[3]
+    # eta and chi give 1/2 psi_I = of_eta eta + of_chi chi, and psi_I is multiplied by Phi_q of the start of the step
+    of_eta, of_chi, in_chi = (beta / gamma - b) / (1 - 2 * b), 1 / (gamma * (1 - 2 * b)), gamma * (1 - b) - beta
+    of_G = (gamma * b - beta) / (2 * gamma) * h * h
+    iteration(block(0, 0, run), of_eta, t, h, run)
+    tangent_matrix(
+        block(0, 1, run), t, run, K=(1 + alpha) * h * h, N=h / gamma, Gam_q=h / gamma, columns=0.0, P=of_chi,
+        f_lam=-2 * (1 + alpha) / (1 - 2 * b)
+    )  # fmt: skip
+    tangent_matrix(block(1, 0, run), t, run, U=beta * of_G, Phi_q=beta, columns=0.0, P=in_chi * of_eta)
+    tangent_matrix(block(1, 1, run), t, run, M=1.0, U=of_G, Phi_q=1.0, P=in_chi * of_chi)
+    return factor_coupled(run)
 
 
 @kernel
@@ -233,7 +266,12 @@ def correct(k, h, run):
         w[i], u[i] = -r2[i], -gamma * r[i] + beta * r2[i]
     for i in range(n + m, size):
         w[i], u[i] = -r[i], 0.0
-    solve_two(k, run)
+    if run.integers[COUPLED]:
+        for i in range(n, n + m):
+            u[i] = -gamma * r[i]
+        solve_coupled(run)
+    else:
+        solve_two(k, run)
     change = 0.0
     for i in range(n):
         P[i] += (beta * w[i] + u[i]) / gamma

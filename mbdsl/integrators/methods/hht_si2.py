@@ -26,6 +26,14 @@ The first two are a projection with a mass matrix that does not change, and the 
 stand for h N dq and h^2 (Phi_q^T mu)_q dq. These terms, corrections times a power of h, are left to the next iteration.
 The converged solution is that of the full system.
 
+In space, these terms are of the order of the angle that a body turns by within the step. If this angle is not small,
+Newton's equations are solved as one system (:mod:`mbdsl.integrators.loop.coupled_correction`), with R3 as it is,
+
+    R1:  S da + Phi_q^T dlam + h^2 K e = -R1
+    R4:  (Phi_q + beta/gamma h N) da + h/gamma N e = -R4/gamma
+    R2:  2 M e + Phi_q^T dmu + h^2 (Phi_q^T mu)_q (beta da + e) = -R2
+    R3:  Phi_q (beta da + e) = -R3
+
 Local errors, and the shift of a_n for unequal steps, are those of HHT-I3. abar and mu vanish with h; their predictions
 are proportional to the step size.
 
@@ -58,11 +66,17 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY,
     VELOCITY0,
 )
-from mbdsl.compilation.marks import kernel
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.coupled_correction import block, copy_first, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
-from mbdsl.integrators.loop.loop_state import STEP_SIZE
+from mbdsl.integrators.loop.loop_state import COUPLED, STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
-from mbdsl.integrators.loop.tangent_matrices import projection_matrix, stiffness_matrix, velocity_matrix
+from mbdsl.integrators.loop.tangent_matrices import (
+    projection_matrix,
+    stiffness_matrix,
+    tangent_matrix,
+    velocity_matrix,
+)
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
 from mbdsl.integrators.methods.newmark import memory, weights
@@ -83,6 +97,7 @@ METHOD = Method(
     begin=begin,
     sets=2,
     matrices=3,
+    coupled=True,
     mass_row=MASS_POSITION,
     node=lambda c: 1 + c[2],
     mass_weight=lambda c: 1 / (1 + c[2]),
@@ -142,12 +157,24 @@ def matrix(t, h, run):
     beta, gamma, alpha, _past = weights(run)
     mass = 1 / (1 + alpha)
     velocity_matrix(0, t, run, M=mass, K=beta * h * h, D=gamma * h, q_v=beta * h / gamma)
+    if turns_far(run):
+        return factor_full(t, h, beta, gamma, run)
     projection_matrix(1, t, run, M=2.0)
     clear(2, run)
     if couples(mass, run):
         stiffness_matrix(2, t, run, K=-h * h, Gam_q=-h / gamma)
         couple(run)
     return factor(0, run) and factor(1, run)
+
+
+@rare
+def factor_full(t, h, beta, gamma, run):
+    """Set and factorise the matrix of the full system; its A00 is matrix 0, which has been set."""
+    copy_first(run)
+    tangent_matrix(block(0, 1, run), t, run, K=h * h, N=h / gamma, Gam_q=h / gamma, columns=0.0)
+    tangent_matrix(block(1, 0, run), t, run, U=beta * h * h, Phi_q=beta, columns=0.0)
+    tangent_matrix(block(1, 1, run), t, run, M=2.0, U=h * h, Phi_q=1.0)
+    return factor_coupled(run)
 
 
 @kernel
@@ -168,10 +195,15 @@ def correct_with(beta, gamma, k, h, run):
     for i in range(n):
         da[i], e[i] = -r[i], -r2[i]
     for i in range(n, n + m):
-        da[i], e[i] = -r2[i] / gamma, -r[i] + beta / gamma * r2[i]
+        da[i], e[i] = -r2[i] / gamma, -r[i]
     for i in range(n + m, size):
         da[i], e[i] = -r[i] / gamma, 0.0
-    solve_two(k, run)
+    if run.integers[COUPLED]:
+        solve_coupled(run)
+    else:
+        for i in range(n, n + m):
+            e[i] += beta / gamma * r2[i]
+        solve_two(k, run)
     change = 0.0
     for i in range(n):
         a[i] += da[i]

@@ -22,6 +22,14 @@ addition to that by velocities), S = M + s^2 K + s D, and K including (M a)_q, N
 The dots stand for s N q and s^2 (Phi_q^T mu)_q. These terms, corrections times a power of h, are left to the next
 iteration. The converged solution is that of the full system.
 
+In space, these terms are of the order of the angle that a body turns by within the step. If this angle is not small,
+Newton's equations are solved as one system (:mod:`mbdsl.integrators.loop.coupled_correction`), with chi = -dmu/s:
+
+    R1:    S da + Phi_q^T dlam + s^2 K u = -R1
+    R4:    (Phi_q + s N) da + s N u = -R4
+    R2:    u + Phi_q^T chi - s (Phi_q^T mu)_q (da + u) = R2/s
+    R3/s:  Phi_q (da + u) = -R3/s
+
 Unequal steps and local errors: as for NSTIFF. q' - v and mu vanish with h^2; their predictions are proportional to h^2.
 
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF-SI2; the splitting is our own.
@@ -33,7 +41,6 @@ from mbdsl.compilation.buffer_layout import (
     FORCE,
     FORCE2,
     MASS,
-    MASS_SLOTS,
     MX,
     N_ALL,
     N_PHI,
@@ -44,7 +51,6 @@ from mbdsl.compilation.buffer_layout import (
     RESIDUAL,
     RESIDUAL2,
     SCALE,
-    SLOTS,
     UNKNOWN,
     UNKNOWN0,
     UNKNOWN2,
@@ -54,10 +60,11 @@ from mbdsl.compilation.buffer_layout import (
 from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # q at the start of the previous step
 from mbdsl.compilation.buffer_layout import KEPT2 as VELOCITY1
 from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop.coupled_correction import block, copy_first, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
-from mbdsl.integrators.loop.loop_state import LAST_H, STEP_SIZE
+from mbdsl.integrators.loop.loop_state import COUPLED, LAST_H, STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
-from mbdsl.integrators.loop.tangent_matrices import projection_matrix, stiffness_matrix, velocity_matrix
+from mbdsl.integrators.loop.tangent_matrices import stiffness_matrix, tangent_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.nstiff import P, S, begin, finish, local_error, memory, set_ratio
 
@@ -76,6 +83,7 @@ METHOD = Method(
     begin=begin,
     sets=2,
     matrices=3,
+    coupled=True,
     steps=("fixed", "controlled"),
     past_positions=POSITION1,
     relative_step=0.5,
@@ -130,9 +138,13 @@ def matrix(t, h, run):
     """Matrices 0, 1 and 2 <- [[S, Phi_q^T], [Phi_q, 0]], [[1, Phi_q^T], [Phi_q, 0]], both factorised, and -s^2 K."""
     s = run.memory[S] * h
     velocity_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, q_v=s)
-    projection_matrix(1, t, run, M=0.0)
-    for i in range(run.layout[N_Q]):
-        run.matrices[1, run.layout[run.layout[SLOTS] + run.layout[MASS_SLOTS] + i]] += 1.0
+    if turns_far(run):
+        copy_first(run)
+        tangent_matrix(block(0, 1, run), t, run, K=s * s, N=s, Gam_q=s, columns=0.0)
+        tangent_matrix(block(1, 0, run), t, run, U=-s, Phi_q=1.0, columns=0.0)
+        tangent_matrix(block(1, 1, run), t, run, I=1.0, U=-s, Phi_q=1.0)
+        return factor_coupled(run)
+    tangent_matrix(1, t, run, I=1.0, Phi_q=1.0)
     clear(2, run)
     if couples(1.0, run):
         stiffness_matrix(2, t, run, K=-s * s, Mx_q=-s * s, Gam_q=-s)
@@ -151,10 +163,15 @@ def correct(k, h, run):
     for i in range(n):
         da[i], u[i] = -r[i], r2[i] / s
     for i in range(n, n + m):
-        da[i], u[i] = -r2[i], r2[i] - r[i] / s
+        da[i], u[i] = -r2[i], -r[i] / s
     for i in range(n + m, size):
         da[i], u[i] = -r[i], 0.0
-    solve_two(k, run)
+    if run.integers[COUPLED]:
+        solve_coupled(run)
+    else:
+        for i in range(n, n + m):
+            u[i] += r2[i]
+        solve_two(k, run)
     change = 0.0
     for i in range(n):
         a[i] += da[i]

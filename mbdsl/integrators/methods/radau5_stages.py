@@ -140,10 +140,10 @@ def set_metric(run):
 
 
 @rare
-def predict(ratio, steps_behind, h, run):
+def predict(ratio, degree, h, run):
     """The stages extrapolated by the polynomials of the last step; ``ratio``: of the new to the last step length.
 
-    With ``steps_behind`` = 0, accelerations and multipliers are those at the start of the step; if it is negative,
+    With ``degree`` 0 or 2, accelerations and multipliers are those at the start of the step; if it is negative,
     accelerations are zero.
     """
     vectors, layout = run.vectors, run.layout
@@ -153,14 +153,14 @@ def predict(ratio, steps_behind, h, run):
         l0 = (x - c1) * (x - c2) / ((c0 - c1) * (c0 - c2))
         l1 = (x - c0) * (x - c2) / ((c1 - c0) * (c1 - c2))
         l2 = (x - c0) * (x - c1) / ((c2 - c0) * (c2 - c1))
-        if steps_behind > 0:
+        if degree > 2:
             for i in range(layout[N_ALL]):
                 vectors[STAGE + k, i] = l0 * vectors[PAST, i] + l1 * vectors[PAST + 1, i] + l2 * vectors[PAST + 2, i]
                 vectors[STAGE2 + k, i] = ratio * ratio * ratio * vectors[PAST2 + k, i]
         else:
             for i in range(layout[N_ALL]):
                 vectors[STAGE + k, i], vectors[STAGE2 + k, i] = vectors[UNKNOWN0, i], 0.0
-            if steps_behind < 0:
+            if degree < 0:
                 for i in range(layout[N_Q]):
                     vectors[STAGE + k, i] = 0.0
     if layout[N_ROTATIONS] > 0:

@@ -31,7 +31,9 @@ NODES, EIGENVALUES, E1, E2 = range(5, 5 + 4 * MOST, MOST)
 #: A, A^2, A^{-1}; eigenvectors of A: rows of real and imaginary parts, columns that combine these to vectors of the
 #: stages; coefficients of x, x^2, ... in the integrals from 0 to x of the Lagrange polynomials of the nodes, by rows
 A, SQUARE, INVERSE, THERE, BACK, INTEGRALS = range(5 + 4 * MOST, 5 + 4 * MOST + 6 * MOST**2, MOST**2)
-SIZE = INTEGRALS + MOST**2
+#: coefficients of 1, x, x^2 in the parabola that fits values at the stages best, by rows
+FIT = INTEGRALS + MOST**2
+SIZE = FIT + 3 * MOST
 
 Array = NDArray[np.float64]
 
@@ -62,6 +64,7 @@ def tables(stages: int) -> dict[int, Array]:
         THERE: np.array(rows),
         BACK: np.array(columns).T,
         INTEGRALS: integrals,
+        FIT: np.linalg.pinv(np.vander(c, 3, increasing=True)),
     }
 
 

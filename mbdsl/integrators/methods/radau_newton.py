@@ -15,6 +15,7 @@ from mbdsl.integrators.loop.loop_state import (
     NOT_FINITE,
     RUNNING,
     SINGULAR,
+    SOFT,
     START,
     STOP,
     TOL,
@@ -37,6 +38,8 @@ FACTOR, POWER, EXPONENT, MEASURED, KNOWN = range(5)
 LEFT, LEFT_IN_SPACE = 0.2, 0.02
 #: the same where rounding limits it, relative to the allowed error of a step
 STALLED = 1e-3
+#: degree that stands for that of the polynomial of the stages; number of an attempt that extrapolates by a parabola
+FULL, PARABOLIC = 9, 3
 
 
 @kernel
@@ -115,11 +118,18 @@ def newton(t, h, size, stages, run):
 
 @kernel
 def solve_step(attempt, t, h, stages, run):
-    """Predict and solve the stages of a step from t; a status. Attempts after the first do not extrapolate."""
+    """Predict and solve the stages of a step from t; a status.
+
+    Attempts after the first start from constant accelerations, or in an attempt PARABOLIC from a parabola, with
+    matrices that are soft along nearly dependent constraints.
+    """
     memory, integers = run.memory, run.integers
     size = sizes(run.reals[STOP] - run.reals[START], run)
     if memory[OF_MATRICES] != h:
         integers[FRESH] = 0
-    steps_behind = integers[HISTORY] - 1 if attempt == 0 else 1 - attempt
-    stages.predict(h / memory[LAST] if integers[HISTORY] > 1 else 1.0, steps_behind, h, run)
+    degree = min(1 - attempt, 0)
+    if integers[HISTORY] > 1 and (attempt == 0 or attempt == PARABOLIC):
+        degree = FULL if attempt == 0 else 2
+    integers[SOFT] = 1 if attempt == PARABOLIC else 0
+    stages.predict(h / memory[LAST] if integers[HISTORY] > 1 else 1.0, degree, h, run)
     return newton(t, h, size, stages, run)

@@ -12,6 +12,7 @@ from __future__ import annotations
 from mbdsl.compilation.buffer_layout import (
     FORCE,
     FORCE2,
+    LEFT_OUT,
     MASS,
     MASS_KIND,
     MASS_SLOTS,
@@ -22,11 +23,14 @@ from mbdsl.compilation.buffer_layout import (
     N_Q,
     N_ROTATIONS,
     NEW_MASS,
+    PAIR,
+    PAIRS,
     POSITION,
     POSITION0,
     ROWS,
     SCALE,
     SIZE,
+    SLOT,
     SLOTS,
     TIMES,
     UNKNOWN,
@@ -39,7 +43,7 @@ from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.complex_lu import complex_factor
 from mbdsl.integrators.loop.linear_solve import compress, factor, has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.loop_state import NODES as AT
-from mbdsl.integrators.loop.loop_state import NOW, STEP_END, TOL
+from mbdsl.integrators.loop.loop_state import NOW, SOFT, STEP_END, TOL
 from mbdsl.integrators.loop.rotation_chart import from_chart, from_rates, into_chart, to_second_rates
 from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
@@ -62,6 +66,7 @@ from mbdsl.integrators.methods.radau_coefficients import (
     E1,
     E2,
     EIGENVALUES,
+    FIT,
     INTEGRALS,
     INVERSE,
     MOST,
@@ -71,6 +76,8 @@ from mbdsl.integrators.methods.radau_coefficients import (
 )
 from mbdsl.integrators.methods.radau_coefficients import A as W
 
+#: flexibility of soft constraints, relative to the square of the motion in a step over the least mass
+SOFTNESS = 10.0
 #: rows of the first stage, those of the others follow at distances of STAGE_ROWS: unknowns [a; lam; nu] and
 #: [w; mu; 0], their residuals [R1; R3; R5] and [R2; R4; 0], corrections in the eigenvectors and of the stages,
 #: corrections of v, and the unknowns in the last step
@@ -113,11 +120,12 @@ def clear_row(row, first, last, run):
 
 
 @rare
-def predict(ratio, steps_behind, h, run):
+def predict(ratio, degree, h, run):
     """The stages extrapolated by the polynomials of the last step; ``ratio``: of the new to the last step length.
 
-    With ``steps_behind`` = 0, accelerations and multipliers are those at the start of the step; if it is negative,
-    accelerations are zero.
+    With ``degree`` 2, accelerations and multipliers are those of the parabola that fits the stages of the last step
+    best: a polynomial of high degree magnifies what the iteration has left in them. With 0 they are those at the start
+    of the step; if it is negative, accelerations are zero.
     """
     vectors, layout, c, stages = run.vectors, run.layout, run.coefficients, count(run)
     shrunk = 1.0
@@ -125,7 +133,7 @@ def predict(ratio, steps_behind, h, run):
         shrunk *= ratio
     for k in range(stages):
         stage, stage2, past2 = STAGE + STAGE_ROWS * k, STAGE2 + STAGE_ROWS * k, PAST2 + STAGE_ROWS * k
-        if steps_behind > 0:
+        if degree > 0:
             x = 1.0 + c[NODES + k] * ratio
             clear_row(stage, 0, layout[N_ALL], run)
             for p in range(stages):
@@ -135,14 +143,16 @@ def predict(ratio, steps_behind, h, run):
                         top *= x - c[NODES + q]
                         bottom *= c[NODES + p] - c[NODES + q]
                 weight, past = top / bottom, PAST + STAGE_ROWS * p
+                if degree == 2:
+                    weight = c[FIT + p] + x * (c[FIT + MOST + p] + x * c[FIT + 2 * MOST + p])
                 for i in range(layout[N_ALL]):
                     vectors[stage, i] += weight * vectors[past, i]
             for i in range(layout[N_ALL]):
-                vectors[stage2, i] = shrunk * vectors[past2, i]
+                vectors[stage2, i] = shrunk * vectors[past2, i] if degree > 2 else 0.0
         else:
             for i in range(layout[N_ALL]):
                 vectors[stage, i], vectors[stage2, i] = vectors[UNKNOWN0, i], 0.0
-            if steps_behind < 0:
+            if degree < 0:
                 clear_row(stage, 0, layout[N_Q], run)
     if layout[N_ROTATIONS] > 0:
         for k in range(stages):
@@ -216,6 +226,30 @@ def finish(h, run):
 
 
 @rare
+def soften(k, h, run):
+    """If SOFT, subtract a flexibility from the diagonal of matrix k in the rows of constraints.
+
+    All stages are corrected with one matrix. In a step over a singular pose, the Jacobian of the constraints along the
+    direction that becomes free there has one sign in the first stages and the other one in the last: corrections with
+    either sign make the errors of some stages larger. With a flexibility of the square of the motion in a step, over
+    the least mass, this direction is hardly corrected, and its motion is that of the prediction.
+    """
+    vectors, numbers, layout, matrix = run.vectors, run.numbers, run.layout, run.matrices[k]
+    if run.integers[SOFT] == 0:
+        return
+    least, speed = 1e300, 0.0
+    for i in range(layout[N_Q]):
+        mass = numbers[layout[MASS] + i] * vectors[SCALE, i] * vectors[SCALE, i]
+        if mass > 0.0:
+            least = min(least, mass)
+        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
+    for r in range(layout[N_PHI]):
+        o = layout[PAIRS] + PAIR * r
+        if layout[o + LEFT_OUT] == 0:
+            matrix[layout[layout[SLOTS] + layout[o + SLOT]]] -= SOFTNESS * (speed * h) ** 2 / least
+
+
+@rare
 def matrices(start, h, still, run):
     """All matrices of a step from ``start``, at the state last evaluated, factorised; False if that failed. ``still``:
     acceptable error of scaled velocities."""
@@ -234,9 +268,13 @@ def matrices(start, h, still, run):
         iteration_matrix(real, t, run, M=1.0, K=k, D=x, Mx_q=k, Gam_q=x)
         # the imaginary part is the difference of these two
         iteration_matrix(imag, t, run, M=1.0, K=k + l, D=x + y, Mx_q=k + l, Gam_q=x + y)
+        soften(real, h, run)
+        soften(imag, h, run)
         for i in range(layout[SIZE]):
             matrices[imag, i] -= matrices[real, i]
         good = good and complex_factor(matrices[real], matrices[imag], run.pivots[real], layout)
+    soften(0, h, run)
+    soften(PROJECTION, h, run)
     prepare_damping(t, s, still, run)
     return good and factor(0, run) and factor(PROJECTION, run)
 

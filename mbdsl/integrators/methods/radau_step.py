@@ -50,7 +50,17 @@ from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.radau5_stages import QB, set_metric
-from mbdsl.integrators.methods.radau_newton import CONTRACTION, ERROR, EXPONENT, KNOWN, LAST, SPEED, solve_step, strict
+from mbdsl.integrators.methods.radau_newton import (
+    CONTRACTION,
+    ERROR,
+    EXPONENT,
+    KNOWN,
+    LAST,
+    PARABOLIC,
+    SPEED,
+    solve_step,
+    strict,
+)
 from mbdsl.system.switches import signature
 
 
@@ -225,8 +235,9 @@ def take_controlled(t0, h, stages, run):
             refused, former = refused + 1, error
             h *= max(SHRINK, (AIM / error) ** run.coefficients[EXPONENT]) if error < 1e300 else 0.1
         else:
-            h *= 0.4 if status == DIVERGED else 0.25
-            integers[FRESH], attempt = 0, 1
+            if attempt != 1:  # each length is tried from constant accelerations and with soft constraints
+                h *= 0.4 if status == DIVERGED else 0.25
+            integers[FRESH], attempt = 0, PARABOLIC if attempt == 1 else 1
         integers[REJECTED], integers[CUT] = integers[REJECTED] + 1, 0
         if h < reals[LEAST_H]:
             return status if status != RUNNING else TOO_SMALL, h, error

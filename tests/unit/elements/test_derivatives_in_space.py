@@ -159,8 +159,8 @@ def compare(s, q, v, lam):
 
 @pytest.mark.parametrize("kind", CONSTRAINTS, ids=lambda kind: kind.name)
 def test_constraint_tangents_in_a_step(kind):
-    """In a step, velocities are functions of the rotation vector psi, with Omega = T(psi) psi', which is
-    Omega_0 + Omega_0 x psi/2 for small psi."""
+    """In a step of a method with accelerations psi'', velocities are functions of the rotation vector psi, with
+    Omega = T(psi) psi', which is Omega_0 + Omega_0 x psi/2 for small psi."""
     s = system(kind)
     q, v, _ = states(s, np.random.default_rng(0))
 
@@ -171,7 +171,7 @@ def test_constraint_tangents_in_a_step(kind):
         return found
 
     s.evaluate(T, q, v)
-    s._work.layout[buffer_layout.CHART] = 1
+    s._work.layout[buffer_layout.CHART] = 2
     if s.m:
         close(s.Phi_v_q(T, q, v), difference(lambda d: s.evaluate(T, s.moved(q, d), rates(d))[2], s.n))
     if s.p:

@@ -201,7 +201,7 @@ def test_m_at_coordinates_of_its_own():
     def looked_at(where, new):
         Y[buffer_layout.MASS_POSITION, :n], w.layout[buffer_layout.NEW_MASS] = where, new
         kernels.evaluate(0.0, Y, w.frames, w.gradients, w.numbers, w.layout)
-        kernels.tangent(0.0, 1.0, *[0.0] * 8, Y, w.frames, w.gradients, w.numbers, w.layout, A)
+        kernels.tangent(0.0, 1.0, *[0.0] * 12, Y, w.frames, w.gradients, w.numbers, w.layout, A)
         found = np.zeros((s.unknowns, s.unknowns))
         np.add.at(found, (rows, columns), A)
         kernels.inertia(buffer_layout.INVERSE, buffer_layout.UNKNOWN, buffer_layout.TEMPORARY2, Y, w.numbers, w.layout)

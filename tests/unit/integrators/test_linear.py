@@ -1,10 +1,11 @@
-"""Dense elimination, real and complex, against NumPy: pivots anywhere, and rows and columns of all sizes."""
+"""Elimination, real, complex and of coupled systems, against NumPy: pivots anywhere, and rows and columns of all
+sizes."""
 
 import numpy as np
 import pytest
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.integrators.loop import complex_lu, linear_solve
+from mbdsl.integrators.loop import complex_lu, coupled_lu, linear_solve, sparse_lu
 
 N = 6
 
@@ -55,3 +56,53 @@ def test_complex_systems(singular, plain):
         if not singular:
             plain(complex_lu.dense_solve)(A, B, P, I, y, z)
             assert (y + 1j * z) * columns == pytest.approx(expected, rel=1e-9)
+
+
+def coupled(rng):
+    """Four matrices of rows and columns of all sizes, and the whole."""
+    rows, columns = 10.0 ** rng.integers(-9, 10, size=(2, N))
+    four = [rows[:, None] * rng.normal(size=(N, N)) * columns for _ in range(4)]
+    return rows, columns, four, np.block([four[:2], four[2:]])
+
+
+@pytest.mark.parametrize("singular", [False, True])
+def test_dense_coupled_systems(singular, plain):
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        rows, columns, four, whole = coupled(rng)
+        if singular:
+            for M in four:
+                M[:, 3] = M[:, 1] / columns[1] * columns[3]
+        P, I = tables()
+        A, y, z = np.zeros((4, N * N + 2 * N)), rows * rng.normal(size=N), rows * rng.normal(size=N)
+        A[:, : N * N] = [M.ravel() for M in four]
+        scaled = whole / np.tile(rows, 2)[:, None] / np.tile(columns, 2)
+        expected = None if singular else np.linalg.solve(scaled, np.concatenate([y, z]) / np.tile(rows, 2))
+        assert plain(coupled_lu.dense_factor)(*A, P, I) != singular
+        if not singular:
+            plain(coupled_lu.dense_solve)(*A, P, I, y, z)
+            assert np.concatenate([y, z]) * np.tile(columns, 2) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("most", [sparse_lu.MOST, 0], ids=["listed", "searched"])
+def test_sparse_coupled_systems(most, plain):
+    """A pattern with fill-in, with the places of updates listed or searched; and a lost pivot."""
+    rng = np.random.default_rng(5)
+    off = np.array([(0, 4), (1, 5), (2, 4), (3, 5), (0, 5), (2, 3)])
+    r, c = np.concatenate([np.arange(N), off[:, 0], off[:, 1]]), np.concatenate([np.arange(N), off[:, 1], off[:, 0]])
+    pattern = sparse_lu.analyse(N, r, c, np.array([2, 0, 1, 4, 3, 5]), most)
+    I = np.zeros(buffer_layout.BLOCKS, np.int64)
+    I[buffer_layout.N_ALL], I[buffer_layout.SPARSE] = N, len(I)
+    I = np.concatenate([I, pattern.table])
+    A, M = np.zeros((4, pattern.length)), np.zeros((4, N, N))
+    for k in range(4):
+        M[k, r, c] = rng.normal(size=len(r)) + (4.0 * (r == c) if k in (0, 3) else 0.0)
+        A[k, pattern.slots] = M[k, r, c]
+    y, z = rng.normal(size=(2, N))
+    expected = np.linalg.solve(np.block([[M[0], M[1]], [M[2], M[3]]]), np.concatenate([y, z]))
+    lost = A.copy()
+    assert plain(coupled_lu.sparse_factor)(*A, I)
+    plain(coupled_lu.sparse_solve)(*A, I, y, z)
+    assert np.concatenate([y, z]) == pytest.approx(expected, rel=1e-11)
+    lost[2:, 2], lost[:2, 2] = 3.0, 3.0  # the first pivot is singular
+    assert not plain(coupled_lu.sparse_factor)(*lost, I)
