@@ -58,8 +58,8 @@ class Metric:
                 if not is_point(_body_of(scene, b).kind):
                     angles += [coordinate(b, key) - coordinate(a, key) for key in _spin(scene.spatial)]
         found.weight, found.velocities = UNDECIDED * self.weight, [*self.velocities, *lengths, *angles]
-        weights = [UNDECIDED * self.row_weight[:, 0], [UNSAID * size] * len(lengths), [UNSAID] * len(angles)]
-        found.rate_weight = np.concatenate(weights)[:, None]
+        weights = [*(UNDECIDED * self.row_weight[:, 0]), *[UNSAID * size] * len(lengths), *[UNSAID] * len(angles)]
+        found.rate_weight = np.array(weights)[:, None]
         return found
 
     def positions_at(self, t: float, q: Array) -> tuple[Array, Matrix]:

@@ -240,9 +240,9 @@ class External:
         while self.written < len(self.out) and (output := float(self.times[self.written])) <= self.time + near:
             row = self._q, self._v, self._lam
             if output < self.time - near:
-                pairs = (np.array(pair) for pair in ((q, self._q), (v, self._v), (lam, self._lam)))
+                qs, vs, lams = (np.array(pair) for pair in ((q, self._q), (v, self._v), (lam, self._lam)))
                 rotations = self.system.tables.rotations[:, 0]
-                found = between(np.array([output]), np.array([t, self.time]), *pairs, rotations)
+                found = between(np.array([output]), np.array([t, self.time]), qs, vs, lams, rotations)
                 own_q, own_v = (x[0] for x in found[:2])
                 held = self._index1.project(output, self._index1.join(own_q, own_v))
                 row = *self._index1.split(held), found[2][0]

@@ -140,7 +140,7 @@ def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
     most |= {s.ORDER: buffer_layout.PAST - 1 + int(found[s.OLDER]), s.CUT: CUTS, s.SIGNATURE: PRIME - 1}
     most |= {s.DAMPED: step_control.SELDOM, s.TRUSTED: step_control.TRUST, s.ROUNDING: newton.LONG}
     most |= {s.ZONES: s.ROOM, s.NEXT_ZONE: int(found[s.ZONES]), s.NOTED: int(found[s.NOTES])}
-    most |= {s.OUTPUT: rows, s.OTHERS: matrices, s.DAMPERS: matrices}
+    most |= {s.COUPLED: 1, s.SOFT: 1, s.OUTPUT: rows, s.OTHERS: matrices, s.DAMPERS: matrices}
     least = {s.OUTPUT: rows, s.DAMPERS: -matrices}
     for k, high in most.items():
         _whole(f"the entry {k} of integers", found[k], least.get(k, 0), high)
@@ -178,4 +178,6 @@ def _approach(run: RunState, value: object) -> Approach:
     number, *reals, state = value  # type: ignore[misc]
     _require(len(reals) == 5 and len(state) == 2 * run.system.n, "approaches do not have the states of this model")
     _require(all(isinstance(x, float) for x in (*reals, *state)), "approaches are not numbers")
-    return Approach(_whole("approaches", number, 0, run.approaching.shape[1] - 1), *reals, list(state))
+    k = _whole("approaches", number, 0, run.approaching.shape[1] - 1)
+    t, side, d, curvature, error = reals
+    return Approach(k, t, side, d, curvature, error, list(state))

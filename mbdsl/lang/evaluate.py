@@ -85,7 +85,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
         case s.Call():
             return _spend(_call(e, scope), scope)
         case s.Array(items, unit):
-            found: Value = tuple(evaluate(item, scope) for item in items)
+            found = tuple(evaluate(item, scope) for item in items)
             if unit:
                 unit_readings.check(unit, scope.declared)
             return _rectangular(_with_unit(found, unit, items) if unit else found)

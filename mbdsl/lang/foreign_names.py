@@ -215,7 +215,7 @@ def parameter(kind: Kind, known: Sequence[str], name: str, given: Mapping[str, s
         return f"write `radius = {_half(given[name])}`" if name in given else "give its `radius`"
     if spatial and name in ("radius", "diameter") and "length" in known and "radius" not in known:
         return "use a Cylinder, which has a `radius`"
-    if (same := _SAME.get(name)) in known:
+    if (same := _SAME.get(name, "")) in known:
         e = given.get(name)
         value = with_unit(kind, same, e) if isinstance(e, s.Number) else vector(e, spatial)
         return f"write `{same} = {value}`" if name in given else f"it is called `{same}` here"

@@ -8,16 +8,17 @@ of networkx alone 0.3 s. :meth:`MechanismGraph.networkx` returns the graph for t
 from __future__ import annotations
 
 import heapq
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 from mbdsl.collection import uncollected
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelWarning, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.mechanism import checks
+from mbdsl.mechanism.connected_groups import connected
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.scene import Component, Scene
@@ -26,7 +27,6 @@ from mbdsl.messages import count, few, install
 if TYPE_CHECKING:
     import networkx
 
-Node = TypeVar("Node", bound=Hashable)
 GROUND = ""  #: the node of all components without coordinates
 
 
@@ -337,29 +337,6 @@ def _coordinates(component: Component) -> int:
 
 def _is_driver(e: Edge) -> bool:
     return isinstance(e.component.kind, JointKind) and e.component.kind.driver is not None
-
-
-def connected(nodes: Iterable[Node], links: Iterable[Iterable[Node]]) -> list[list[Node]]:
-    """The connected groups of ``nodes``, in order (union-find with path halving)."""
-    root = {node: node for node in nodes}
-
-    def find(node: Node) -> Node:
-        while root[node] != node:
-            root[node] = root[root[node]]
-            node = root[node]
-        return node
-
-    for link in links:
-        first: Node | None = None
-        for node in link:
-            if first is None:
-                first = find(node)
-            else:
-                root[find(node)] = first
-    groups: dict[Node, list[Node]] = {}
-    for node in root:
-        groups.setdefault(find(node), []).append(node)
-    return list(groups.values())
 
 
 def _loop(i: str, j: str, parent: Mapping[str, str]) -> list[str]:

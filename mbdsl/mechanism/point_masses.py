@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind, JointKind, is_point
-from mbdsl.mechanism.graph import connected
+from mbdsl.mechanism.connected_groups import connected
 from mbdsl.mechanism.scene import Component, Frame
 
 

@@ -1,8 +1,8 @@
 """Choice of the method of a run with a tolerance for which no method is named.
 
-The calibration runs (:mod:`mbdsl.simulation.tolerance_calibration`) of several methods are made in turn: always the next
-run of the method with the least expected cost in total, until a run is within the tolerance. The first method is the
-default one. If its runs are cheap, no other is tried: code would have to be compiled or loaded for it.
+The calibration runs (:mod:`mbdsl.simulation.tolerance_calibration`) of several methods are made in turn: always the
+next run of the method with the least expected cost in total, until a run is within the tolerance. The first method is
+the default one. If its runs are cheap, no other is tried: code would have to be compiled or loaded for it.
 
 Costs are counts of a run times the cost of one of them, never measured times, so that the choice is the same on all
 machines and at all times. The unit is a microsecond on a typical machine. The expected cost of the runs to come follows
@@ -19,7 +19,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
 from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial
@@ -114,7 +113,9 @@ class Choice:
         Which method was chosen, and why.
     """
 
-    def __init__(self, motion: Motion, tol: float, integrate: Callable[..., int], ready: Callable[[Plan], None]) -> None:
+    def __init__(
+        self, motion: Motion, tol: float, integrate: Callable[..., int], ready: Callable[[Plan], None]
+    ) -> None:
         self._motion, self._ready, self.text = motion, ready, ""
         solved = sum(p.system.unknowns for p in motion.parts if p.method != KINEMATIC)
         self._candidates, limited = [], constrained(motion.system.scene)

@@ -55,13 +55,14 @@ def resume(
     said = about(path)
     try:
         given, every, known = dict(said["given"]), float(said["every"]), said["model"]
-        if not given.keys() <= ARGUMENTS or not isinstance(known, str | None):
-            raise ValueError("it has arguments that a run does not have")
     except (KeyError, TypeError, ValueError) as problem:
         raise damaged(path, str(problem)) from problem
-    if model is None and known is None:
+    if not given.keys() <= ARGUMENTS or not isinstance(known, str | None):
+        raise damaged(path, "it has arguments that a run does not have")
+    model = known if model is None else model
+    if model is None:
         raise UsageError(f"`{path!s}` does not name the file of its model", hint="give the model to resume")
     if isinstance(model, Scene) and model.origin is None:  # it can only be used as it is
         del given["parameters"], given["without"]
     on = Checkpoint(path, every, said, resumed=True)
-    return simulate(model if model is not None else known, **given, progress=progress, announce=announce, checkpoint=on)
+    return simulate(model, **given, progress=progress, announce=announce, checkpoint=on)

@@ -139,7 +139,7 @@ def simulated(
             def integrate(most: float = math.inf) -> int:
                 return _integrate(motion, progress, keeper, heard, stream, most)
 
-            def ready(other: Plan) -> None:
+            def switch(other: Plan) -> None:
                 lap("integrate")
                 motion.plan = other
                 announce_compilation(announce, motion.uncompiled)
@@ -147,7 +147,7 @@ def simulated(
                 lap("compile")
 
             if run.open:
-                choice = Choice(motion, run.tol, integrate, ready)
+                choice = Choice(motion, run.tol, integrate, switch)
                 status, found = choice.run()
                 chosen = choice.text
             else:

@@ -1,6 +1,7 @@
 """Checkpoints and saved states with impossible content: an error of one line, or the right result; never a signal.
 
-Compiled code does not check its indices, so a number that is not checked ends the process or writes into foreign memory.
+Compiled code does not check its indices, so a number that is not checked ends the process or writes into foreign
+memory.
 """
 
 import io
@@ -42,6 +43,15 @@ import json, sys
 from test_hostile_states import outcomes
 print(json.dumps(outcomes(sys.argv[1])))
 """
+
+
+def refusal(function, *arguments):
+    """The message of the error that a call raises, or nothing."""
+    try:
+        function(*arguments)
+    except UsageError as problem:
+        return problem.message
+    return ""
 
 
 def stopped(**given):
@@ -140,10 +150,8 @@ def test_wrong_shapes_types_and_numbers(kept):
     for key in run:
         for value in ("text", -7):
             before, run[key] = run[key], value
-            try:
-                resume(changed(kept, about=np.array(json.dumps(about))))
-            except UsageError as problem:
-                assert "\n" not in problem.message
+            refused = refusal(resume, changed(kept, about=np.array(json.dumps(about))))
+            assert "\n" not in refused
             run[key] = before
     reals = kept[run["reals"]["array"]]
     for value in (np.nan, np.inf, -1e300):
@@ -180,14 +188,12 @@ def test_saved_states_of_a_simulation(method):
     q = simulation["rod.phi"]
     run = state.runs[0]
     for name in ("layout", "integers", "pivots"):
-        for k in [*range(34), run[name].size - 1]:
+        for k in [*range(36), run[name].size - 1]:
             other = pickle.loads(pickle.dumps(state))
             other.runs[0][name].flat[k] = 2**33
-            try:
-                simulation.state = other
-            except UsageError as problem:
-                assert problem.message.startswith("the state is damaged: ")
-            else:
+            refused = refusal(setattr, simulation, "state", other)
+            assert refused.startswith("the state is damaged: ") or not refused
+            if not refused:
                 simulation.step(5)
                 assert simulation["rod.phi"] == q
     other = pickle.loads(pickle.dumps(state))
@@ -199,7 +205,7 @@ def test_saved_states_of_a_simulation(method):
     assert simulation["rod.phi"] == q
 
 
-# -- the files that a checkpoint names -----------------------------------------------------------------------------------
+# -- the files that a checkpoint names ---------------------------------------------------------------------------------
 @pytest.fixture
 def command(tmp_path, monkeypatch, say):
     """A checkpoint of the command line, in a folder of its own."""
