@@ -1,8 +1,16 @@
-"""Settings of every test process, read before numpy is imported; orders and steps of methods, as declared."""
+"""Settings of every test process, read before numpy is imported; which tests are deep; orders and steps of methods.
+
+``pytest`` runs the default tests: every kind, method, command and message once. ``pytest -m "deep or not deep"`` runs
+all; so does ``pytest tests/some/test_file.py`` with the tests of this file.
+"""
 
 import gc
 import os
 import signal
+import zlib
+from collections import defaultdict
+from fnmatch import fnmatch
+from pathlib import Path
 
 # Modules and collected tests persist until the end of the process: no collection while they are created.
 gc.disable()
@@ -19,6 +27,137 @@ import numpy as np
 import pytest
 
 from mbdsl.integrators import declared
+
+TESTS = Path(__file__).parent
+#: patterns of the tests with the mark ``deep``, relative to this folder; those behind ``!`` are default tests, the last
+#: pattern that matches counts
+DEEP = """
+benchmarks/*
+faults/*
+gallery/*
+!gallery/test_gears.py*
+!gallery/test_rolling_in_space.py*
+models/*
+!models/test_command_line.py*
+!models/test_counts.py*
+!models/test_every_model.py*
+verification/*
+!verification/test_closed_forms.py*
+!verification/test_compliant_joints_in_space.py*
+!verification/test_condition.py*
+!verification/test_default_steps.py*
+!verification/test_double_pendulum.py*
+!verification/test_doubts.py*
+!verification/test_drift.py*
+verification/test_drift.py*radau13*
+verification/test_drift.py*radau9*
+!verification/test_energy.py*
+!verification/test_free_rotation.py*
+!verification/test_friction_in_space.py*
+!verification/test_gears_in_space.py*
+!verification/test_invariance.py*
+!verification/test_joint_friction.py*
+!verification/test_jumps_at_steps.py*
+!verification/test_nonholonomic.py*
+!verification/test_orders.py*
+!verification/test_planar_mechanics.py*
+!verification/test_point_masses.py*
+!verification/test_point_on_curve_in_space.py*
+!verification/test_redundant.py*
+!verification/test_screws_and_drivers_in_space.py*
+!verification/test_singular_poses.py*
+!verification/test_small_motions_in_space.py*
+!verification/test_small_motions_of_vehicles.py*
+verification/test_small_motions_of_vehicles.py::test_equilibrium_of_a_bicycle*
+!verification/test_space.py*
+verification/test_space.py::*bricard*
+!verification/test_spinning_bodies.py*
+!verification/test_sudden_forces.py*
+!verification/test_unseen_fixed.py*
+!verification/test_velocity_level.py*
+unit/compilation/test_code_cache.py::*numba*
+unit/compilation/test_optimisation.py*
+unit/editor/test_server.py::test_without_the_extra
+unit/elements/test_new_kind.py*
+unit/house/test_docs_commands.py::*report.md*
+unit/house/test_docs_commands.py::*space.md*
+unit/house/test_docs_commands.py::*studies.md*
+unit/house/test_docs_commands.py::*sweeps.md*
+unit/house/test_docs_commands.py::*work-precision.md*
+unit/house/test_reference.py::test_the_site_builds*
+unit/integrators/test_backend_events.py*
+unit/integrators/test_backends.py*
+!unit/integrators/test_backends.py::test_reactions_are_those_of_the_motion*
+unit/integrators/test_new_method.py*
+unit/integrators/test_newton_in_space.py::test_corrections_are_newtons?generalized*
+unit/integrators/test_no_allocation.py::test_no_memory_is_taken*
+!unit/integrators/test_no_allocation.py::test_no_memory_is_taken?slider_crank?
+unit/integrators/test_radau5.py::test_corrections_are_newtons*
+unit/integrators/test_uncompiled.py*
+unit/notebook/test_tutorials.py*
+unit/plotting/test_table_files.py::test_commands_write_tables*
+unit/simulation/test_hostile_states.py::test_no_integer*
+unit/studies/test_accuracy.py*
+!unit/studies/test_accuracy.py::test_the_error_is_what_was_asked_for*
+unit/studies/test_budget.py*
+unit/studies/test_own_steps.py*
+unit/studies/test_report.py*
+unit/studies/test_runs.py*
+!unit/studies/test_runs.py::test_everything_that_determines_a_run_is_in_its_key*
+""".split()
+
+
+def is_deep(name):
+    """Whether the test ``name``, such as ``unit/lang/test_units.py::test_metres``, has the mark ``deep``."""
+    last = [pattern for pattern in DEEP if fnmatch(name, pattern.removeprefix("!"))][-1:]
+    return bool(last) and not last[0].startswith("!")
+
+
+def drawn(items):
+    """Enough of the tests of one function that each value of each of its parameters occurs."""
+
+    def parameters(item):
+        call = getattr(item, "callspec", None)
+        plain = (str, int, float, type, type(None))
+        values = {} if call is None else {k: v if isinstance(v, plain) else None for k, v in call.params.items()}
+        return {(k, call.indices[k] if v is None else repr(v)) for k, v in values.items()}
+
+    pending = set().union(*map(parameters, items))
+    order = sorted(items, key=lambda item: zlib.crc32(item.nodeid.encode()))
+    found = order[:1] if not pending else []
+    while pending:
+        found.append(max(order, key=lambda item: len(pending & parameters(item))))
+        pending -= parameters(found[-1])
+    return found
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "deep: not part of the default run; tests/conftest.py has the list")
+    named = [a for a in config.args if "::" in a or a.endswith(".py")]
+    if not config.option.markexpr and not named:
+        config.option.markexpr = "not deep"
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Modules with deep tests only are not imported for a default run."""
+    name = collection_path.relative_to(TESTS).as_posix() if collection_path.is_relative_to(TESTS) else ""
+    only = config.option.markexpr == "not deep" and collection_path.suffix == ".py" and is_deep(f"{name}::")
+    return True if only and not any(fnmatch(p, f"!{name}*") for p in DEEP) else None
+
+
+def pytest_itemcollected(item):
+    if is_deep(item.nodeid.removeprefix("tests/")):
+        item.add_marker("deep")
+
+
+@pytest.hookimpl(tryfirst=True)  # before -m is applied
+def pytest_collection_modifyitems(items):
+    groups = defaultdict(list)
+    for item in items:
+        groups[item.nodeid.split("[")[0]].append(item)
+    for group in groups.values():
+        for item in set(group).difference(drawn(group)):
+            item.add_marker("deep")
 
 
 def pytest_collection_finish(session):

@@ -93,7 +93,7 @@ class Overlooked:
         if found:
             k = int(np.searchsorted(t, found[0].start, side="right")) - 1
             shortest = min(zone.end - zone.start for zone in found)
-            number = float(run.system.tables.values.index(found[0].term))
+            number = run.system.tables.values.index(found[0].term)
             middle = 0.5 * (found[0].start + found[-1].end)
             run.missed = [number, float(middle), float(t[k]), float(t[k + 1]), float(shortest)]
             run.integers[NOTES] = 0

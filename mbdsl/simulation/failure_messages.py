@@ -61,7 +61,8 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
             span = system.scene.components[name.rsplit(".", 1)[0]].span
             hint = "the mechanism locks there, or reaches a pose with fewer degrees of freedom"
             if others[bad[0]].max(initial=0.0) > 1e-3 * found[bad[0]].max():  # what the iteration leaves
-                hint = "the other constraints are not satisfied, either: take a smaller step"
+                smaller = "step" if trajectory.stats.get("tol") is None else "tolerance"
+                hint = f"the other constraints are not satisfied either: take a smaller {smaller}"
             error = IntegrationError(trajectory.message, span, hint=hint)
             error.trajectory = trajectory
             raise error

@@ -243,7 +243,7 @@ model Arm "a driven arm, its elbow driven from the other side, and a passive lin
   Revolute wrist(lower.b, tip.a, mu = 0.1, radius = 0.01 m);
   RotationalSpringDamper idle(ground, lower.c, k = 1 N.m/rad);
 initial equation
-  tip.phi = -90 deg;
+  tip.phi = -90 deg; tip.w = 0 rad/s;
   annotation(experiment(StopTime = 1 s));
 end Arm;
 """

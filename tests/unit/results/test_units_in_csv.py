@@ -64,8 +64,10 @@ def test_an_equilibrium_with_units(model, say):
     [({}, False, False), ({"units": True}, False, True), ({"units": False}, True, True)],
 )
 def test_a_resumed_run_writes_them_as_the_first_one_or_as_asked(monkeypatch, stored, asked, expected):
-    command = {"model": "m.mbd", "set": [], "option": [], "without": [], **stored}
+    command = {"model": "m.mbd", "output": "m.csv", "set": [], "option": [], "without": [], **stored}
     monkeypatch.setattr("mbdsl.simulation.checkpoint.about", lambda path: {"command": command})
     monkeypatch.setattr("mbdsl.cli.simulate.run", lambda former, resumed: former.units)
-    args = argparse.Namespace(checkpoint="c", method=None, quiet=False, verbose=False, units=asked)
+    args = argparse.Namespace(
+        checkpoint="c", method=None, output=None, stats="c.json", quiet=False, verbose=False, units=asked
+    )
     assert resume.run(args) is expected
