@@ -81,7 +81,7 @@ def test_the_best_run_is_looked_for_behind_a_failure(status):
 def test_a_failure_behind_a_leap_is_made_up_for():
     """The errors of the first two runs are much more than eps times a constant; the runs that they suggest fail, and
     are not needed."""
-    motion = Sine(lambda eps: eps < 5e-6, error=lambda eps: eps + 2500.0 * eps**2)
+    motion = Sine(lambda eps: eps < 1e-5, error=lambda eps: eps + 2500.0 * eps**2)
     status, found = calibrated(motion, TOL, motion.run)
     true = motion.error(motion.eps)
     assert any(motion.fails(eps) for eps in motion.tried)
