@@ -72,6 +72,7 @@ verification/test_small_motions_of_vehicles.py::test_equilibrium_of_a_bicycle*
 !verification/test_space.py*
 verification/test_space.py::*bricard*
 !verification/test_spinning_bodies.py*
+!verification/test_stop_time.py*
 !verification/test_sudden_forces.py*
 !verification/test_unseen_fixed.py*
 !verification/test_velocity_level.py*
@@ -133,6 +134,8 @@ def drawn(items):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "deep: not part of the default run; tests/conftest.py has the list")
+    if config.getoption("dist", "no") == "load":  # the default of -n
+        config.option.dist = "worksteal"
     named = [a for a in config.args if "::" in a or a.endswith(".py")]
     if not config.option.markexpr and not named:
         config.option.markexpr = "not deep"

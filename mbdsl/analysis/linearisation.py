@@ -25,7 +25,7 @@ from mbdsl.analysis.input_forces import input_forces, signal_derivatives
 from mbdsl.analysis.named_basis import AtRest, Named
 from mbdsl.analysis.operating_points import OperatingPoint
 from mbdsl.errors import UsageError
-from mbdsl.lang.model_argument import blame_model
+from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import did_you_mean
@@ -178,7 +178,11 @@ def linearise(
     EquilibriumError, InitialisationError, IntegrationError
         If the state is not found.
     """
-    return linearised(operating_points.find(model, at, without, parameters, announce), inputs, outputs)
+    scene = as_scene(model, parameters, without)
+    _inputs(scene, inputs)
+    if outputs is not None:
+        _outputs(scene, SignalNames(scene), outputs)
+    return linearised(operating_points.find(scene, at, (), None, announce), inputs, outputs)
 
 
 def linearised(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
-from mbdsl.cli.simulate import print_warnings
+from mbdsl.cli.simulate import check_signals, print_warnings
 from mbdsl.errors import IntegrationError, Interrupted
 from mbdsl.storage import output_files
 
@@ -21,6 +21,13 @@ def simulated(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseExcep
     options = values.numbers(args.option)
     scene = values.load_model(args)
     output_files.check([out], scene.files)
+    if args.signals:
+        check_signals(scene, values.patterns(args.signals))
+    if getattr(args, "trace", None):
+        from mbdsl.viewing.animation import traced_point
+
+        for name in values.names(args.trace):
+            traced_point(scene, name)
 
     from mbdsl import api
 

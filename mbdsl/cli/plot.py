@@ -13,11 +13,14 @@ from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import once, visible
 from mbdsl.plotting.terminal_text import coloured
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.results.stored import Result
 
@@ -64,9 +67,12 @@ def run(args: argparse.Namespace) -> int:
     if args.model_name and not any(Path(name).suffix.lower() == MODEL for name in args.results):
         raise UsageError("--model belongs to a model, and these are results", hint="omit --model")
     failure: IntegrationError | None = None
+    sources = [_source(name) for name in args.results]
+    if not args.list:
+        _check_names(args, sources)
     opened = []
-    for name in args.results:
-        result, problem = _opened(name)
+    for name, source in zip(args.results, sources, strict=True):
+        result, problem = _simulated(source, name) if isinstance(source, Scene) else (source, None)
         opened.append(result)
         failure = failure or problem
     if args.list:
@@ -82,28 +88,45 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _opened(name: str) -> tuple[Result, IntegrationError | None]:
-    """The result in a file, or of a model that is simulated, and the failure of its integration.
+def _source(name: str) -> Result | Scene:
+    """The result in a file, or the model in it."""
+    if Path(name).suffix.lower() == MODEL:
+        from mbdsl.lang.load import load
+
+        return load(name)
+    from mbdsl.results.stored import open_result
+
+    known = {MODEL, *results.formats()}
+    if Path(name).suffix.lower() not in known:
+        raise UsageError(
+            f"`{name}` is neither a result file nor a model", hint=f"known suffixes are {', '.join(sorted(known))}"
+        )
+    return open_result(name)
+
+
+def _check_names(args: argparse.Namespace, sources: Sequence[Result | Scene]) -> None:
+    """Check the names of signals before models are simulated."""
+    if any(isinstance(source, Scene) for source in sources):
+        from mbdsl.mechanism.signal_names import SignalNames
+        from mbdsl.plotting.signal_plots import check_names
+
+        known = [SignalNames(x).names[1:] if isinstance(x, Scene) else x.names for x in sources]
+        patterns = values.patterns(args.signals) if args.signals else None
+        check_names(known, args.results, patterns, args.against, args.spectrum)
+
+
+def _simulated(scene: Scene, name: str) -> tuple[Result, IntegrationError | None]:
+    """The result of a model that is simulated, and the failure of its integration.
 
     Raises
     ------
     KeyboardInterrupt
         If the simulation is interrupted.
     """
-    from mbdsl.results.stored import of_trajectory, open_result
-
-    if Path(name).suffix.lower() != MODEL:
-        known = {MODEL, *results.formats()}
-        if Path(name).suffix.lower() not in known:
-            raise UsageError(
-                f"`{name}` is neither a result file nor a model", hint=f"known suffixes are {', '.join(sorted(known))}"
-            )
-        return open_result(name), None
     from mbdsl.api import simulated
     from mbdsl.cli.simulate import print_warnings
-    from mbdsl.lang.load import load
+    from mbdsl.results.stored import of_trajectory
 
-    scene = load(name)
     display, failure = Display(sys.stderr), None
     try:
         trajectory = simulated(scene, progress=display, announce=once(display.say, set()))

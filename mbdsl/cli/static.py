@@ -7,6 +7,7 @@ import sys
 
 from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.cli.simulate import check_signals
 from mbdsl.errors import UsageError
 from mbdsl.messages import visible
 from mbdsl.storage import output_files
@@ -50,6 +51,8 @@ def run(args: argparse.Namespace) -> int:
         results.format_of(args.output)
     scene = values.load_model(args)
     output_files.check([args.output, out], scene.files)
+    if args.signals:
+        check_signals(scene, values.patterns(args.signals))
 
     from mbdsl.analysis.equilibria import listed, static
     from mbdsl.simulation.result_file import about

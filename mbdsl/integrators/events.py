@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import InitialisationError
+from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run_state import RunState
@@ -41,6 +42,9 @@ PRECISE = 5
 CROWD, STANDSTILL = 10, 1e-5
 #: nor with this number within this part: it would take hours
 MANY, HARDLY = 200, 1e-4
+#: the same number of events at times that are known in advance, as at the knots of a table of time: there is an end to
+#: them, unless a law repeats in a tiny period
+MANY_KNOWN = 10_000
 #: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
 #: rounding of many steps
 UNDECIDED = 1e-9
@@ -80,6 +84,7 @@ class Events:
         self._recent: list[tuple[float, States]] = []
         self._cut: list[float] = []
         self._hidden: list[Switch] = []
+        self._found: list[float] = []  # times of the last events that were not known in advance
 
     @property
     def changing(self) -> list[Switch]:
@@ -149,8 +154,10 @@ class Events:
         h, integers[loop_state.CUT] = reals[loop_state.STEP_SIZE] if known else reals[loop_state.UNCUT], 0
         run.synchronise()
         if not known and self._stands_still(t):
-            self._hidden = self._around(t, q, v, lam) or self._hidden
-            return loop_state.SLIDING, None
+            around = self._around(t, q, v, lam)
+            if not around or not all(_of_time(x) for x in around):
+                self._hidden = around or self._hidden
+                return loop_state.SLIDING, None
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         if known:
             self._next(t + s)
@@ -178,7 +185,10 @@ class Events:
         integers[loop_state.EVENTS] += 1
         self.times.append(t)
         longest = min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t)
-        return self._progress(t, new), Restart(t, q, v, a, lam, longest)
+        # methods of order 2 pass corners of functions of time, unless the step is rejected
+        timed = known or all(_of_time(x) for x in _changed(system, old, new))
+        status = self._known_progress(t) if timed else self._progress(t, new)
+        return status, Restart(t, q, v, a, lam, longest)
 
     def _way(self, q: Array, v: Array, a: Array, c: Array | float = 0.0) -> Way:
         """q and v after the time s, with the accelerations a + 2 c s."""
@@ -226,15 +236,26 @@ class Events:
             low, high = (middle, high) if same(middle) else (low, middle)
         return high
 
+    def _known_progress(self, t: float) -> int:
+        """The status after an event at a time that was known in advance."""
+        close = len(self.times) > MANY_KNOWN and t - self.times[-MANY_KNOWN] < HARDLY * (self.run.stop - self.run.start)
+        return loop_state.SLIDING if close else loop_state.RUNNING
+
     def _progress(self, t: float, states: States) -> int:
-        """Record an event at t; return the status SLIDING if events make no progress, else RUNNING."""
+        """Record an event at t that was not known in advance; return SLIDING if events make no progress, else RUNNING."""
         if self._recent and t - self._recent[0][0] > STANDSTILL * (self.run.stop - self.run.start):
             self._recent = []
         self._recent.append((t, states))
         span = self.run.stop - self.run.start
-        if len(self.times) > MANY and t - self.times[-MANY] < HARDLY * span:
+        self._found = [*self._found[-MANY:], t]
+        if len(self._found) > MANY and t - self._found[0] < HARDLY * span:
             return loop_state.SLIDING
         return loop_state.SLIDING if len(self._recent) > CROWD else loop_state.RUNNING
+
+
+def _of_time(switch: Switch) -> bool:
+    """Whether a switch depends on time alone, so that forces cannot drive the motion back over it."""
+    return all(leaf.op == "time" for leaf in leaves(switch.node))
 
 
 def _changed(system: System, old: States, new: States) -> list[Switch]:

@@ -72,6 +72,8 @@ class Integration(RunState):
         run = copy(self)
         run.times, run.tol, run.every, run.longest, run.pivoting_from = times, tol, every, longest, None
         run.rows = rows
+        if tol is not None:  # that of the last step may be zero, after an event at the stop time
+            run.h = (run.stop - run.start) or run.h
         del run.vectors, run.layout
         run._prepare()
         return run
@@ -369,7 +371,19 @@ class Integration(RunState):
                 self.begin(q, v, a, lam, self.left_out, t=t, longest=longest)
             except InitialisationError:
                 return self.events.no_accelerations(t, q, v)
+            if t >= self.stop:
+                self._record_end(q, v, lam)
         return status
+
+    def _record_end(self, q: Array, v: Array, lam: Array) -> None:
+        """Output at the stop time, where a run has restarted, so that no step ends there."""
+        k = int(self.integers[loop_state.OUTPUT])
+        if self.every:
+            self._make_room()
+            self.times[k] = self.stop
+        if k < len(self.times) and self.times[k] <= self.stop:
+            self.out[k] = np.concatenate([q, v, lam])
+            self.integers[loop_state.OUTPUT] = k + 1
 
     def widen(self, start: Array, far: float) -> None:
         """Scale lengths by the largest displacement from ``start`` (n,) if that exceeds ``far`` times their scale."""

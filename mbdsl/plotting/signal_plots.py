@@ -150,10 +150,9 @@ def plot(
     known = list(dict.fromkeys(name for result in results for name in result.names))
     if against is not None and against.lower() == "time":
         against = None
-    _check_axis(against, spectrum, results, labels, known)
+    asked = check_names([r.names for r in results], labels, patterns, against, spectrum)
     usual = [name for result in results for name in result.defaults]
-    chosen = select(patterns, known, few(labels)) if patterns else default_signals(usual)
-    chosen = [name for name in chosen if name != against]
+    chosen = [name for name in asked or default_signals(usual) if name != against]
     if not chosen:
         raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
     units = {name: _unit(name, results) for name in chosen}
@@ -170,14 +169,27 @@ def plot(
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
 
 
-def _check_axis(
-    against: str | None, spectrum: bool, results: Sequence[Result], labels: Sequence[str], known: Sequence[str]
-) -> None:
-    if against is None:
-        return
+def check_names(
+    names: Sequence[Sequence[str]],
+    labels: Sequence[str],
+    patterns: Sequence[str] | None,
+    against: str | None,
+    spectrum: bool,
+) -> list[str]:
+    """The signals that patterns select from the ``names`` of several results.
+
+    Raises
+    ------
+    UsageError
+        If a pattern matches none of them, or a result lacks the signal on the horizontal axis.
+    """
+    known = list(dict.fromkeys(name for own in names for name in own))
+    chosen = select(patterns, known, few(labels)) if patterns else []
+    if against is None or against.lower() == "time":
+        return chosen
     if spectrum:
         raise UsageError("a spectrum is plotted against the frequency", hint="omit --against or --spectrum")
-    lacking = [label for label, result in zip(labels, results, strict=True) if against not in result.names]
+    lacking = [label for label, own in zip(labels, names, strict=True) if against not in own]
     if lacking:
         if found := matching(against, known):
             raise UsageError(
@@ -185,6 +197,7 @@ def _check_axis(
                 hint=f"it matches {few(found)}",
             )
         raise unknown(against, known, few(lacking))
+    return chosen
 
 
 def default_signals(names: Sequence[str]) -> list[str]:

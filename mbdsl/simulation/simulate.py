@@ -154,6 +154,8 @@ def simulated(
                 status, found = calibrated(motion, run.tol, integrate)
         lap("integrate")
         trajectory, states = _collect(motion, run.tol, found, status, seconds, stream)
+        if status == loop_state.DONE and stream is None and not run.every and len(trajectory.t) <= run.count:
+            raise RuntimeError(f"internal error: the finished run has {len(trajectory.t)} of {run.count + 1} outputs")
         _check(motion, trajectory, states, status, stream)
         trajectory.stats["warnings"] += loose
         if chosen:

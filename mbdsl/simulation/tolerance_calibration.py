@@ -298,7 +298,9 @@ class Ladder:
     def needed(self) -> float:
         """The eps that the tolerance needs, as the runs so far show it; that of a typical model without such runs."""
         last, typical = self.trials[-1], min(self.trials[-1].eps / NEXT, AIM * self.tol)
-        return self._wanted(last)[1] if np.isfinite(last.error) and last.differs < SATURATED else typical
+        if last.error <= self.tol or last.differs > SATURATED:
+            return last.eps if last.error <= self.tol else typical
+        return max(self._wanted(last)[1], last.eps / self._leap(0.0))
 
     def _affordable(self, last: Trial, eps: float) -> bool:
         return last.steps * (last.eps / eps) ** (1.0 / self.order) <= MOST_STEPS

@@ -178,6 +178,7 @@ def begin(
     """
     of = setting(model, asked.stop, asked.parameters, asked.without)
     names = chosen(asked.methods, of.scene)
+    SignalNames(of.scene).select(asked.signals)
     of = replace(of, points=_points(of, asked))
     runner = Runner(
         of,

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
+from mbdsl.lang.foreign_names import PORTS
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, duration
 from mbdsl.simulation.trajectory import Trajectory
@@ -36,7 +38,7 @@ class Animation(SavedPage):
     patterns : iterable of str or None
         Names and glob patterns of the signals that are plotted with the motion.
     traced : sequence of str
-        Names of frames and bodies whose path is drawn.
+        Names of frames, bodies and joints whose path is drawn.
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first.
     arrows : str or sequence of str, optional
@@ -80,7 +82,7 @@ class Animation(SavedPage):
             if group not in (FORCES, REACTIONS):
                 hint = f"there are `{FORCES}` and `{REACTIONS}`"
                 raise UsageError(f"there are no arrows called `{group}`", hint=hint)
-        self._traced = [_point(self.motion, name) for name in _several(traced)]
+        self._traced = [traced_point(self.motion.scene, name) for name in _several(traced)]
 
     def __repr__(self) -> str:
         span = f"{self.motion.t[0]:g} ... {self.motion.t[-1]:g} s"
@@ -189,7 +191,8 @@ def animate(
         Names and glob patterns of the signals that are plotted with the motion. Default: coordinates, velocities and
         signals of elements that change.
     traces : str or sequence of str, optional
-        Names of frames and bodies whose path is drawn.
+        Names of frames, bodies and joints whose path is drawn; that of a joint is the path of its frame_b, or of its
+        frame_a if frame_b does not move.
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first at the same time.
     arrows : str or sequence of str, optional
@@ -214,13 +217,24 @@ def _several(names: str | Iterable[str]) -> list[str]:
     return [names] if isinstance(names, str) else list(names)
 
 
-def _point(motion: Motion | SpaceMotion, name: str) -> str:
-    """The name of a frame, from its own, another name of it, or that of its body."""
-    name_ = motion.scene.aliases.get(name, name)
-    for known in (name_, f"{name_}.c"):
-        if known in motion.spots:
-            if motion.spots[known].track < 0:
-                raise UsageError(f"`{name}` does not move: it has no path", hint="give a frame of a body")
-            return known
-    moving = [known for known, spot in motion.spots.items() if spot.track >= 0]
-    raise UsageError(f"there is no frame `{name}` in {motion.scene.name}", hint=did_you_mean(name, moving, "frames"))
+def traced_point(scene: Scene, name: str) -> str:
+    """The name of a frame whose path can be drawn, from its own or another name of it, or that of a body or joint.
+
+    Raises
+    ------
+    UsageError
+        If there is no frame of this name, or it does not move.
+    """
+    own = scene.aliases.get(name, name)
+    owner, _, port = own.rpartition(".")
+    attached = scene.components[own].ports if own in scene.components else {}
+    named = scene.components[owner].ports.get(PORTS.get(port, port)) if owner in scene.components else None
+    known = [x for x in (own, f"{own}.c", named, *reversed(attached.values())) if x in scene.frames]
+    moving = [x for x, frame in scene.frames.items() if scene.components[frame.body].coordinates]
+    if (found := next((x for x in known if x in moving), None)) is not None:
+        return found
+    if known:
+        raise UsageError(f"`{name}` does not move: it has no path", hint="give a frame of a body")
+    joints = [c.name for c in scene.components.values() if isinstance(c.kind, JointKind)]
+    hint = did_you_mean(name, [*moving, *joints], "frames and joints")
+    raise UsageError(f"there is no frame or joint `{name}` in {scene.name}", hint=hint)
