@@ -13,6 +13,7 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators import available
 from mbdsl.lang.given_values import seconds, values
 from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import (
     POINTS,

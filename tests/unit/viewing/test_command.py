@@ -98,7 +98,7 @@ def test_beams_of_results(say, folder, model_file):
         (("--out", "p.gif", "--size", "640"), "expected WIDTHxHEIGHT"),
         (("--out", "p.html", "--size", "640x480"), "--size is for films and pictures"),
         (("--arrows", "forces,none"), "`forces,none`: expected forces, reactions"),
-        (("--trace", "masss"), "there is no frame `masss` in Pendulum"),
+        (("--trace", "masss"), "there is no frame or joint `masss` in Pendulum"),
         (("--signals", "masss"), "there is no signal `masss`"),
         (("--out", "pendulum.mbd.html/x.html"), "there is no folder"),
         (("--result", "missing.csv"), "cannot read `missing.csv`"),

@@ -147,7 +147,7 @@ def test_a_frame_of_the_ground_does_not_move(slider_crank):
     assert motion(slider_crank).spot_of("wall").track == GROUND
     with pytest.raises(UsageError, match="`wall` does not move"):
         slider_crank.animate(traces=["wall"])
-    with pytest.raises(UsageError, match=r"there is no frame `rod\.d`") as caught:
+    with pytest.raises(UsageError, match=r"there is no frame or joint `rod\.d`") as caught:
         slider_crank.animate(traces=["rod.d"])
     assert "rod.a" in caught.value.hint
 

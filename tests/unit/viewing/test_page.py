@@ -113,7 +113,7 @@ def test_a_notebook_shows_the_page_in_a_frame(slider_crank):
 def test_one_name_is_a_list_of_one(slider_crank):
     one = slider_crank.animate(signals="rod.x", traces="rod", arrows="reactions")
     assert one.html == slider_crank.animate(signals=["rod.x"], traces=["rod"], arrows=["reactions"]).html
-    with pytest.raises(UsageError, match="there is no frame `rid`"):
+    with pytest.raises(UsageError, match="there is no frame or joint `rid`"):
         slider_crank.animate(traces="rid")
 
 
