@@ -242,7 +242,7 @@ class Events:
         return loop_state.SLIDING if close else loop_state.RUNNING
 
     def _progress(self, t: float, states: States) -> int:
-        """Record an event at t that was not known in advance; return SLIDING if events make no progress, else RUNNING."""
+        """Record an event at t not known in advance; return SLIDING if events make no progress, else RUNNING."""
         if self._recent and t - self._recent[0][0] > STANDSTILL * (self.run.stop - self.run.start):
             self._recent = []
         self._recent.append((t, states))

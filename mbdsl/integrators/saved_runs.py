@@ -171,7 +171,8 @@ def _missed(run: RunState, value: object) -> list[float]:
         return []
     number, *times = value  # type: ignore[misc]
     _require(len(times) == 4, "missed does not have four times")
-    return [_whole("missed", number, 0, len(run.system.tables.values) - 1), *(_number("missed", t, -inf, inf) for t in times)]
+    k = _whole("missed", number, 0, len(run.system.tables.values) - 1)
+    return [k, *(_number("missed", t, -inf, inf) for t in times)]
 
 
 def _approach(run: RunState, value: object) -> Approach:

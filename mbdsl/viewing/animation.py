@@ -229,7 +229,8 @@ def traced_point(scene: Scene, name: str) -> str:
     owner, _, port = own.rpartition(".")
     attached = scene.components[own].ports if own in scene.components else {}
     named = scene.components[owner].ports.get(PORTS.get(port, port)) if owner in scene.components else None
-    known = [x for x in (own, f"{own}.c", named, *reversed(attached.values())) if x in scene.frames]
+    ends = list(attached.values())[::-1]
+    known = [x for x in (own, f"{own}.c", named, *ends) if x is not None and x in scene.frames]
     moving = [x for x, frame in scene.frames.items() if scene.components[frame.body].coordinates]
     if (found := next((x for x in known if x in moving), None)) is not None:
         return found
