@@ -17,6 +17,7 @@ from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
 from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.in_space import layout_of
+from mbdsl.system.peaks_in_time import abrupt
 from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
 from mbdsl.system.tables import Buffers, Tables, gravity, of_models
 
@@ -109,10 +110,12 @@ def _fill(tables: Tables, size: float | None) -> None:
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
     nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
     found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
-    lawless = [c for c in nonholonomic_joints if not any(isinstance(x, Expr) for x in c.values.values())]
-    tables.without_laws = {
-        x for c in lawless for g in c.velocity_constraints for x in nonholonomic.values(g, scene.spatial)
-    }
+    for c in nonholonomic_joints:
+        for g in c.velocity_constraints:
+            given = [(name, x) for name, x in c.values.items() if isinstance(x, Expr)]
+            laws = [y for name, x in given for y in (abrupt(x) if name in c.kind.velocity_rows else [x])]
+            tables.velocity_laws |= dict.fromkeys(nonholonomic.values(g, scene.spatial))
+            tables.velocity_laws[g] = sum(laws[1:], laws[0]) if laws else None
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # All values are on the tape now, and with them all switches; derivatives have the same ones.

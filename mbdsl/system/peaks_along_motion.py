@@ -22,7 +22,7 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der, evaluate, leaves, rebuild, walk
-from mbdsl.system.peaks_in_time import Function, Zone, degree, hiding, monotone, terms, zones
+from mbdsl.system.peaks_in_time import Function, Zone, hiding, monotone, terms, zones
 from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
@@ -44,8 +44,9 @@ TOGETHER = 64
 #: a smooth peak wider than this part of a step needs no zone, unless it is higher than this part of the largest value
 WIDE, HIGH = 0.4, 0.25
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
-#: operations of joint coordinates in space, their largest degree, and the key of the leaves that stand for them
-PRODUCTS, MOST_FACTORS, JOINT = ("add", "sub", "neg", "mul"), 3, "joint"
+#: operations of joint coordinates in space, their largest degree in positions and velocities, and the key of the leaves
+#: that stand for them
+PRODUCTS, MOST_FACTORS, JOINT = ("add", "sub", "neg", "mul", "div"), 3, "joint"
 #: coefficients of the cubic polynomial with given values at 0, 1/3, 2/3 and 1
 THROUGH = np.linalg.inv(np.vander(np.arange(4) / 3.0, increasing=True))
 POSITION = {rate: key for key, rate in RATE.items()} | {"vz": "z"}
@@ -224,15 +225,17 @@ class OnTheWay:
 
 
 def _in_joint_coordinates(law: Expr) -> Expr:
-    """``law`` with a leaf in place of every angle between axes, and of every sum of products with their components."""
+    """``law`` with a leaf in place of every angle between axes, of its rate, and of every sum of products with components
+    of axes."""
     new: dict[Expr, Expr] = {}
     joint: dict[Expr, bool] = {}
     order = walk(law)
+    factors: dict[Expr, float] = {}
     for n in order:
+        factors[n] = _factors(n, [factors[x] for x in n.args])
         joint[n] = n.op == "angle" or (
             n.op in PRODUCTS
-            and degree(n) <= MOST_FACTORS
-            and all(x.op in (*PRODUCTS, "const", "coordinate") for x in walk(n))
+            and factors[n] <= MOST_FACTORS
             and any(x.op == "coordinate" and x.value[1] in AXES for x in leaves(n))  # type: ignore[index]
         )
     for n in order:
@@ -243,6 +246,18 @@ def _in_joint_coordinates(law: Expr) -> Expr:
         else:
             new[n] = n
     return new[law]
+
+
+def _factors(n: Expr, of: list[float]) -> float:
+    """The degree of a polynomial in positions and velocities whose coefficients are products and quotients of components
+    of axes; infinite if ``n`` is no such polynomial."""
+    if n.op == "coordinate":
+        return 0.0 if n.value[1] in AXES else 1.0  # type: ignore[index]
+    if n.op in ("const", "add", "sub", "neg"):
+        return max(of, default=0.0)
+    if n.op == "mul":
+        return sum(of)
+    return of[0] if n.op == "div" and of[1] == 0.0 else np.inf
 
 
 def _position(x: Expr) -> tuple[Expr, Expr] | None:

@@ -193,6 +193,20 @@ def hiding(roots: Iterable[Expr]) -> list[Expr]:
     return list(found)
 
 
+def abrupt(root: Expr) -> list[Expr]:
+    """The largest parts of ``root`` that may have narrow peaks by themselves: not products and lengths of coordinates."""
+    found: list[Expr] = []
+    waiting = [root]
+    while waiting:
+        x = waiting.pop()
+        smooth = x.op in (*SUMS, "div", "ratio", "hypot", "sqrt", "angle", "atan2") or degree(x) <= DEGREE
+        if smooth or (x.op == "pow" and is_const(x.args[1])):
+            waiting += x.args[::-1]
+        else:
+            found.append(x)
+    return list(dict.fromkeys(found))
+
+
 def of_time(roots: Iterable[Expr]) -> list[Expr]:
     """The largest parts of ``roots`` that depend on time alone."""
     alone: dict[Expr, bool] = {}

@@ -512,9 +512,13 @@ class System:
 
     @cached_property
     def searched_laws(self) -> dict[Expr, Expr]:
-        """Those that are searched for peaks along the motion: not the rows of rolling discs, smooth functions that are
-        zero at all states and differ from zero between them by interpolation only."""
-        return {x: law for x, law in self.laws.items() if x not in self.tables.without_laws}
+        """What the user wrote as laws, which is searched for peaks along the motion.
+
+        Rows of nonholonomic constraints are zero at all states, and differ from zero between them by interpolation
+        only: of them, the laws of drivers and abrupt functions are searched.
+        """
+        found = self.laws | {x: y and substitute(y, self._at_rest) for x, y in self.tables.velocity_laws.items()}
+        return {x: law for x, law in found.items() if law is not None}
 
     @cached_property
     def searched_angles(self) -> dict[Expr, int]:

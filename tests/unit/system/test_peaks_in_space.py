@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 
 import mbdsl
 from mbdsl.system.peaks_along_motion import OnTheWay
@@ -80,3 +81,81 @@ def test_terms_that_are_rounding_have_no_peaks():
     assert not mbdsl.simulate(law, step=1e-3, **given).stats["warnings"]
     one, other = (mbdsl.simulate(x, method="dop853", tol=1e-9, **given) for x in (law, constant))
     np.testing.assert_allclose(one["b.x"], other["b.x"], rtol=0, atol=2e-9)  # the tolerances of both runs
+
+
+ARM = """
+spatial model Arm
+  Ground ground(n = {0, 0, -1});
+  Body first(m = 3 kg, I = {0.02, 0.03, 0.04} kg.m2, frames(a = {0, 0, 0}, b = {0.3, 0, 0.05} m));
+  Body second(m = 1 kg, I = {1e-3, 2e-2, 2e-2} kg.m2, frames(a = {0, 0, 0}, tip = {0.5, 0, 0} m));
+  Revolute q1(ground, first.a, n = {0, 0, 1});
+  Revolute q2(first.b, second.a, n = {0.6, 0.8, 0});
+  LAWS
+initial equation
+  q1.phi = 0 rad; q2.phi = 0.3 rad; q1.w = 1 rad/s; q2.w = -2 rad/s;
+  annotation(experiment(StopTime = 0.5 s));
+end Arm;
+"""
+
+
+def searched(laws):
+    return OnTheWay(build(mbdsl.parse(ARM.replace("LAWS", laws)))).terms
+
+
+@pytest.mark.parametrize(
+    "laws",
+    [
+        "RotationalVelocityDriver d1(q1, w = 0.5 rad/s); RotationalVelocityDriver d2(q2, w = 1 rad/s2*time);",
+        "VelocityConstraint c(gamma = q1.w - 2*q2.w);",
+        "VelocityConstraint c(gamma = second.tip.x*second.tip.vx + second.tip.z*second.tip.vz);",
+        "Torque t1(q1, tau = -2e3 N.m/rad*(q1.phi - 1 rad) - 40 N.m.s/rad*q1.w);",
+        "Torque t2(q2, tau = -2e3 N.m/rad*q2.phi - 40 N.m.s/rad*q2.w);",
+        "RotationalSpringDamper s(q2, torque = 3 N.m/rad*phi + 4 N.m.s/rad*w);",
+    ],
+)
+def test_linear_laws_and_residuals_of_constraints_are_not_searched(laws):
+    assert searched(laws) == []
+
+
+@pytest.mark.parametrize(
+    "laws",
+    [
+        "RotationalVelocityDriver d1(q1, w = if abs(q2.phi - 0.5 rad) < 1e-3 rad then 5 rad/s else 0 rad/s);",
+        "VelocityConstraint c(gamma = q1.w - (if abs(q2.phi - 0.5 rad) < 1e-3 rad then 5 rad/s else 0 rad/s));",
+        "Torque t2(q2, tau = -40 N.m.s/rad*tanh(q2.w/(1e-3 rad/s))*(1 rad/s));",
+    ],
+)
+def test_abrupt_laws_are_searched(laws):
+    assert searched(laws)
+
+
+STOPPED = """
+spatial model Door
+  Ground ground;
+  Box car(m = 10 kg, length = 1 m, width = 1 m, height = 1 m, frames(h = {0.5, 0, 0}));
+  Spherical pivot(ground, car.a);
+  Box door(m = 1 kg, length = 0.5 m, width = 0.5 m, height = 0.02 m);
+  Revolute hinge(car.h, door.a, n = {0, 1, 0});
+  LAW
+initial equation
+  hinge.phi = 10 deg; hinge.w = 1 rad/s;
+  annotation(experiment(StopTime = 0.3 s));
+end Door;
+"""
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        "RotationalStop open(hinge, phi_min = 0, phi_max = 80 deg, k = 1e3, e = 0.3, w_0 = 1);",
+        "Torque brake(hinge, tau = if time < 0.5 s then 0 N.m else -(5 N.m.s/rad)*hinge.w);",
+    ],
+)
+@pytest.mark.parametrize("method", ["hht-i3", "radau5", "dop853"])
+def test_a_law_that_is_zero_does_not_end_a_run(law, method):
+    """Neither acts: the motion is that without them."""
+    free, held = (
+        mbdsl.simulate(mbdsl.parse(STOPPED.replace("LAW", x)), method=method, tol=1e-6, interval=0.1) for x in ("", law)
+    )
+    assert held.t[-1] == 0.3
+    assert held["hinge.phi"] == pytest.approx(free["hinge.phi"], abs=2e-6)
