@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from mbdsl.analysis.equilibria import static as static
     from mbdsl.analysis.linearisation import linearise as linearise
     from mbdsl.api import simulate as simulate
+    from mbdsl.errors import AccuracyWarning as AccuracyWarning
     from mbdsl.errors import EquilibriumError as EquilibriumError
     from mbdsl.errors import InitialisationError as InitialisationError
     from mbdsl.errors import IntegrationError as IntegrationError
@@ -63,10 +64,12 @@ _PUBLIC = {
     "InitialisationError": ("mbdsl.errors", "InitialisationError"),
     "EquilibriumError": ("mbdsl.errors", "EquilibriumError"),
     "IntegrationError": ("mbdsl.errors", "IntegrationError"),
+    "AccuracyWarning": ("mbdsl.errors", "AccuracyWarning"),
     "Interrupted": ("mbdsl.errors", "Interrupted"),
 }
 # a literal list, as type checkers read no other
 __all__ = [
+    "AccuracyWarning",
     "Builder",
     "Checkpoint",
     "EquilibriumError",

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 from numpy.typing import ArrayLike
 
-from mbdsl.errors import IntegrationError, Interrupted, UsageError
+from mbdsl.errors import AccuracyWarning, IntegrationError, Interrupted, UsageError
 from mbdsl.lang.given_values import optional, seconds, values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
@@ -55,7 +56,8 @@ def simulate(
     model : Scene, Builder or path
         The mechanism; a path is that of a ``.mbd`` file. ``mbdsl.parse`` reads a text.
     method : str, optional
-        Name of an integration method (`mbdsl methods` lists them). Default: the model's Method, else "hht-si2".
+        Name of an integration method (`mbdsl methods` lists them). Default: the model's Method; else
+        "hht-si2" with fixed steps, and with a tolerance the fastest for it of "hht-si2", "radau5" and "dop853".
     step : float or str, optional [s]
         Fixed step size, at most the duration of the run. Default: the model's Step. If the duration is not a multiple
         of it, all steps are shortened equally, so that the last one ends at ``stop``. Methods with error-controlled
@@ -125,7 +127,8 @@ def simulate(
         If no consistent initial state is found.
     IntegrationError
         If the integration fails or misses the requested tolerance. Its ``trajectory`` holds the results so far, or
-        the complete results of the best run.
+        the complete results of the best run. If the default tolerance is missed, there is an AccuracyWarning instead,
+        and its text is in ``stats["warnings"]``.
     Interrupted
         On Ctrl-C. It is a KeyboardInterrupt whose ``trajectory`` holds the results so far.
     """
@@ -140,6 +143,8 @@ def simulate(
         if chosen is not None and problem.trajectory is not None:
             problem.trajectory = problem.trajectory[chosen]
         raise
+    if found.status == "inaccurate":
+        warn(found.stats["warnings"][-1], AccuracyWarning, stacklevel=2)
     return found if chosen is None else found[chosen]
 
 

@@ -174,6 +174,10 @@ class ModelNote(ModelWarning):
     severity = "note"
 
 
+class AccuracyWarning(UserWarning):
+    """A run without a given tolerance ends with an error that exceeds the default one, or with an unknown error."""
+
+
 class Interrupted(KeyboardInterrupt):
     """A run was interrupted.
 

@@ -59,5 +59,5 @@ def simulated(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseExcep
             display.close()
     if trajectory.status == "interrupted":
         failure = KeyboardInterrupt()
-    print_warnings(trajectory, args.quiet, failed=failure is not None)
+    print_warnings(trajectory, args.quiet)
     return trajectory, failure

@@ -138,7 +138,7 @@ def _simulated(scene: Scene, name: str) -> tuple[Result, IntegrationError | None
         display.close()
     if trajectory.status == "interrupted":
         raise KeyboardInterrupt
-    print_warnings(trajectory, quiet=True, failed=failure is not None)
+    print_warnings(trajectory, quiet=True)
     return of_trajectory(trajectory, name), failure
 
 

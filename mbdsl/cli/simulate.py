@@ -187,7 +187,7 @@ def _run(
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
     if args.stats:
         write_stats(args.stats, trajectory.stats)
-    print_warnings(trajectory, args.quiet, failed=failure is not None)
+    print_warnings(trajectory, args.quiet)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose, stream))
         if verified:
@@ -212,15 +212,13 @@ def check_signals(scene: Scene, patterns: list[str]) -> None:
     SignalNames(scene).select(patterns)
 
 
-def print_warnings(trajectory: Trajectory, quiet: bool, failed: bool) -> None:
+def print_warnings(trajectory: Trajectory, quiet: bool) -> None:
     for text in trajectory.stats.get("warnings", ()):
         print(f"warning: {text}", file=sys.stderr)
     if trajectory.undetermined and not quiet:
         where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
         more = " ..." if len(trajectory.undetermined) > 5 else ""
         print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
-    if trajectory.status == "inaccurate" and not failed:
-        print(f"warning: {trajectory.message} (with --tol this is an error)", file=sys.stderr)
 
 
 def end(args: argparse.Namespace, trajectory: Trajectory, output: str, over: bool) -> int:
@@ -385,6 +383,8 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         f"{error(stats)}",
         f"{visible(output, line=True)}: {count(rows, 'row')}, time and {count(len(names), 'signal')}",
     ]
+    if chosen := stats.get("chosen"):
+        lines[0] += f"; {chosen}"
     if stats["pivoting_from"] is not None:
         lines.append(
             f"from t = {stats['pivoting_from']:g} s on dense LU with pivoting (the sparse factorisation lost a pivot)"

@@ -155,7 +155,7 @@ class Choice:
     def _reason(self, one: Candidate, others: list[Candidate]) -> str:
         tried = [x for x in others if x.spent > 0.0]
         if not tried:
-            return f"{one.method} was taken, the default: its calibration runs are cheap, and no other method was tried"
+            return f"{one.method}, the first method, is cheap enough: no other was tried"
         said = []
         for x in tried:
             if x.out and not x.reached:
@@ -163,7 +163,7 @@ class Choice:
             else:
                 ratio = x.expected / max(one.spent, 1.0)
                 said.append(f"{x.method} would cost about {max(1.1, ratio):.2g} times as much")
-        return f"{one.method} was taken, the cheapest in calibration runs: {', '.join(said)}"
+        return f"{one.method} was taken: {', '.join(said)}"
 
 
 def spent(motion: Motion) -> float:

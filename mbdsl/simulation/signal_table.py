@@ -157,7 +157,8 @@ def of_trajectory(trajectory: Trajectory) -> str:
     names = trajectory.default_names
     notes = [f"{len(names) - MOST} more of its signals"] if len(names) > MOST else []
     notes += [f"{count(len(trajectory.names), 'signal')}: trajectory.signals lists them with units and meanings"]
-    notes += [trajectory.message] if trajectory.message else []
+    warned = any(trajectory.message in text for text in stats.get("warnings", ()))
+    notes += [trajectory.message] if trajectory.message and not warned else []
     notes += [f"warning: {text}" for text in stats.get("warnings", ())]
     rows = [_range(trajectory, name) for name in names[:MOST]] if len(t) else []
     table = Table("", ("signal", "unit", "start", "end", "least", "greatest"), rows)

@@ -168,6 +168,7 @@ def simulated(
             error = inaccurate(trajectory, found.reason)
             if run.asked:
                 raise error
+            trajectory.stats["warnings"].append(f"{trajectory.message} (if the tolerance is given, this is an error)")
     if heard and status == loop_state.DONE:
         raise Interrupted(trajectory)
     return trajectory

@@ -8,7 +8,8 @@ runs show:
 
     error = difference/(8^p - 1),   1/3 <= p <= 1,
 
-or is the difference itself while there are fewer than three runs. With methods of order above 5 and forces given by
+or is the difference itself while there are fewer than three runs. The error counts as reduced by at most the factor
+that the numbers of steps allow, as of a method of its order. With methods of order above 5 and forces given by
 expressions, the error counts as reduced by at most a factor of 8 from one run to the next, because their steps are so
 long that errors decrease irregularly. If a run differs from the run before by more than the claim of the latter, this
 difference replaces that claim. The claim is at least the rounding error as the
@@ -57,6 +58,8 @@ MOST, LEAST_OF_HIGH_ORDER, LEAST, MOST_STEPS = 14, 1e-10, 1e-5, 2e7
 #: factor by which a claim may be too small because two runs agree by chance: for our methods, and for backends, whose
 #: changes of the order and of the step make errors fall irregularly
 CHANCE, CHANCE_OF_BACKENDS = 3.0, 30.0
+#: least factor by which the error counts as reduced from one run to the next
+LEAST_FALL = 1.25
 #: the runs converge if two further runs reduce the difference to this part of it
 FALLS = 0.7
 #: least number of times at which runs are compared, and the largest one
@@ -203,7 +206,10 @@ class Ladder:
         beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, observed_order([*self.trials, last])
-        last.claim = last.difference / ((ratio**p - 1.0) if p else 1.0)
+        fall = self._fall(before, last, ratio**p if p else 2.0)
+        last.claim = last.difference / (fall - 1.0)
+        if p and fall < 2.0 and len(before.claim):
+            last.claim = np.maximum(last.claim, np.append(before.claim[:n], beyond) / fall)
         if p:  # two runs may agree by chance: the error should not fall much faster than eps
             former = before.difference[:n] / (self.trials[-2].eps / before.eps - 1.0) / ratio
             last.claim = np.clip(former, last.claim, self.chance * last.claim)
@@ -218,6 +224,15 @@ class Ladder:
             before.claim[:n] = np.maximum(before.claim[:n], last.difference[:n])
         last.contacts = self._undecided(last, before, speed)
         last.claim = np.maximum(last.claim, last.contacts)
+
+    def _fall(self, before: Trial, last: Trial, fall: float) -> float:
+        """The factor by which the error falls from one run to the next, which is not larger than the steps allow.
+
+        Where both runs take the same steps, because stability or a condition limits them, they have the same error.
+        """
+        if not declared(self.plan.method).searches:
+            fall = min(fall, (last.steps / max(1, before.steps)) ** self.order)
+        return max(fall, LEAST_FALL)
 
     def _undecided(self, last: Trial, before: Trial, speed: float) -> Array:
         """The effect (N,) of contacts that the runs leave undecided, up to each time."""

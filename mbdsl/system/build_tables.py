@@ -111,6 +111,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
     found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
     for c in nonholonomic_joints:
+        assert isinstance(c.kind, JointKind)
         for g in c.velocity_constraints:
             given = [(name, x) for name, x in c.values.items() if isinstance(x, Expr)]
             laws = [y for name, x in given for y in (abrupt(x) if name in c.kind.velocity_rows else [x])]

@@ -225,8 +225,7 @@ class OnTheWay:
 
 
 def _in_joint_coordinates(law: Expr) -> Expr:
-    """``law`` with a leaf in place of every angle between axes, of its rate, and of every sum of products with components
-    of axes."""
+    """``law`` with leaves in place of angles between axes, their rates, and polynomials with components of axes."""
     new: dict[Expr, Expr] = {}
     joint: dict[Expr, bool] = {}
     order = walk(law)
@@ -249,8 +248,8 @@ def _in_joint_coordinates(law: Expr) -> Expr:
 
 
 def _factors(n: Expr, of: list[float]) -> float:
-    """The degree of a polynomial in positions and velocities whose coefficients are products and quotients of components
-    of axes; infinite if ``n`` is no such polynomial."""
+    """The degree of a polynomial in positions and velocities with products and quotients of components of axes as
+    coefficients; infinite if ``n`` is no such polynomial."""
     if n.op == "coordinate":
         return 0.0 if n.value[1] in AXES else 1.0  # type: ignore[index]
     if n.op in ("const", "add", "sub", "neg"):

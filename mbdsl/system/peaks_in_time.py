@@ -194,7 +194,7 @@ def hiding(roots: Iterable[Expr]) -> list[Expr]:
 
 
 def abrupt(root: Expr) -> list[Expr]:
-    """The largest parts of ``root`` that may have narrow peaks by themselves: not products and lengths of coordinates."""
+    """The largest parts of ``root`` that may have narrow peaks: not products and lengths of coordinates."""
     found: list[Expr] = []
     waiting = [root]
     while waiting:

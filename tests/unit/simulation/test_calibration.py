@@ -18,11 +18,12 @@ class Sine:
     def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=loop_state.TOO_SMALL):
         self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
         self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1)), difference=np.subtract)
-        self.fails, self.steps, self.trial_steps, self.failed = fails, steps, 0, 0
+        self.fails, self.few, self.steps, self.trial_steps, self.failed = fails, steps, steps, 0, 0
         self.error, self.status, self.tried, self.parts = error, status, [], ()
 
     def restart(self, plan):
         self.eps = plan.tol
+        self.steps = round(self.few * (4e-3 / self.eps) ** 0.5)  # as of a method of order 2
 
     def run(self):
         self.tried.append(self.eps)
@@ -75,7 +76,7 @@ def test_the_best_run_is_looked_for_behind_a_failure(status):
     assert 100.0 * motion.eps <= 2.0 * found.error <= 1000.0 * motion.eps
     assert 0.1 < found.horizon * 100.0 * motion.eps / TOL < 10.0
     assert "with shorter steps" in found.reason
-    assert motion.trial_steps == (len(motion.tried) - 1) * motion.steps
+    assert motion.trial_steps == sum(round(10 * (4e-3 / eps) ** 0.5) for eps in motion.tried) - motion.steps
 
 
 def test_a_failure_behind_a_leap_is_made_up_for():
