@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 from mbdsl.errors import SyntaxProblem
@@ -13,9 +14,17 @@ from mbdsl.lang.mbdyn import refuse_mbdyn
 from mbdsl.lang.source import At, Source, cover, span_of
 from mbdsl.lang.unparse import write
 
+#: syntax trees that are kept for models that are read again, as with other parameters; characters of the longest
+TREES, LONGEST = 16, 200_000
+
 
 def parse(text: str, file: str = "<text>") -> s.File:
-    """The syntax tree of a whole file."""
+    """The syntax tree of a whole file. A text that is read again has the same tree, which is never changed."""
+    return _parsed(text, file) if len(text) <= LONGEST else _parsed.__wrapped__(text, file)
+
+
+@lru_cache(maxsize=TREES)
+def _parsed(text: str, file: str) -> s.File:
     source = Source(file, text)
     if len(text) > limits.FILE_SIZE:
         raise SyntaxProblem(f"{file} is larger than {limits.FILE_SIZE} characters", source.span(0, 1))

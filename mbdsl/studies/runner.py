@@ -16,7 +16,7 @@ from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import Deadline, compute, simulate_case
 from mbdsl.studies.run_order import Order
-from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, key_of
+from mbdsl.studies.store import OUT_OF_TIME, Computed, Store
 from mbdsl.system import System, build
 
 #: seconds of work after which worker processes are started, which takes half a second
@@ -86,7 +86,7 @@ class Runner:
         While others wait, a case may take a part of the remaining time only.
         """
         done: dict[Case, Computed] = {}
-        keys = {case: key_of(self.setting, case) for case in cases}
+        keys = {case: self.store.key(self.setting, case) for case in cases}
         for case, key in keys.items():
             kept = self.store.get(key, case)
             if kept is not None:
@@ -176,7 +176,7 @@ class Runner:
                 if found is None:
                     continue
                 seconds[case].append(found)
-                self.store.put_times(key_of(self.setting, case), self.session, seconds[case])
+                self.store.put_times(self.store.key(self.setting, case), self.session, seconds[case])
                 done += 1
         return {case: found for case, found in seconds.items() if found}
 
@@ -203,7 +203,7 @@ class Runner:
     def _times(self, cases: Sequence[Case], repeats: int) -> dict[Case, list[float]]:
         """Stored times of earlier rounds, by session: those of all cases from one session, or from sessions in which
         the machine had its present speed."""
-        kept = {case: self.store.times(key_of(self.setting, case)) for case in cases}
+        kept = {case: self.store.times(self.store.key(self.setting, case)) for case in cases}
         sessions = {session for session, _ in kept.values()} - {""}
         whole = len(sessions) == 1 and all(len(seconds) >= repeats for _, seconds in kept.values())
         if not whole:

@@ -13,7 +13,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from functools import singledispatch
+from functools import cache, singledispatch
 from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
@@ -86,6 +86,12 @@ class Store:
             raise UsageError(f"cannot make the folder `{self.folder}`: {problem.strerror or problem}") from problem
         self.fresh = fresh
         self.own: set[str] = set()  #: files written in this session
+        self._method_code = cache(method_code)
+
+    def key(self, of: Setting, case: Case) -> str:
+        """The key of a run: see :func:`key_of`. The files of a method are read once in a session: a sweep has 10,000
+        runs, and reading them takes longer than a run."""
+        return key_of(of, case, self._method_code)
 
     def get(self, key: str, case: Case) -> Computed | None:
         def run(found: Mapping[str, Array]) -> Computed:
@@ -184,8 +190,15 @@ def _ended(key: str) -> str:
     return hashlib.sha256(f"ended {key}".encode()).hexdigest()[:32]
 
 
+def method_code(name: str) -> str:
+    """Digest of the file of a method, which may be third-party code, and of the files that it imports."""
+    owner = modules().get(name) or backend(name)
+    module = owner if isinstance(owner, ModuleType) else sys.modules.get(type(owner).__module__)
+    return (digest_of(names_of([module])) if module is not None else None) or name
+
+
 @singledispatch
-def key_of(of: Setting, case: Case) -> str:
+def key_of(of: Setting, case: Case, code_of: Callable[[str], str] = method_code) -> str:
     """The digest of everything that determines a run.
 
     These are the canonical text of the scene (:attr:`mbdsl.mechanism.scene.Scene.fingerprint`), the code of mbdsl and
@@ -197,6 +210,8 @@ def key_of(of: Setting, case: Case) -> str:
         Scene and times.
     case : Case
         Method, and step or tolerance.
+    code_of : callable
+        Returns the digest of the code of a method.
 
     Returns
     -------
@@ -205,15 +220,8 @@ def key_of(of: Setting, case: Case) -> str:
     """
     # as JSON, numbers read the same whichever type they have
     asked = json.dumps([asdict(case), of.start, of.stop, of.points], default=float)
-    said = [of.scene.fingerprint, code(), method_code(case.method), asked]
+    said = [of.scene.fingerprint, code(), code_of(case.method), asked]
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
-
-
-def method_code(name: str) -> str:
-    """Digest of the file of a method, which may be third-party code, and of the files that it imports."""
-    owner = modules().get(name) or backend(name)
-    module = owner if isinstance(owner, ModuleType) else sys.modules.get(type(owner).__module__)
-    return (digest_of(names_of([module])) if module is not None else None) or name
 
 
 def _machine_digest() -> str:

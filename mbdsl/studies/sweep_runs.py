@@ -84,7 +84,7 @@ class FilesChanged(Exception):
 
 
 @key_of.register
-def _(of: SweepSetting, case: Point) -> str:
+def _(of: SweepSetting, case: Point, code_of: Callable[[str], str] = method_code) -> str:
     """The digest of the model's texts, the parameters, the settings of the run and the measures.
 
     Scenes are not part of it: they are built where they run.
@@ -99,7 +99,7 @@ def _(of: SweepSetting, case: Point) -> str:
         "after": of.after,
         "measures": sorted(map(str, of.measures)),
     }
-    said = ["sweep", code(), method_code(case.method), json.dumps(asked, default=float, sort_keys=True)]
+    said = ["sweep", code(), code_of(case.method), json.dumps(asked, default=float, sort_keys=True)]
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
 
 
@@ -170,7 +170,7 @@ def compute_all(
     begun, kept = perf_counter(), 0
     done: dict[Point, Computed] = {}
     for point in points:
-        if (run := store.get(key_of(of, point), point)) is not None:
+        if (run := store.get(store.key(of, point), point)) is not None:
             done[point] = run
     found = kept = len(done)
     waiting: list[Case] = [point for point in dict.fromkeys(points) if point not in done]
@@ -184,7 +184,7 @@ def compute_all(
         nonlocal kept
         assert isinstance(point, Point)
         done[point] = run
-        kept += run.lasting and store.has_claimed(key_of(of, point))
+        kept += run.lasting and store.has_claimed(store.key(of, point))
         say(point)
 
     helped = False
@@ -198,6 +198,6 @@ def compute_all(
         say(point)
         run = compute(of, point, limit, announce)
         if run.lasting:
-            store.put(key_of(of, point), run)
+            store.put(store.key(of, point), run)
         add(point, run)
     return done, found

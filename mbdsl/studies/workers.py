@@ -36,7 +36,7 @@ from mbdsl.integrators import method_files
 from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
-from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
+from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store
 
 #: answer of a worker whose version of mbdsl, or of the method, differs from that of its parent
 CHANGED = "mbdsl or the method has changed since the study began"
@@ -106,7 +106,7 @@ def side_by_side(
                 add(case, Computed(case, problem=OUT_OF_TIME))
                 continue
             try:
-                busy[worker.submit(_compute, case, key_of(of, case), limit, left, compiling)] = worker, case
+                busy[worker.submit(_compute, case, store.key(of, case), limit, left, compiling)] = worker, case
             except BrokenExecutor:  # it has ended since its last answer
                 cases.insert(0, case)
                 start()
@@ -122,7 +122,7 @@ def side_by_side(
         if answer.problem in (CHANGED, UNKEPT):
             cases.insert(0, case)
             return
-        key = key_of(of, case)
+        key = store.key(of, case)
         if answer.kept:
             store.claim(key)
         kept = None if answer.problem else store.get(key, case)
@@ -260,7 +260,7 @@ def _ready() -> None:
 def _compute(case: Case, key: str, limit: float, left: float, compiling: float = 0.0) -> _Answer:
     """Compute a case within its time limits [s] and put the result into the store under ``key``."""
     of, store = _work
-    if key_of(of, case) != key:  # another version, which would give other results
+    if store.key(of, case) != key:  # another version, which would give other results
         return _Answer(CHANGED)
     run = compute(of, case, limit, None, left, compiling)
     store.put_spent(key, run)

@@ -17,10 +17,12 @@ from scipy.special import ellipk
 import mbdsl
 from mbdsl.errors import UsageError
 from mbdsl.integrators import declared
+from mbdsl.lang import parser
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.studies import measures as measuring
 from mbdsl.studies import runner as running
+from mbdsl.studies import store as storing
 from mbdsl.studies.measures import FUNCTIONS, Measure, read, split
 from mbdsl.studies.store import Computed
 from mbdsl.studies.sweep_results import Sweep
@@ -464,3 +466,30 @@ def test_keyword_arguments_of_a_wrong_type(given):
     for run in (lambda: mbdsl.sweep(PENDULUM, {"L": [1, 2]}, **given), lambda: mbdsl.simulate(PENDULUM, **given)):
         with pytest.raises(mbdsl.MbdslError, match="found"):
             run()
+
+
+@pytest.mark.parametrize("fresh", [True, False])
+def test_sources_are_read_once_and_not_for_every_run(tmp_path, monkeypatch, fresh):
+    """The files of the method for the keys of stored runs, and the text of the model: both take longer than a run."""
+    methods, texts = [], []
+
+    def names_of(modules):
+        methods.append(modules)
+        return found(modules)
+
+    def tokens(source):
+        texts.append(source.text)
+        return read_tokens(source)
+
+    found, read_tokens = storing.names_of, parser.tokenize
+    monkeypatch.setattr(storing, "names_of", names_of)
+    monkeypatch.setattr(parser, "tokenize", tokens)
+    model = tmp_path / "short_pendulum.mbd"
+    model.write_text(PENDULUM.read_text() + "\n// read by this test only\n")
+    mbdsl.sweep(model, {"L": "1:2:6"}, store=tmp_path, workers=1, step=0.01, stop=0.02, fresh=fresh)
+    assert len(methods) == 1
+    assert sum("read by this test only" in text for text in texts) == 1
+    scene = mbdsl.load(model)
+    for length in (1.25, 1.75):  # the same model again, in another way
+        assert scene.changed({"L": length}).parameters["L"].value == length
+    assert sum("read by this test only" in text for text in texts) == 1
