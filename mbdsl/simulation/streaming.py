@@ -26,6 +26,7 @@ from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import in_memory, width
 from mbdsl.simulation.tolerance_calibration import DENSE, MOST_COMPARED
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.system.batch_accelerations import MANY
 
 Array = NDArray[np.float64]
 #: times (k,), q and v (k, n), lam (k, m + p), and q and v of each part
@@ -33,7 +34,7 @@ Rows = tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]
 
 LEAST = 2**22  #: quantity of numbers up to which the results of a run are held in memory
 BLOCK, NUMBERS = 4096, 2**21  #: rows of a block, and numbers in it; at least FEWEST rows
-FEWEST = 64
+FEWEST = MANY
 
 
 class Stream:

@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 #: bounds of the residual and of the solution of a regular system, relative to its right-hand side
 ACCURATE, BOUNDED = 1e-12, 1e8
+#: iterations for forces that depend on multipliers, and their last relative change
+ITERATIONS, CONVERGED = 50, 1e-12
 
 
 def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...] = ()) -> tuple[Array, Array]:
@@ -32,11 +34,11 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
     if not system.of_multipliers:
         return a, lam
     size = np.abs(lam).max(initial=0.0)
-    for _ in range(50):
+    for _ in range(ITERATIONS):
         a, found = _solve_motion(system, t, q, v, left_out, lam)
         change, lam = np.abs(found - lam).max(initial=0.0), found
         size = max(size, np.abs(lam).max(initial=0.0))
-        if change <= 1e-12 * size:
+        if change <= CONVERGED * size:
             return a, lam
     raise InitialisationError(
         f"no accelerations found at t = {t:g} s: friction and the reactions that it depends on do not agree",

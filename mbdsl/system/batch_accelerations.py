@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from mbdsl.compilation import code_cache
 from mbdsl.compilation.buffer_layout import FORCE, POSITION, UNKNOWN, UNKNOWN2, VELOCITY
 from mbdsl.compilation.marks import kernel
-from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
+from mbdsl.numerics import rotation_arrays
+from mbdsl.numerics.rotation import BASE
+from mbdsl.system.accelerations import ACCURATE, BOUNDED, CONVERGED, ITERATIONS, balance
 from mbdsl.system.emit import EVALUATE, TANGENT
 from mbdsl.system.system import DENSE_LIMIT, System
 from mbdsl.system.time_derivatives import Clock
@@ -22,10 +24,10 @@ from mbdsl.system.time_derivatives import Clock
 Array = NDArray[np.float64]
 
 #: least number of states for which loading the compiled loop pays off; most numbers in matrices solved together
-MANY, TOGETHER = 2000, 2**21
+MANY, TOGETHER = 64, 2**21
 SAMPLE = code_cache.Signature(
     (
-        *(EVALUATE, TANGENT, "vector", "matrix", "matrix", "ints", "matrix", "ints"),
+        *(EVALUATE, TANGENT, "vector", "matrix", "matrix", "matrix", "ints", "matrix", "ints"),
         *("matrix", "matrix", "matrix", "matrix", "matrix", "matrix", "matrix", "vector", "ints", "vector"),
     )
 )
@@ -33,11 +35,11 @@ SAMPLE = code_cache.Signature(
 
 @kernel
 def sample(
-    evaluate, tangent, times, qs, vs, places, given, read, forces, tangents, rates, values,
+    evaluate, tangent, times, qs, vs, lams, places, given, read, forces, tangents, rates, values,
     vectors, frames, gradients, numbers, layout, matrix,
 ):  # fmt: skip
-    """At every state, with ``given`` written to the ``places`` of ``numbers``, write: the forces; the entries of the
-    matrices of M, Phi_q and Gam_v (tangents) and of (Phi_q v)_q and Gam_q (rates); ``numbers`` at ``read`` (values)."""
+    """At every state, with ``given`` written to the ``places`` of ``numbers``, write: f; the entries of the matrices of
+    M, Phi_q, Gam_v and Q_lam (tangents) and of (Phi_q v)_q and Gam_q (rates); ``numbers`` at ``read`` (values)."""
     n = qs.shape[1]
     for i in range(len(times)):
         for k in range(len(places)):
@@ -45,6 +47,8 @@ def sample(
         for k in range(vectors.shape[1]):
             vectors[UNKNOWN, k] = 0.0
             vectors[UNKNOWN2, k] = 0.0
+        for k in range(lams.shape[1]):
+            vectors[UNKNOWN, n + k] = lams[i, k]
         for k in range(n):
             vectors[POSITION, k] = qs[i, k]
             vectors[VELOCITY, k] = vs[i, k]
@@ -57,7 +61,7 @@ def sample(
             1.0,
             0.0,
             0.0,
-            0.0,
+            1.0,
             1.0,
             0.0,
             1.0,
@@ -110,7 +114,7 @@ def compiled() -> Callable:
     from mbdsl.system import batch_accelerations
 
     arguments = (
-        "evaluate, tangent, times, qs, vs, places, given, read, forces, tangents, rates, values, "
+        "evaluate, tangent, times, qs, vs, lams, places, given, read, forces, tangents, rates, values, "
         "vectors, frames, gradients, numbers, layout, matrix"
     )
     text = f'''"""Emitted by mbdsl: the equations of motion at many states."""
@@ -130,72 +134,106 @@ def sampled(
     """a (N, n) and lam (N, m + p) at states (N,), (N, n), (N, n), and a mask (N,) of the states that have them.
 
     ``numbers`` are values (N,) by their offset in the tables. None if there are few states, or if they have to be
-    evaluated one by one: large models, friction in joints, frames that move as a function of time, bodies in space,
-    whose matrices are in other axes than their forces.
+    evaluated one by one: large models, and frames that move as a function of time.
     """
-    if len(t) < MANY or system.of_multipliers or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
+    if len(t) < MANY or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
         return None
-    if len(system.tables.rotations):
+    states = _States(system, left_out, numbers)
+    if states.clock.carried:
         return None
-    w = system.workspace()
-    clock = Clock(w.layout, system.m, system.p)
-    if clock.carried:
-        return None
-    from scipy.sparse import csr_array
-
-    n, size = system.n, system.unknowns
-    kept = np.delete(np.arange(system.m + system.p), left_out)
-    rows, columns = system.tables.pattern
-    where = rows * size + columns, np.arange(system.size)
-    place = csr_array((np.ones(system.size), where), shape=(size * size, system.size))
-    places, read = np.array(list(numbers), np.int64), np.concatenate([clock.drivers, clock.gammas])
-    U = np.column_stack([*numbers.values()]) if numbers else np.zeros((len(t), 0))
-    kernels, A = system.kernels(), np.zeros(system.size)
-    a, lam, known = np.zeros((len(t), n)), np.zeros((len(t), system.m + system.p)), np.zeros(len(t), bool)
-    chunk = max(1, TOGETHER // size**2)
-    for first in range(0, len(t), chunk):
-        at = slice(first, min(first + chunk, len(t)))
-        count = at.stop - at.start
-        f, R = np.zeros((count, n)), np.zeros((count, len(read)))
-        K, N = np.zeros((count, system.size)), np.zeros((count, system.size))
-        now = (np.ascontiguousarray(x[at]) for x in (t, q, v))
-        held = np.ascontiguousarray(U[at])
-        compiled()(
-            kernels.evaluate,
-            kernels.tangent,
-            *now,
-            places,
-            held,
-            read,
-            f,
-            K,
-            N,
-            R,
-            w.vectors,
-            w.frames,
-            w.gradients,
-            w.numbers,
-            w.layout,
-            A,
-        )
-        in_time = np.zeros((count, clock.size))
-        in_time[:, clock.driven] = -R[:, : len(clock.drivers)]
-        in_time[:, clock.rows] = R[:, len(clock.drivers) :]
-        rates = (place @ N.T).T.reshape(-1, size, size)[:, n:, :n]
-        gamma_c = -np.einsum("ijk,ik->ij", rates, v[at]) - in_time
-        full = (place @ K.T).T.reshape(-1, size, size)
-        J = full[:, n:, :n][:, kept]
-        a[at], lam[at][:, kept], known[at] = _solve(system, full[:, :n, :n], J, f, gamma_c[:, kept])
+    N, n, rows = len(t), system.n, system.m + system.p
+    a, lam, known = np.zeros((N, n)), np.zeros((N, rows)), np.zeros(N, bool)
+    chunk = max(1, TOGETHER // system.unknowns**2)
+    for first in range(0, N, chunk):
+        at = np.arange(first, min(first + chunk, N))
+        a[at], lam[at], known[at] = states.solve(t, q, v, lam, at)
+        if system.of_multipliers:
+            at = at[known[at]]
+            known[at] = False
+            size = np.abs(lam[at]).max(axis=1, initial=0.0)
+            for _ in range(ITERATIONS):
+                if not len(at):
+                    break
+                before = lam[at]
+                a[at], lam[at], solved = states.solve(t, q, v, lam, at)
+                change = np.abs(lam[at] - before).max(axis=1, initial=0.0)
+                size = np.maximum(size, np.abs(lam[at]).max(axis=1, initial=0.0))
+                done = solved & (change <= CONVERGED * size)
+                known[at[done]] = True
+                at, size = at[solved & ~done], size[solved & ~done]
     return a, lam, known
 
 
-def _solve(system: System, M: Array, J: Array, f: Array, gamma_c: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+class _States:
+    """The equations of motion of a system at many states, linearised about multipliers."""
+
+    def __init__(self, system: System, left_out: tuple[int, ...], numbers: Mapping[int, Array]) -> None:
+        self.system, self.work = system, system.workspace()
+        self.clock = Clock(self.work.layout, system.m, system.p)
+        self.kept = np.delete(np.arange(system.m + system.p), left_out)
+        self.rotations = system.tables.rotations
+        axes = (self.rotations[:, 1:] + np.arange(9)).ravel() if len(self.rotations) else np.zeros(0, np.int64)
+        self.read = np.concatenate([self.clock.drivers, self.clock.gammas, axes])
+        base = (self.rotations[:, 1:] + BASE + np.arange(4)).ravel() if len(self.rotations) else np.zeros(0, np.int64)
+        self.places = np.concatenate([base, np.array(list(numbers), np.int64)])
+        self.numbers = list(numbers.values())
+        rows, columns = system.tables.pattern
+        where = rows * system.unknowns + columns
+        self.order = np.argsort(where, kind="stable")
+        self.slots, self.starts = np.unique(where[self.order], return_index=True)
+
+    def solve(self, t: Array, q: Array, v: Array, lam: Array, at: NDArray[np.int64]):
+        """a, lam and whether they are accurate, at the states ``at`` of all."""
+        system, clock, w = self.system, self.clock, self.work
+        n, count = system.n, len(at)
+        q, v, lam = q[at], v[at], lam[at]
+        given = [x[at, None] for x in self.numbers]
+        if len(self.rotations):  # attitudes are the origins of their charts, as in System.into_charts
+            own = self.rotations[:, :1] + np.arange(3)
+            given = [rotation_arrays.quaternions(q[:, own]).reshape(count, -1), *given]
+            q[:, own] = 0.0
+        f, values = np.zeros((count, n)), np.zeros((count, len(self.read)))
+        K, N = np.zeros((count, system.size)), np.zeros((count, system.size))
+        kernels = system._any_kernels(1)
+        held = np.concatenate(given, axis=1) if given else np.zeros((count, 0))
+        *states, held = (np.ascontiguousarray(x) for x in (t[at], q, v, lam, held))
+        compiled()(
+            *(kernels.evaluate, kernels.tangent, *states, self.places, held, self.read, f, K, N, values),
+            *(w.vectors, w.frames, w.gradients, w.numbers, w.layout, np.zeros(system.size)),
+        )
+        drivers, gammas, axes = np.split(values, np.cumsum([len(clock.drivers), len(clock.gammas)]), axis=1)
+        in_time = np.zeros((count, clock.size))
+        in_time[:, clock.driven], in_time[:, clock.rows] = -drivers, gammas
+        R = axes.reshape(count, -1, 3, 3)
+        gamma_c = -np.einsum("ijk,ik->ij", self._matrices(N, R)[:, n:, :n], v) - in_time
+        A, kept = self._matrices(K, R), self.kept
+        U = A[:, :n, n:][:, :, kept]
+        b = np.concatenate([f + np.einsum("ijk,ik->ij", U, lam[:, kept]), gamma_c[:, kept]], axis=1)
+        a, found, known = _solve(system, A[:, :n, :n], A[:, n:, :n][:, kept], U, b)
+        lam[:, kept] = found
+        return a, lam, known
+
+    def _matrices(self, entries: Array, R: Array) -> Array:
+        """Matrices (N, unknowns, unknowns) in body axes with these entries (N, size); those of one place are added."""
+        size = self.system.unknowns
+        found = np.zeros((len(entries), size * size))
+        if len(self.slots):
+            found[:, self.slots] = np.add.reduceat(entries[:, self.order], self.starts, axis=1)
+        found = found.reshape(-1, size, size)
+        for k, (d, _) in enumerate(self.rotations):
+            own = slice(d, d + 3)
+            found[:, own] = R[:, k].transpose(0, 2, 1) @ found[:, own]
+            found[:, :, own] = found[:, :, own] @ R[:, k]
+        return found
+
+
+def _solve(system: System, M: Array, J: Array, U: Array, b: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     n, m = system.n, J.shape[1]
     K = np.zeros((len(M), n + m, n + m))
     d = balance(system, M.diagonal(axis1=1, axis2=2), J)
-    K[:, :n, :n], K[:, n:, :n], K[:, :n, n:] = M, J, J.transpose(0, 2, 1)
+    K[:, :n, :n], K[:, n:, :n], K[:, :n, n:] = M, J, U
     K *= d[:, :, None] * d[:, None, :]
-    b = d * np.concatenate([f, gamma_c], axis=1)
+    b = d * b
     with np.errstate(all="ignore"):
         try:
             x = np.linalg.solve(K, b[:, :, None])[:, :, 0]

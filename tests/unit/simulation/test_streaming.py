@@ -44,6 +44,7 @@ def model(tmp_path, monkeypatch):
     monkeypatch.setattr(streaming, "LEAST", 0)
     monkeypatch.setattr(streaming, "BLOCK", 16)
     monkeypatch.setattr(streaming, "FEWEST", 16)
+    monkeypatch.setattr("mbdsl.system.batch_accelerations.MANY", 16)
     monkeypatch.setattr("mbdsl.results.rows_file.ROWS", 32)
     few(monkeypatch, 20)
     (tmp_path / "stops.mbd").write_text(TEXT)

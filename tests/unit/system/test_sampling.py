@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import mbdsl
 from mbdsl.compilation import code_cache
+from mbdsl.simulation import derived_signals
 from mbdsl.system import batch_accelerations
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -30,12 +32,43 @@ def both(monkeypatch):
 
 @compiled
 @pytest.mark.parametrize(
-    "name", ["slider_crank", "four_bar", "chaplygin_sleigh", "driven_crank", "flexible_slider_crank", "seven_body"]
+    "name",
+    [
+        *("slider_crank", "four_bar", "chaplygin_sleigh", "driven_crank", "flexible_slider_crank", "seven_body"),
+        *("stick_slip_belt", "space/bennett", "space/bicycle", "space/heavy_top", "space/haug_slider_crank"),
+    ],
 )
 def test_together_and_one_by_one(name, both):
     run = mbdsl.simulate(MODELS / f"{name}.mbd", tol=1e-3, stop=0.02)
     for many, single in zip(*both(run), strict=True):
         np.testing.assert_allclose(many, single, rtol=0.0, atol=1e-10 * np.abs(single).max())
+
+
+@compiled
+@pytest.mark.parametrize("method", ["radau5", "hht-si2"])
+@pytest.mark.parametrize("name", ["slider_crank", "stick_slip_belt", "space/rssr", "space/gyroscope"])
+def test_no_state_is_solved_in_python(name, method, monkeypatch):
+    """In plane and space, with friction by reactions, with methods of one and two sets of multipliers."""
+
+    def refuse(*_):
+        raise AssertionError("one state after the other")
+
+    run = mbdsl.simulate(MODELS / f"{name}.mbd", step=1e-3, stop=0.1, interval=1e-3, method=method)
+    monkeypatch.setattr(derived_signals, "accelerations", refuse)
+    assert len(run.t) == 101 and np.isfinite(run.a).all()
+
+
+def test_accelerations_of_a_body_that_flips():
+    """Euler's equations: I alpha = -w x (I w) in body axes, without forces."""
+    run = mbdsl.simulate(MODELS / "space/dzhanibekov.mbd", tol=1e-6)
+    w, p = (np.column_stack([run[f"nut.{key}{i}"] for i in axes]) for key, axes in (("w", "xyz"), ("p", "0123")))
+    alpha = np.column_stack([run[f"nut.alpha{i}"] for i in "xyz"])
+    R = Rotation.from_quat(p[:, [1, 2, 3, 0]])
+    w, alpha, size = R.inv().apply(w), R.inv().apply(alpha), np.abs(alpha).max()
+    inertia = np.array([3e-5, 2e-5, 1.2e-5])
+    assert size > 20.0
+    expected = -np.cross(w, w * inertia) / inertia
+    np.testing.assert_allclose(alpha, expected, rtol=0.0, atol=1e-12 * size)
 
 
 @compiled
