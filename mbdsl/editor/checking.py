@@ -1,8 +1,8 @@
 """The errors and warnings of a model for an editor, found in a process of its own.
 
 Reading a model is bounded (:mod:`mbdsl.lang.limits`), but a large model takes seconds. In another process the editor
-does not wait, and a check is ended as soon as the text changes again. ``python -m mbdsl.editor.checking`` reads one
-request from standard input and writes one answer to standard output, both as JSON.
+does not wait, and a check is ended as soon as the text changes again. ``python -m mbdsl.editor.checking`` reads
+requests from standard input and writes an answer to each to standard output, one line of JSON each.
 """
 
 from __future__ import annotations
@@ -87,11 +87,26 @@ def _span(span: Span | None) -> tuple[str, int, int, int] | None:
 
 
 def main() -> None:
-    """Answer the request on standard input."""
-    request = json.load(sys.stdin)
-    with redirect_stdout(None):  # what a library prints must not be mixed with the answer
-        answer = check(**request)
-    json.dump(answer, sys.stdout)
+    """Answer the requests on standard input."""
+    answers = sys.stdout
+    for request in sys.stdin:
+        with redirect_stdout(None):  # what a library prints must not be mixed with the answer
+            answer = _safely(json.loads(request))
+        print(json.dumps(answer), file=answers, flush=True)
+
+
+def _safely(request: dict[str, Any]) -> dict[str, Any]:
+    """The answer to a request; an exception, which is a defect, becomes a warning in it."""
+    try:
+        return check(**request)
+    except Exception as problem:
+        return failed(f"internal error of the check: {type(problem).__name__}: {problem}")
+
+
+def failed(message: str) -> dict[str, Any]:
+    """The answer if a text could not be checked: a warning with the reason."""
+    problem = {"message": message, "hint": "", "severity": "warning", "span": None, "notes": []}
+    return {"problems": [problem], "model": "", "values": {}}
 
 
 if __name__ == "__main__":

@@ -15,8 +15,9 @@ from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 
 from mbdsl.editor import navigation
-from mbdsl.editor.check_process import check_in_process
+from mbdsl.editor.check_process import CheckProcess
 from mbdsl.editor.completion import Item, complete
+from mbdsl.editor.connection import Input
 from mbdsl.editor.hover import hover
 from mbdsl.editor.navigation import Location
 from mbdsl.editor.positions import Places
@@ -63,6 +64,7 @@ class Server(LanguageServer):
         self.uris: dict[str, str] = {}  #: path -> URI, of open files
         self.values: dict[str, tuple[str, str, dict[str, str]]] = {}  #: path -> text, its main model and values
         self._checks: dict[str, asyncio.Task] = {}
+        self._checker = CheckProcess()
 
     # -- places ------------------------------------------------------------------------------------------------
 
@@ -125,6 +127,8 @@ class Server(LanguageServer):
             running.cancel()
 
     def _imports(self, path: str, other: str) -> bool:
+        if os.path.basename(key_of(other)) not in os.path.normcase(self.models.texts[path]):
+            return False  # most of many open files: their names are not read for this
         with suppress(MbdslError, RecursionError):
             unit = self.models.names(path).unit
             files = [u.file.name for u in (*unit.imports, *unit.aliases.values())]
@@ -136,7 +140,7 @@ class Server(LanguageServer):
         await asyncio.sleep(PAUSE)
         text = self.models.texts[path]
         request = {"text": text, "file": path, "texts": self.models.texts, "allowed": self.allowed}
-        answer = await check_in_process(request, LIMIT)
+        answer = await self._checker.check(request, LIMIT)
         if self.models.texts.get(path) != text:
             return
         self.values[path] = (text, answer["model"], answer["values"])
@@ -267,15 +271,25 @@ def serve(allowed: Allowed | None = None) -> bool:
     """
     # pygls writes tracebacks of requests that are refused, although the editor shows their messages.
     logging.getLogger("pygls.protocol.json_rpc").addFilter(_is_unexpected)
-    server = make_server(allowed)
+    logging.getLogger("pygls.server").addFilter(_without_traceback)
+    server, messages = make_server(allowed), Input(sys.stdin.buffer)
     # pygls closes its streams; those of the process remain open for the command line.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as stdout:
-        server.start_io(sys.stdin.buffer, stdout)
+        server.start_io(messages, stdout)  # type: ignore[arg-type]
+    if messages.problem:
+        print(f"the language server has ended: {messages.problem}", file=sys.stderr)
     return server.ended
 
 
 def _is_unexpected(record: logging.LogRecord) -> bool:
     return not (record.exc_info and isinstance(record.exc_info[1], JsonRpcException))
+
+
+def _without_traceback(record: logging.LogRecord) -> bool:
+    """Messages that are not JSON, or not of the protocol, are named in a line."""
+    if record.exc_info:
+        record.msg, record.args, record.exc_info = "%s: %s", (record.getMessage(), record.exc_info[1]), None
+    return True
 
 
 def _completion_item(item: Item, at: lsp.Range) -> lsp.CompletionItem:

@@ -346,6 +346,71 @@ def test_broken_and_huge_texts_do_not_stop_the_server(start):
     assert client.close() == (0, "")
 
 
+@pytest.mark.parametrize("length", ["abc", "99999999999999", "-5", "0", "", "1e3", "9" * 400, "²"])
+def test_lengths_of_messages_that_cannot_be(start, length):
+    """There is no place at which the next message would begin: the server ends and says why."""
+    session = start()
+    session.process.stdin.write(f"Content-Length: {length}\r\n\r\n{{}}".encode())
+    session.process.stdin.flush()
+    assert session.process.wait(300) == 1
+    errors = session.ended()[1]
+    assert errors.count("\n") == 1 and f"found `Content-Length: {length[:40]}`, expected a number of bytes" in errors
+
+
+@pytest.mark.parametrize("content", [b"{}x", b"7", b"[]", b"[" * 100_000, b"\xff\xfe"])
+def test_messages_that_are_none_do_not_stop_the_server(start, content):
+    session = start()
+    session.process.stdin.write(b"content-length:%d\r\n\r\n" % len(content) + content)
+    session.show("a.mbd", "model A\n Rood g;\nend A;\n")
+    assert len(session.problems("a.mbd")) == 1
+    code, errors = session.close()
+    assert code == 0 and errors.startswith("Unable to handle message: ") and errors.count("\n") == 1
+
+
+def test_a_message_that_is_cut_ends_the_server(start):
+    session = start()
+    session.process.stdin.write(b"Content-Length: 100\r\n\r\n{}")
+    assert session.ended() == (
+        1,
+        "the language server has ended: the connection ended after 2 of the 100 bytes of a message\n",
+    )
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system does not list children of processes")
+def test_many_open_documents(start):
+    """One process checks them, one after the other, and the names of those that import nothing are not read."""
+    session, names = start(), [f"m{k}.mbd" for k in range(40)]
+    for k, name in enumerate(names):
+        session.show(name, f"model M{k} {'Rood' if k % 2 else 'Ground'} g; end M{k};")
+    waiting, most = {session.uri(name) for name in names}, 0
+    children = Path(f"/proc/{session.process.pid}/task/{session.process.pid}/children")
+    while waiting:
+        found = session.diagnostics.get(timeout=300)
+        waiting.discard(found["uri"])
+        most = max(most, len(children.read_text().split()))
+        k = int(re.search(r"m(\d+)\.mbd", found["uri"])[1])
+        # a Ground alone is no mechanism
+        assert ("Rood" in str(found["diagnostics"])) is (k % 2 == 1) and len(found["diagnostics"]) == 1
+    assert most == 1
+    assert session.close() == (0, "")
+
+
+def test_a_check_that_is_killed_is_followed_by_others(start):
+    """Also one that ends by itself: the warning says so, and the next text is checked."""
+    session = start()
+    session.show("a.mbd", "model A Ground g; end A;")
+    session.problems("a.mbd")
+    children = Path(f"/proc/{session.process.pid}/task/{session.process.pid}/children")
+    if not children.exists():
+        pytest.skip("the system does not list children of processes")
+    os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
+    session.show("a.mbd", "model A Rood g; end A;")
+    (problem,) = session.problems("a.mbd")
+    session.show("a.mbd", "model A Rood g;  end A;")
+    (problem,) = session.problems("a.mbd")
+    assert "Rood" in problem["message"]
+
+
 def test_a_connection_that_is_lost_ends_the_server(start):
     assert start().ended()[0] == 1
 
