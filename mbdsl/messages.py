@@ -10,6 +10,8 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Callable, Iterable
 
+FORMULA = tuple("=+-@＝＋－＠")  #: characters that begin a formula in a cell of a spreadsheet
+
 
 def count(number: int, one: str, many: str = "") -> str:
     """``1 joint``, ``2 joints``."""
@@ -77,6 +79,12 @@ def visible(text: str, line: bool = False) -> str:
         return text
     kept = "" if line else "\n\t"
     return "".join(c if c.isprintable() or c in kept or _blank(c) else escape(c) for c in text)
+
+
+def cell(text: str) -> str:
+    """``text`` for a cell of a .csv file: spreadsheets calculate what begins with a sign of a formula, unless an
+    apostrophe is in front of it. Files of other authors may have such names."""
+    return f"'{text}" if text[:1] in ("\t", "\r", "\n") or text.lstrip()[:1] in FORMULA else text
 
 
 def escape(c: str) -> str:

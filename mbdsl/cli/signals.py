@@ -8,7 +8,7 @@ import json
 import sys
 
 from mbdsl.cli import _values as values
-from mbdsl.messages import count
+from mbdsl.messages import cell, count
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     if args.format == "csv":
         writer = csv.writer(sys.stdout, lineterminator="\n")
         writer.writerow(("signal", "unit", "meaning"))
-        writer.writerows(rows)
+        writer.writerows(map(cell, row) for row in rows)
     elif args.format == "json":
         print(json.dumps([row._asdict() for row in rows], indent=2, ensure_ascii=False))
     else:

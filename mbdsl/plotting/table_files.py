@@ -11,7 +11,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from mbdsl.messages import visible, width
+from mbdsl.messages import cell, visible, width
 from mbdsl.plotting.figures import Table
 from mbdsl.storage.output_files import suffix_of, write_text
 
@@ -102,7 +102,7 @@ def as_csv(records: Sequence[Mapping]) -> str:
     names = list(dict.fromkeys(name for record in records for name in record))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(names)
+    writer.writerow(map(cell, names))
     writer.writerows([_cell(record.get(name)) for name in names] for record in records)
     return text.getvalue()
 
@@ -110,7 +110,7 @@ def as_csv(records: Sequence[Mapping]) -> str:
 def _cell(x: object) -> object:
     if isinstance(x, float):
         return repr(float(x)) if math.isfinite(x) else ""
-    return visible(x, line=True) if isinstance(x, str) else x
+    return cell(visible(x, line=True)) if isinstance(x, str) else x
 
 
 def as_markdown(tables: Sequence[Table], title: str = "", notes: Sequence[str] = ()) -> str:

@@ -142,9 +142,34 @@ def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str 
     """
     module = format_of(path)
     try:
-        return module.read(Path(path))
+        columns, meta = module.read(Path(path))
+        check_about(meta)
+        return columns, meta
     except OSError as problem:
         raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
     except Exception as problem:  # zipfile, zlib, json, numpy and scipy each raise their own errors at damaged bytes
         why = " ".join(str(problem).split())[:200] or type(problem).__name__
         raise UsageError(f"`{path!s}` is not a {module.SUFFIX} result file, or is damaged: {why}") from problem
+
+
+def check_about(meta: object, units: object = {}) -> None:
+    """Check what a file, perhaps of another author, says about its columns: texts and numbers by names.
+
+    Parameters
+    ----------
+    meta, units : object
+        As read, before they are used as mappings.
+
+    Raises
+    ------
+    ValueError
+        If they are something else. The text of a message is that of a damaged file.
+    """
+    for what, found, kinds in (("metadata", meta, (str, float, int)), ("units", units, (str,))):
+        if not isinstance(found, dict):
+            raise ValueError(f"its {what} are of the type {type(found).__name__}, expected names and values")
+        for name, value in found.items():
+            if not isinstance(value, kinds):
+                raise ValueError(f"`{name!s:.40}` in its {what} is of the type {type(value).__name__}")
+            for text in (name, value):
+                text.encode() if isinstance(text, str) else float(text)  # lone surrogates, numbers of 400 digits

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from mbdsl.errors import UsageError
+from mbdsl.messages import cell
 from mbdsl.storage.output_files import write_text
 
 if TYPE_CHECKING:
@@ -46,9 +47,9 @@ def _write(stream: BinaryIO, columns: Mapping, units: Sequence[str]) -> None:
 
     count = len(next(iter(columns.values())))
     header = io.StringIO()
-    csv.writer(header, lineterminator="\r\n" if count else "\n").writerow(columns)
+    csv.writer(header, lineterminator="\r\n" if count else "\n").writerow(map(cell, columns))
     if units:
-        csv.writer(header, lineterminator="\n").writerow(units)
+        csv.writer(header, lineterminator="\n").writerow(map(cell, units))
     stream.write(header.getvalue().encode())
     for k in range(0, count, CHUNK):
         rows = np.column_stack([np.asarray(c[k : k + CHUNK], dtype=float) for c in columns.values()])

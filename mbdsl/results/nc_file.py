@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
@@ -53,8 +54,16 @@ def _list(tag: int, items: list[bytes]) -> bytes:
 
 
 def _text(text: str) -> bytes:
-    data = text.encode("latin-1")  # as scipy.io.netcdf_file reads names
+    data = unicodedata.normalize("NFC", text).encode()  # as the format defines names
     return struct.pack(">i", len(data)) + _padded(data)
+
+
+def _name(found: str) -> str:
+    """A name as scipy.io.netcdf_file decodes it, from Latin-1 instead of UTF-8; some programs write Latin-1."""
+    try:
+        return found.encode("latin-1").decode()
+    except UnicodeError:
+        return found
 
 
 def _padded(data: bytes) -> bytes:
@@ -76,9 +85,8 @@ def read(path: Path) -> tuple[dict, dict]:
     from scipy.io import netcdf_file
 
     with netcdf_file(path, "r", mmap=False) as file:
-        columns = {name: np.array(v[:], dtype=float) for name, v in file.variables.items()}
-        found = {k.removeprefix(PREFIX): v for k, v in file._attributes.items() if k.startswith(PREFIX)}
-    return columns, {"complete": True, **{key: _value(value) for key, value in found.items()}}
+        columns = {_name(name): np.array(v[:], dtype=float) for name, v in file.variables.items()}
+        return columns, _meta(file._attributes)
 
 
 def layout(path: Path) -> Layout:
@@ -90,18 +98,22 @@ def layout(path: Path) -> Layout:
 
     with netcdf_file(path, "r", mmap=True) as file:
         time = next((v.shape for name, v in file.variables.items() if name.lower() == "time"), None)
-        fits = [name for name, v in file.variables.items() if v.shape == time and len(v.shape) == 1]
-        units = {name: _value(getattr(file.variables[name], "units", b"")) for name in fits}
-        found = {k.removeprefix(PREFIX): v for k, v in file._attributes.items() if k.startswith(PREFIX)}
-        meta = {"complete": True, **{key: _value(value) for key, value in found.items()}}
+        fits = {_name(name): name for name, v in file.variables.items() if v.shape == time and len(v.shape) == 1}
+        units = {name: _value(getattr(file.variables[own], "units", b"")) for name, own in fits.items()}
+        meta = _meta(file._attributes)
 
     def chunks(asked: Sequence[str], rows: int) -> Iterator:
         for k in range(0, time[0] if time else 0, rows):
             with netcdf_file(path, "r", mmap=True) as file:
-                part = [np.array(file.variables[name].data[k : k + rows], dtype=float) for name in asked]
+                part = [np.array(file.variables[fits[name]].data[k : k + rows], dtype=float) for name in asked]
             yield part
 
-    return Layout(fits, {name: str(unit) for name, unit in units.items() if unit}, chunks, meta)
+    return Layout(list(fits), {name: str(unit) for name, unit in units.items() if unit}, chunks, meta)
+
+
+def _meta(attributes: Mapping) -> dict:
+    found = {key.removeprefix(PREFIX): _value(value) for key, value in attributes.items() if key.startswith(PREFIX)}
+    return {"complete": True, **{_name(key): value for key, value in found.items()}}
 
 
 def _value(stored) -> str | float | bool:

@@ -49,11 +49,9 @@ def read(path: Path) -> tuple[dict, dict]:
         with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as archive:
             about = json.loads(archive[ABOUT].item()) if ABOUT in archive.files else {}
             found = {name: archive[name] for name in about.get("names", archive.files)}
-            meta = about.get("meta", {"complete": True})
-            if not isinstance(meta, dict):
-                raise ValueError("its metadata cannot be read")
             # archives of other programs may contain texts and records
-            return {name: x for name, x in found.items() if x.dtype.kind in "fiub"}, meta
+            kept = {name: x for name, x in found.items() if x.dtype.kind in "fiub"}
+            return kept, about.get("meta", {"complete": True})
     except (zipfile.BadZipFile, EOFError) as problem:
         raise ValueError(str(problem)) from problem
 

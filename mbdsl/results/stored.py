@@ -47,6 +47,9 @@ class Layout:
     chunks: Callable[[Sequence[str], int], Chunks]
     meta: dict = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        results.check_about(self.meta, {} if isinstance(self.units, _Units) else self.units)
+
 
 class Result:
     """A result whose columns are read in parts.

@@ -10,6 +10,7 @@ from mbdsl.cli import main
 from mbdsl.errors import UsageError
 
 COLUMNS = {"time": np.linspace(0.0, 1.0, 5), "a.x": np.arange(5.0), "b.y": np.ones(5)}
+SUFFIXES = (".csv", ".mat", ".nc", ".npz")
 META = {"complete": True, "model": "M", "step": 1e-3}
 
 
@@ -102,6 +103,35 @@ def test_archives_that_are_no_results(arrays, tmp_path, capsys):
     words = ["study", "convergence", str(model), "--steps", "1ms,2ms", "--stop", "2ms"]
     assert main([*words, "--output", str(tmp_path / "o"), "--reference", str(tmp_path / "r.npz")]) == 2
     assert capsys.readouterr().err.startswith("error: ")
+
+
+@pytest.mark.parametrize(
+    "about",
+    [
+        "[1, 2]",
+        '"text"',
+        '{"meta": [1, 2]}',
+        '{"meta": "x"}',
+        '{"meta": {"model": {"a": 1}, "step": [1]}}',
+        '{"meta": {"model": null}}',
+        '{"meta": {"steps": 1' + "0" * 400 + "}}",
+        '{"meta": {"model": "\\ud800"}}',
+        '{"units": ["s", "m"]}',
+        '{"units": {"a": 3}}',
+        '{"units": null}',
+    ],
+)
+def test_what_an_archive_says_about_itself(about, tmp_path, capsys, monkeypatch):
+    """Commands that read it in parts and as a whole: a line with the reason, and no file."""
+    monkeypatch.chdir(tmp_path)
+    np.savez("r.npz", time=np.arange(3.0), a=np.ones(3), _mbdsl=np.array(about))
+    for words in (["info", "r.npz"], ["plot", "r.npz"], *(["convert", "r.npz", "--out", f"o{x}"] for x in SUFFIXES)):
+        assert main(words) == 2, words
+        error = capsys.readouterr().err
+        assert error.startswith("error: `r.npz` is not a .npz result file, or is damaged: ") and error.count("\n") == 1
+    if "units" not in about:
+        assert "damaged" in tell(tmp_path / "r.npz", (tmp_path / "r.npz").read_bytes())
+    assert [path.name for path in tmp_path.iterdir()] == ["r.npz"]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"cases": 3}', '{"cases": [{}], "group": "1", "answer": ""}'])

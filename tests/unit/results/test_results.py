@@ -11,9 +11,13 @@ import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.io import netcdf_file
 
 from mbdsl import results
+from mbdsl.cli import main
 from mbdsl.errors import UsageError
+from mbdsl.plotting import table_files
+from mbdsl.results.stored import open_result
 
 SUFFIXES = sorted(results.formats())
 META = {"complete": True, "model": "SliderCrank", "method": "hht-si2", "step": 0.001, "version": "0.1.0"}
@@ -134,6 +138,48 @@ def test_xarray_reads_the_netcdf(tmp_path):
         assert data["link[1].b.x"].dims == ("time",)
         assert data["link[1].b.x"].attrs["units"] == "m"
         assert data.attrs["mbdsl_method"] == "hht-si2"
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_names_of_all_alphabets(suffix, tmp_path, monkeypatch):
+    """Read back as a whole and in parts, from a .csv file of another program. The NetCDF format has names in UTF-8."""
+    names = ["größe", "Ω.x", "日本", "a\N{COMBINING RING ABOVE}"]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "u.csv").write_text(f"time,{','.join(names)}\n0,1,2,3,4\n1,5,6,7,8\n", encoding="utf-8")
+    assert main(["convert", "u.csv", "--out", f"o{suffix}"]) == 0
+    found, _ = results.read(f"o{suffix}")
+    if suffix == ".nc":
+        names[-1] = "\u00e5"  # composed (NFC), as the format demands
+        with netcdf_file("o.nc", mmap=False) as file:
+            assert [name.encode("latin-1").decode("utf-8") for name in file.variables] == ["time", *names]
+    assert list(found) == ["time", *names] == ["time", *open_result(f"o{suffix}").names]
+    assert found["日本"].tolist() == [3.0, 7.0]
+    assert main(["info", f"o{suffix}"]) == 0
+
+
+def test_names_in_latin_1_are_read(tmp_path):
+    """As other programs write them, which take the bytes of a name for characters."""
+    with netcdf_file(tmp_path / "r.nc", "w") as file:
+        file.createDimension("time", 2)
+        for name, values in (("time", [0.0, 1.0]), ("größe", [3.0, 4.0])):
+            file.createVariable(name, "f8", ("time",))[:] = values
+    assert results.read(tmp_path / "r.nc")[0]["größe"].tolist() == [3.0, 4.0]
+    assert open_result(tmp_path / "r.nc").names == ["größe"]
+
+
+def test_names_that_are_formulas_of_spreadsheets(tmp_path, monkeypatch):
+    """Files of other authors are converted to cells with text, by an apostrophe (OWASP, CSV injection)."""
+    monkeypatch.chdir(tmp_path)
+    names = ["=cmd|' /C calc'!A0", "+1", "-x", "@SUM(1)", "\tq", " =1", "pin.f", "1-x"]
+    units = dict.fromkeys(names, "m") | {"pin.f": "=1+1"}
+    results.write("r.npz", {"time": np.zeros(2), **{name: -np.ones(2) for name in names}}, units)
+    assert main(["convert", "r.npz", "--out", "r.csv", "--units"]) == 0
+    with open("r.csv", encoding="utf-8", newline="") as stream:
+        head, row_of_units, *rows = csv.reader(stream)
+    assert head == ["time", *(f"'{name}" for name in names[:6]), "pin.f", "1-x"]
+    assert row_of_units[-2:] == ["'=1+1", "m"] and rows[0][1:] == ["-1.0"] * 8
+    written = table_files.as_csv([{"=1": "@x", "ok": "-y", "b": -1.0}])
+    assert written == "'=1,ok,b\n'@x,'-y,-1.0\n"
 
 
 # -- errors -------------------------------------------------------------------------------------------------
