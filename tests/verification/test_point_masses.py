@@ -169,3 +169,25 @@ def test_frames_beside_a_point_mass(spatial, r):
     with pytest.raises(mbdsl.ModelError, match="`up` is not at the point mass `p`, which has no extent") as caught:
         mbdsl.parse(f"{spatial}model M Ground g; PointMass p(m = 1 kg); Frame up(p, r = {r} m); end M;")
     assert "Body p(m = ..., I = ..., frames(up = ...))" in str(caught.value)
+
+
+def test_frames_of_one_point_mass_have_attitudes_of_their_own():
+    """Three frames turned by 0, 30 and 100 deg: bushings pull along the axes of the first frame, k R diag(1, 0) R^T."""
+    angles, d = (0.0, 30.0, 100.0), np.array([0.1, 0.02])
+    springs = "".join(
+        f"Frame f{k}(p, phi = {x} deg); Bushing s{k}(f{k}, o, k = {{{100 * (k + 1)} N/m, 0}});\n"
+        for k, x in enumerate(angles)
+    )
+    text = f"""model Frames
+      Ground ground(g = 0);
+      Frame o(ground, r = {{0.1 m, 0.02 m}});
+      PointMass p(m = 2 kg);
+      {springs}
+    initial equation
+      p.x = 0 m; p.y = 0 m;
+      annotation(experiment(StopTime = 1 ms));
+    end Frames;"""
+    run = mbdsl.simulate(mbdsl.parse(text), step=1e-3)
+    along = [np.array([np.cos(np.radians(x)), np.sin(np.radians(x))]) for x in angles]
+    force = sum(100.0 * (k + 1) * (e @ d) * e for k, e in enumerate(along))
+    assert [run["p.ax"][0], run["p.ay"][0]] == pytest.approx(force / 2.0, rel=1e-9)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.integrators.loop import complex_lu, coupled_lu, linear_solve, sparse_lu
+from mbdsl.integrators.loop import complex_lu, coupled_lu, linear_solve, sparse_lu, symmetric_lu
 
 N = 6
 
@@ -106,3 +106,50 @@ def test_sparse_coupled_systems(most, plain):
     assert np.concatenate([y, z]) == pytest.approx(expected, rel=1e-11)
     lost[2:, 2], lost[:2, 2] = 3.0, 3.0  # the first pivot is singular
     assert not plain(coupled_lu.sparse_factor)(*lost, I)
+
+
+CHAIN = 5
+
+
+def chain_pattern():
+    """The pattern of a chain: entries next to the diagonal; its table, its slots, rows and columns."""
+    off = np.arange(CHAIN - 1)
+    r, c = np.concatenate([np.arange(CHAIN), off, off + 1]), np.concatenate([np.arange(CHAIN), off + 1, off])
+    pattern = sparse_lu.analyse(CHAIN, r, c, np.arange(CHAIN), sparse_lu.MOST)
+    I = np.zeros(buffer_layout.BLOCKS, np.int64)
+    I[buffer_layout.N_ALL], I[buffer_layout.SPARSE] = CHAIN, len(I)
+    return np.concatenate([I, pattern.table]), pattern, r, c
+
+
+def chain_matrix(lost):
+    """L L^T with ones beside the diagonal, whose pivot number ``lost`` is zero, although no entry is."""
+    L = np.eye(CHAIN) + np.diag(np.ones(CHAIN - 1), -1)
+    D = np.array([2.0, 3.0, 5.0, 7.0, 11.0])
+    if lost is not None:
+        D[lost] = 0.0
+    return L @ np.diag(D) @ L.T
+
+
+@pytest.mark.parametrize("lost", [None, 1, 2, 3, 4])
+def test_symmetric_systems(lost, plain):
+    """Solutions, and a pivot that is lost at any place."""
+    I, pattern, r, c = chain_pattern()
+    M, A = chain_matrix(lost), np.zeros(pattern.length)
+    A[pattern.slots] = M[r, c]
+    assert plain(symmetric_lu.symmetric_factor)(A, I) == (lost is None)
+    if lost is None:
+        y = np.array([1.0, -2.0, 3.0, 0.5, 4.0])
+        x = np.linalg.solve(M, y)
+        plain(symmetric_lu.symmetric_solve)(A, I, y)
+        assert y == pytest.approx(x, rel=1e-13)
+
+
+@pytest.mark.parametrize("side", [0, 3])
+@pytest.mark.parametrize("lost", [1, 2, 3, 4])
+def test_coupled_systems_lose_a_pivot_at_any_place(lost, side, plain):
+    """In the first or in the second of two systems that are not coupled."""
+    I, pattern, r, c = chain_pattern()
+    A = np.zeros((4, pattern.length))
+    for k in (0, 3):
+        A[k, pattern.slots] = chain_matrix(lost if k == side else None)[r, c]
+    assert not plain(coupled_lu.sparse_factor)(*A, I)

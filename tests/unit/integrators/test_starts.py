@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import mbdsl
 from mbdsl.compilation.buffer_layout import KEPT, KEPT2, N_Q, ROWS, UNKNOWN0
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import start_values
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.method import Start
 from mbdsl.integrators.methods import generalized_alpha_i3, hht_i3, nstiff
+from mbdsl.system.system import build
 
 T0 = 0.4
 
@@ -109,3 +111,20 @@ def test_what_is_stiff_beyond_300_is_refused(h):
     start_values.check_stiffness(Stiff(299.0 / h), "hht-add", *at)
     with pytest.raises(InitialisationError, match=r"lump.x has .* 301 times 1/h"):
         start_values.check_stiffness(Stiff(301.0 / h), "hht-add", *at)
+
+
+@pytest.mark.parametrize("v", [0.0, 1.5, -1.5])
+def test_one_newton_step_onto_the_constraints(v):
+    """A pendulum off its circle by d: what one step leaves is of the size of d^2, in position and in velocity."""
+    text = """model Pendulum
+      Ground ground;
+      PointMass ball(m = 2 kg);
+      Distance rod(ground, ball, length = 1 m);
+    initial equation
+      ball.x = 1 m; ball.y = 0 m;
+    end Pendulum;"""
+    system, left = build(mbdsl.parse(text)), []
+    for d in (1e-2, 1e-3):
+        q, w = start_values.onto_constraints(system, 0.0, np.array([1.0 + d, 0.2 * d]), np.array([d, v]), ())
+        left.append(np.abs([np.hypot(*q) - 1.0, q @ w]))
+    assert np.all(left[0] < 1e-3) and np.all(left[1] <= 0.011 * left[0] + 1e-15)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbdsl.integrators.loop import loop_state
+from mbdsl.simulation.calibration_runs import observed_order
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.tolerance_calibration import calibrated
 
@@ -106,3 +107,13 @@ def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
     assert status == loop_state.DONE
     assert found.error is None
     assert found.horizon <= 0.4
+
+
+@pytest.mark.parametrize("p", [0.4, 0.5, 0.75, 1.0])
+def test_the_order_of_unequal_rungs(p):
+    """Errors eps^p of runs with three tolerances: the differences of runs determine p."""
+    rungs = (1e-2, 1e-3, 2e-4, 3e-5)
+    trials = [SimpleNamespace(eps=b, differs=0.1 * (a**p - b**p)) for a, b in zip(rungs, rungs[1:], strict=False)]
+    assert observed_order(trials) == pytest.approx(p, abs=1e-8)
+    trials[-1].differs = 2.0 * trials[-2].differs
+    assert observed_order(trials) is None

@@ -108,6 +108,26 @@ def test_every_step_and_a_body_that_deforms(tmp_path, monkeypatch):
     assert written(resume("run.cp", b), "a.npz") == written(whole, "b.npz")
 
 
+def test_interrupted_before_the_first_output(model):
+    """The last step that was reached is in the results, behind the start."""
+    found = part(simulate, model, method="hht-si2", step=1e-3, interval=0.16, progress=Until(1))
+    assert found.t == pytest.approx([0.0, 7e-3]) and found["rod.phi"][1] != found["rod.phi"][0]
+
+
+def test_a_start_that_is_not_zero(model):
+    """Pulses that a run looks out for are those of an uninterrupted run."""
+    with open(model, "w") as stream:
+        stream.write(
+            TEXT.replace("push(time)", "20 N*exp(-((time - 0.4 s)/(0.1 ms))^2)")
+            .replace("Interval", "StartTime = 0.3 s, Interval")
+            .replace("StopTime = 0.16 s", "StopTime = 0.46 s")
+        )
+    whole = simulate(model, method="radau5", tol=1e-4)
+    assert whole.t[0] == 0.3 and whole.t[-1] == 0.46
+    part(simulate, model, method="radau5", tol=1e-4, progress=Until(1), checkpoint=Checkpoint("run.cp", every=0.0))
+    assert written(resume("run.cp"), "resumed.npz") == written(whole, "whole.npz")
+
+
 def test_where_pivots_are_searched_for(model, monkeypatch):
     """The other solver has other buffers."""
     from mbdsl.integrators.loop import linear_solve

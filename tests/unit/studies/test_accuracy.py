@@ -13,6 +13,7 @@ from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Usag
 from mbdsl.simulation.simulate import simulated
 from mbdsl.studies import accuracy, cross_check, time_limits
 from mbdsl.studies import ladder as ladders
+from mbdsl.studies.cases import own_step, setting
 from mbdsl.studies.ladder import Ladder, difference, observed
 from mbdsl.studies.recommendation import recommend
 from mbdsl.studies.verify import Verification, agree, verify
@@ -82,7 +83,10 @@ def test_wrong_models_are_told_as_such(tmp_path):
 )
 def test_the_methods_that_are_compared(wanted, methods):
     """Orders 9 and 13 only for small errors, where they take less time than order 5."""
-    assert {ladder.method for ladder in accuracy._ladders(mbdsl.load(CRANK), wanted, None, {})} == methods
+    found = accuracy._ladders(mbdsl.load(CRANK), wanted, None, {})
+    assert {ladder.method for ladder in found} == methods
+    step = own_step(setting(mbdsl.load(CRANK), None))
+    assert all(ladder.sizes == [2.0 * step, step] for ladder in found if ladder.fixed)
 
 
 def test_options_of_one_method_are_not_those_of_its_check():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.system.system import build
 
 CRANK = Path(__file__).parents[3] / "models" / "slider_crank.mbd"
 
@@ -29,3 +30,14 @@ def test_fixed_steps_do_not_know_of_outputs_nor_of_pauses():
     for x in ("q", "v", "lam"):
         assert np.array_equal(getattr(often, x)[::10], getattr(seldom, x))
     assert np.array_equal(paused.q, seldom.q[-1]) and np.array_equal(paused.v, seldom.v[-1])
+
+
+@pytest.mark.parametrize("model", ["slider_crank", "space/heavy_top", "gallery/robot_arm"])
+def test_an_evaluation_does_not_know_of_those_before(model):
+    """Wrenches of all frames begin at zero in each evaluation, also those of the ground's frames."""
+    scene = mbdsl.load(CRANK.parent / f"{model}.mbd", allow_imports=CRANK.parent)
+    system = build(scene)
+    rng = np.random.default_rng(2)
+    q, v, lam = (rng.normal(size=n) for n in (system.n, system.n, system.m + system.p))
+    frames = [system._at(0.1, q, v, lam).frames.copy() for _ in range(3)]
+    assert np.array_equal(frames[0], frames[1]) and np.array_equal(frames[0], frames[2])
