@@ -157,6 +157,20 @@ def test_a_law_without_values_has_no_peaks():
     assert list(build(mbdsl.parse(text)).time_zones(0.0, 4.0)) == []
 
 
+@pytest.mark.parametrize(
+    "event", ["", " + (if time < 5 s then 0 N else 0.1 N)"], ids=["before the end", "before an event"]
+)
+@pytest.mark.parametrize(("before", "width"), [(1e-5, 2e-6), (1e-3, 2e-4)])
+@pytest.mark.parametrize("method", ["radau5", "dop853", "radau9", "radau13"])
+def test_a_pulse_just_before_the_end(method, before, width, event):
+    """A step that ends shortly before the stop time, or before a known event, is not lengthened over the pulse."""
+    end = 5.0 if event else 10.0
+    text = TEXT.format(tables="", force=gauss(width, repr(end - before)) + event, v=0.0, stop=10.0)
+    run = mbdsl.simulate(mbdsl.parse(text), method=method, tol=1e-6)
+    v, s = (1.5, 5.0 + before + 1.25) if event else (1.0, before)
+    assert run["b.vx"][-1] == pytest.approx(v, abs=2e-6) and run["b.x"][-1] == pytest.approx(s, abs=2e-6)
+
+
 # -- on the way --------------------------------------------------------------------------------------------------------
 
 #: force [N], speed at the start, and v and s after 2 s: 1 J is done on 10 um or 10 nm of the way, or the speed rises by

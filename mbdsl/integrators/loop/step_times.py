@@ -6,10 +6,13 @@ reached, and ends exactly at the stop time or at the next known event if it reac
 
 from __future__ import annotations
 
+from numpy import inf
+
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.loop_state import (
     LAST_STEP,
     NEXT_EVENT,
+    NEXT_ZONE,
     NOW,
     START,
     STEP,
@@ -17,6 +20,8 @@ from mbdsl.integrators.loop.loop_state import (
     STEP_SIZE,
     STOP,
     TOL,
+    ZONE,
+    ZONES,
 )
 
 
@@ -39,11 +44,24 @@ def start_of_step(run):
 
 
 @kernel
+def end_in_reach(run):
+    """The stop time or the next known event, to which a controlled step may be lengthened [s].
+
+    Infinite if a zone around a peak lies before it: a lengthened step would pass over the peak.
+    """
+    reals, integers = run.reals, run.integers
+    end = min(reals[STOP], reals[NEXT_EVENT])
+    if integers[NEXT_ZONE] < integers[ZONES] and reals[ZONE + 2 * integers[NEXT_ZONE] + 1] < end:
+        return inf
+    return end
+
+
+@kernel
 def end_of_step(t0, h, run):
     """The end of a step of length h from t0 [s], which is also stored in STEP_END."""
     reals, integers = run.reals, run.integers
     if reals[TOL] > 0.0:
-        end = min(reals[STOP], reals[NEXT_EVENT])
+        end = end_in_reach(run)
         t = end if t0 + h >= end - 1e-9 * h else t0 + h
     else:
         last = integers[STEP] == integers[LAST_STEP] - 1

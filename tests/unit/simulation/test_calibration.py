@@ -1,5 +1,6 @@
 """Calibration with failing runs: an error is estimated up to the time that two runs have reached."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -113,7 +114,7 @@ def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
 def test_the_order_of_unequal_rungs(p):
     """Errors eps^p of runs with three tolerances: the differences of runs determine p."""
     rungs = (1e-2, 1e-3, 2e-4, 3e-5)
-    trials = [SimpleNamespace(eps=b, differs=0.1 * (a**p - b**p)) for a, b in zip(rungs, rungs[1:], strict=False)]
+    trials = [SimpleNamespace(eps=b, differs=0.1 * (a**p - b**p)) for a, b in pairwise(rungs)]
     assert observed_order(trials) == pytest.approx(p, abs=1e-8)
     trials[-1].differs = 2.0 * trials[-2].differs
     assert observed_order(trials) is None
