@@ -429,6 +429,8 @@ def jacobians(block, vectors, frames, numbers, layout):
 @kernel
 def stiffness(block, cK, frames, numbers, layout, matrix):
     """matrix += cK * (-d(B^T F)/dq) with the accumulated wrenches F, from frames."""
+    if cK == 0.0:  # forces may be infinite at rest, as P/w, where M is also asked for
+        return
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         c, s = numbers[layout[o + NOW] + COS], numbers[layout[o + NOW] + SIN]

@@ -121,6 +121,8 @@ def jacobians(block, vectors, frames, numbers, layout):
 @kernel
 def stiffness(block, cK, frames, layout, matrix):
     """matrix += cK * (-d(B^T F)/dq) with the accumulated wrenches F, from frames."""
+    if cK == 0.0:  # forces may be infinite at rest, as P/w, where M is also asked for
+        return
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):

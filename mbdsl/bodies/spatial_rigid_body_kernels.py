@@ -248,6 +248,8 @@ def stiffness(block, cK, frames, numbers, layout, matrix):
 @rare
 def add_stiffness(block, cK, wrench, frames, layout, matrix):
     """``stiffness`` with the wrenches in the columns of frames from ``wrench`` on."""
+    if cK == 0.0:  # forces may be infinite at rest, as P/w, where M is also asked for
+        return
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         tx, ty, tz, lf = 0.0, 0.0, 0.0, 0.0

@@ -42,6 +42,9 @@ Shape = AsIs | InPlane | Undeformed
 SI = DisplayUnit()
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
 FAR = 1e-2  #: violation of the constraints, in the size of the mechanism, that is not that of a pose near a solution
+FIRST_OF_ALL = 1e-6  #: weight of rest while given velocities are met as well as possible
+KEPT = 1e-9  #: change of a given velocity, relative to the largest, that is rounding
+LIGHTEST = 1e-6  #: least effective mass of a given velocity, relative to the largest
 
 
 @dataclass(frozen=True)
@@ -373,37 +376,79 @@ def _constrained(weight: Array, r_w: Array, A_s: Matrix, r_s: Array, J: Matrix, 
 def _velocities(
     system: System, t: float, q: Array, y: Array, shape: Shape, given: list[InitialValue], metric: Metric
 ) -> Array:
+    """The velocities (n,): fixed values exactly, then the given ones, then those nearest to rest.
+
+    Given values that agree with each other and with the constraints are kept. If they do not, they change as by an
+    impulse: the sum of m (v - given)^2 is least, with the effective mass m of each given velocity.
+    """
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
+    fix, wish = np.array([x.value for x in fixed]), np.array([x.value for x in soft])
+    if not soft or len(soft) >= len(y):
+        return _nearest_rates(system, t, q, y, shape, metric, (fixed, fix), (soft, wish))
+    v = _nearest_rates(system, t, q, y, shape, metric, (fixed, fix), (soft, wish), FIRST_OF_ALL)
+    reached = _stack(system, soft, t, q, v)[0]
+    size = np.abs([*wish, *reached]).max(initial=0.0)
+    reached = np.where(np.abs(reached - wish) <= KEPT * size, wish, reached)
+    return _nearest_rates(system, t, q, y, shape, metric, ([*fixed, *soft], np.append(fix, reached)), ([], np.empty(0)))
+
+
+def _effective_masses(system: System, t: float, q: Array, rows: Matrix) -> Array:
+    """1/(g M^{-1} g^T) of each row g of ``rows`` (k, n), relative to the largest and at least ``LIGHTEST``."""
+    found = np.array([1.0 / max(g @ system.solve_mass(t, q, g), 1e-300) for g in np.atleast_2d(dense(rows))])
+    return np.clip(found / found.max(initial=1e-300), LIGHTEST, 1.0)
+
+
+def _nearest_rates(
+    system: System,
+    t: float,
+    q: Array,
+    y: Array,
+    shape: Shape,
+    metric: Metric,
+    fixed: tuple[list[InitialValue], Array],
+    soft: tuple[list[InitialValue], Array],
+    rest: float = 1.0,
+) -> Array:
+    """Velocities (n,) with ``fixed`` values, nearest to ``soft`` values and, with the weight ``rest``, to rest."""
     scale, w = shape.scale, np.zeros(len(y))  # w: rates in the mechanism's size, and in radians
-    complete = len(soft) >= len(y)  # the state of another run: nothing remains to be nearest to rest
+    complete = len(soft[0]) >= len(y)  # the state of another run: nothing remains to be nearest to rest
     driven = not complete and bool(_velocity_residual(system, t, q, np.zeros(system.n)).any())
     metric = metric.relative() if driven else metric
-    weight, asked, near = shape.weights(metric.weight), 0.0, np.zeros(len(y))
+    weight, asked, near = rest * shape.weights(metric.weight), 0.0, np.zeros(len(y))
     at_rest, rates = metric.velocities_at(t, q)  # linear in v
-    R = scaled(shape.reduce(y, rates, q), np.ones(len(at_rest)), 1.0 / scale)
+    R = rest * scaled(shape.reduce(y, rates, q), np.ones(len(at_rest)), 1.0 / scale)
+    masses: Array | None = None
     for k in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
         v = shape.rates(y, w / scale, q)
-        value, _q, d_v = _stack(system, fixed, t, q, v)
-        r_f = value - np.array([x.value for x in fixed])
-        soft_value, _q, soft_v = _stack(system, soft, t, q, v)
-        r_s = soft_value - np.array([x.value for x in soft])
-        r_c = np.concatenate([_velocity_residual(system, t, q, v), r_f])
+        value, _q, d_v = _stack(system, fixed[0], t, q, v)
+        soft_value, _q, soft_v = _stack(system, soft[0], t, q, v)
+        r_s = soft_value - soft[1]
+        r_c = np.concatenate([_velocity_residual(system, t, q, v), value - fixed[1]])
         if not r_c.any() and not r_s.any():
             return v  # at rest, as intended
         J = _stacked(system.velocity_jacobian(t, q, v), d_v)
-        if not (np.isfinite(r_c).all() and np.isfinite(J if isinstance(J, np.ndarray) else J.data).all()):
+        finite = np.isfinite(r_c).all() and np.isfinite(J if isinstance(J, np.ndarray) else J.data).all()
+        if not finite and k == 0 and (fixed[0] or soft[0]):  # sqrt(v^2) has no derivative at rest: begin as given
+            J, r_c = _stacked(soft_v, d_v), np.concatenate([soft_value - soft[1], value - fixed[1]])
+            J, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
+            w = least_squares(dense(J), -r_c)
+            continue
+        if not finite:
             bad = np.flatnonzero(~np.isfinite(_velocity_residual(system, t, q, v)))
             names = [system.constraint_names()[k] for k in bad[:3]]
             raise InitialisationError(
                 f"the constraints are not finite numbers in the initial pose{': ' * bool(names)}{', '.join(names)}",
                 hint="give initial values that lead to another pose; a rolling disc, for example, must not lie flat",
             )
+        if masses is None and soft[0]:
+            masses = np.sqrt(_effective_masses(system, t, q, soft_v))
         J, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
         S, r_s = without_units(shape.reduce(y, soft_v, q), r_s, scale)
-        if k == 0:
-            asked = np.abs(r_c).max(initial=0.0)
-        S, r_s = _stacked(S, R), np.append(r_s, at_rest + rates @ v)
+        if masses is not None:
+            S, r_s = scaled(S, masses, np.ones(len(y))), masses * r_s
+        asked = max(asked, np.abs(r_c).max(initial=0.0))
+        S, r_s = _stacked(S, R), np.append(r_s, rest * (at_rest + rates @ v))
         step = _constrained(weight, weight * (w - near), S, r_s, J, r_c)
         w = w + step
         if driven or complete:  # not nearest to rest in the world
@@ -411,12 +456,12 @@ def _velocities(
         if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(w).max(initial=0.0):
             break
     v = shape.rates(y, w / scale, q)
-    value, _q, d_v = _stack(system, fixed, t, q, v)
-    r_c = np.concatenate([_velocity_residual(system, t, q, v), value - np.array([x.value for x in fixed])])
+    value, _q, d_v = _stack(system, fixed[0], t, q, v)
+    r_c = np.concatenate([_velocity_residual(system, t, q, v), value - fixed[1]])
     J = _stacked(system.velocity_jacobian(t, q, v), d_v)
     _, r_c = without_units(shape.reduce(y, J, q), r_c, scale)
     if np.abs(r_c).max(initial=0.0) > 1e-9 * max(asked, np.abs(w).max(initial=0.0)):
-        raise _inconsistent(system, t, q, fixed, velocity=v)
+        raise _inconsistent(system, t, q, [x for x in fixed[0] if x.fixed], velocity=v)
     return v
 
 

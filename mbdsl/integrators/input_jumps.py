@@ -20,6 +20,7 @@ from mbdsl.expressions.symbolic import leaves
 from mbdsl.numerics.saddle_point import least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
+from mbdsl.system.broken_laws import not_finite
 from mbdsl.system.system import DENSE_LIMIT
 
 Array = NDArray[np.float64]
@@ -56,10 +57,7 @@ def jump(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]
     change()
     dQ = system._at(t, q, v).vectors[buffer_layout.FORCE, :n] - before
     if not np.isfinite(dQ).all():
-        raise InitialisationError(
-            f"the forces at t = {t:g} s are not finite numbers",
-            hint="an expression divides by zero or leaves the domain of a function there",
-        )
+        raise not_finite(system, t, q, v, "the forces")
     assert isinstance(K, np.ndarray)
     kept = np.delete(np.arange(system.unknowns), np.array(left_out, int) + n) if left_out else slice(None)
     d = balance(system, K.diagonal()[:n], K[n:, :n])[kept]

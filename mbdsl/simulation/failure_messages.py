@@ -13,7 +13,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.elements.line_of_centres import THETA_0, TURN
 from mbdsl.errors import IntegrationError, MbdslError, Span
 from mbdsl.expressions.printing import text
-from mbdsl.expressions.symbolic import Expr, coordinate, der, diff, expr, leaves, substitute
+from mbdsl.expressions.symbolic import coordinate, der, expr, substitute
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
@@ -28,6 +28,7 @@ from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.bending import REMEDY, SMALL, first_bend
+from mbdsl.system.broken_laws import Broken, broken_law
 from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch, law_of, within
 
@@ -192,22 +193,16 @@ REASONS = {
 }
 
 
-def _broken_law(integration: Integration) -> Component | None:
-    """The first component whose law, or a derivative of it, is not a finite number at the last iterate."""
+def _broken_law(integration: Integration) -> Broken | None:
+    """The first law that is not finite, or has no finite derivative, at the last iterate or the start of the step."""
     system, vectors, n = integration.system, integration.vectors, integration.system.n
-    t = np.array([integration.reals[loop_state.STEP_END]])
-    for q, v in (
-        (system.out_of_charts(vectors[row, :n], integration.numbers), vectors[rate, :n])
-        for row, rate in (
-            (buffer_layout.POSITION, buffer_layout.VELOCITY),
-            (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
-        )
+    for row, rate, time in (
+        (buffer_layout.POSITION, buffer_layout.VELOCITY, loop_state.STEP_END),
+        (buffer_layout.POSITION0, buffer_layout.VELOCITY0, loop_state.NOW),
     ):
-        for c in system.scene.components.values():
-            laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
-            roots = [e for law in laws for e in (law, *diff(law, *leaves(law)))]
-            if roots and np.isfinite(q).all() and not np.isfinite(values(system, roots, t, q[None], v[None])).all():
-                return c
+        q, v = system.out_of_charts(vectors[row, :n], integration.numbers), vectors[rate, :n]
+        if (found := broken_law(system, float(integration.reals[time]), q, v)) is not None:
+            return found
     return None
 
 
@@ -254,7 +249,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     special = declared(integration.method).diverges
     if status == loop_state.DIVERGED and system.m and special:
         hint += f"; {special}"
-    law = _broken_law(integration) if status == loop_state.NOT_FINITE else None
+    broken = _broken_law(integration) if status == loop_state.NOT_FINITE else None
+    law = broken.component if broken else None
     if status in (loop_state.SLIDING, loop_state.TOO_SMALL, loop_state.STIFF, STALLED):
         where, span = "", None  # residuals of Newton's iteration are unrelated to these
     if status == loop_state.SLIDING:
@@ -272,6 +268,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         more, hint = _of_stiffness(integration, hint)
         trajectory.stats["stiff"] = True
         message += f"; {more}"
+    elif broken is not None:
+        message += f"; {broken.message}"
     elif where:
         message += f"; worst: {where}"
     regular = (loop_state.SLIDING, loop_state.STIFF, STALLED)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.numerics.saddle_point import least_squares, refined
+from mbdsl.system.broken_laws import not_finite
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -67,16 +68,10 @@ def _solve_motion(
         force = system.evaluate(t, q, v, lam)[0] + U @ lam[kept]
     b = np.concatenate([force, system.gamma_c(t, q, v)[kept]])
     if not np.isfinite(b).all():
-        raise InitialisationError(
-            f"the forces at t = {t:g} s are not finite numbers",
-            hint="an expression divides by zero or leaves the domain of a function there",
-        )
+        raise not_finite(system, t, q, v, "the forces", lam)
     derivatives = system.tangent(t, q, v, lam, cK=1.0, cD=1.0)  # which every implicit method needs
     if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in (M, J, U, derivatives)):
-        raise InitialisationError(
-            f"the derivatives of the forces or constraints at t = {t:g} s are not finite numbers",
-            hint="a function has no derivative there, as sqrt(x) at x = 0",
-        )
+        raise not_finite(system, t, q, v, "the derivatives of the forces or constraints", lam)
     d = balance(system, diagonal, J)
     if isinstance(J, np.ndarray):
         K = np.block([[M, U], [J, np.zeros((m, m))]])

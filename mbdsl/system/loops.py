@@ -504,9 +504,16 @@ def gamma_tangents(cK, cD, cV, cW, cC, vectors, numbers, layout, matrix):
                     )
                     value += w * numbers[b]
                     rate += z * numbers[b] + w * numbers[b + POSE * nb]
-                matrix[layout[slot + j]] += cC * value
-                matrix[layout[slot + nb + j]] += cV * value + cW * rate
+                # entries that are not asked for may be infinite at rest
+                if cC != 0.0:
+                    matrix[layout[slot + j]] += cC * value
+                if cV != 0.0:
+                    matrix[layout[slot + nb + j]] += cV * value
+                if cW != 0.0:
+                    matrix[layout[slot + nb + j]] += cW * rate
             slot += 2 * nb
+        if cK == 0.0 and cD == 0.0:
+            continue
         second = o + GAMMA + LEAF * count
         for r in range(count):
             for c in range(count):
