@@ -254,8 +254,8 @@ class Part:
         for name, modifier in given.inner.items():
             what = f"frame `{name}` of `{self.name}`"
             if modifier.value is None and modifier.inner and self.assembly.spatial:
-                pose = orientations.pose(what, modifier.inner, self.contexts, modifier.at, self.assembly.warn)
-                found.append((name, pose))
+                pose, turn = orientations.pose(what, modifier.inner, self.contexts, modifier.at, self.assembly.warn)
+                found.append((name, (*pose, turn)))
                 same = same and not self.contexts
                 continue
             if modifier.value is None:
@@ -334,7 +334,8 @@ class Part:
             poses = shared[1] if shared is not None and shared[0] is found else self._poses(found)
             span = span_of(self.at)
             self._frames = {
-                name: frame_at(f"{self.name}.{name}", self.name, pose, span) for name, pose in poses.items()
+                name: frame_at(f"{self.name}.{name}", self.name, pose[:12], span, sum(pose[12:]))
+                for name, pose in poses.items()
             }
         return self._frames
 
@@ -373,7 +374,7 @@ class Part:
         if axes is None or axes == SpatialFrame.axes:
             return base
         pose = poses_in_space.composed(base.pose, (0.0, 0.0, 0.0, *axes))
-        return frame_at(f"{self.name}.{port}", base.body, pose, span_of(self.at))
+        return frame_at(f"{self.name}.{port}", base.body, pose, span_of(self.at), base.phi)
 
     def port_frame(self, port: str) -> Frame:
         """The frame of a port, after all connections are made."""
@@ -501,11 +502,11 @@ class Part:
         return found
 
 
-def frame_at(name: str, body: str, pose: tuple[float, ...], span: Span | None) -> Frame:
-    """The frame at a pose on a body: (x, y, phi), or in space origin and axes."""
+def frame_at(name: str, body: str, pose: tuple[float, ...], span: Span | None, turn: float = 0.0) -> Frame:
+    """The frame at a pose on a body: (x, y, phi), or in space origin and axes, with its angle about z as given."""
     if len(pose) == 3:
         return Frame(name, body, *pose, span=span)
-    return SpatialFrame(name, body, pose[0], pose[1], span=span, z=pose[2], axes=tuple(pose[3:]))
+    return SpatialFrame(name, body, pose[0], pose[1], turn, span, z=pose[2], axes=tuple(pose[3:]))
 
 
 def _at_rest(leaf: Expr) -> Expr | None:

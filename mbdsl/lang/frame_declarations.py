@@ -68,6 +68,7 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
     """As ``fixed_frame``, in space: see :mod:`mbdsl.lang.orientations`."""
     entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
     pose: tuple[float, ...] = (0.0, 0.0, 0.0, *SpatialFrame.axes)
+    turn = 0.0
     if isinstance(entity, Part) and is_body(entity):
         body = entity.name
     else:
@@ -78,8 +79,9 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
                 span_of(base.e.at),
             )
         body, pose = found.body, found.pose
-    own = orientations.pose(f"`{name}`", modifiers, contexts, at, base.scope.namespace.assembly.warn)
-    return _checked(base, frame_at(name, body, composed(pose, own), span_of(at)))
+        turn = found.phi
+    own, more = orientations.pose(f"`{name}`", modifiers, contexts, at, base.scope.namespace.assembly.warn)
+    return _checked(base, frame_at(name, body, composed(pose, own), span_of(at), turn + more))
 
 
 def _checked(base: Positional, frame: Frame) -> Frame:

@@ -98,8 +98,10 @@ def refuse_loose(frames: Modifiers, owner: str, spatial: bool) -> None:
     raise ModelError(message, span_of(first.at), f"write `frames({right})`")
 
 
-def pose(what: str, modifiers: Modifiers, contexts: Contexts, at: At, warn: doubts.Warn) -> tuple[float, ...]:
-    """Origin and axes (12 numbers) of a frame, relative to its base.
+def pose(
+    what: str, modifiers: Modifiers, contexts: Contexts, at: At, warn: doubts.Warn
+) -> tuple[tuple[float, ...], float]:
+    """Origin and axes (12 numbers) of a frame, relative to its base, and its angle about the z axis with whole turns.
 
     Parameters
     ----------
@@ -141,7 +143,9 @@ def pose(what: str, modifiers: Modifiers, contexts: Contexts, at: At, warn: doub
     except ModelError as problem:
         key = "sequence" if "sequence" in given else "n_y"
         raise place(problem, modifiers[key].value.at) from None  # type: ignore[union-attr]
-    return *given.get("r", PARAMETERS["r"].default), *axes
+    n = given.get("n", PARAMETERS["n"].default)
+    about_z = given.get("phi", 0.0) * n[2] / abs(n[2]) if n[0] == n[1] == 0.0 else 0.0
+    return (*given.get("r", PARAMETERS["r"].default), *axes), about_z
 
 
 def _one_way(what: str, given: dict[str, Any], modifiers: Modifiers, at: At) -> None:

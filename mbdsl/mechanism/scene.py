@@ -73,8 +73,8 @@ class Frame:
 class SpatialFrame(Frame):
     """A frame fixed to a body or to the ground of a model in space.
 
-    Its origin x, y, z [m] and its axes x, y, z are relative to the body's reference point, in the body's axes; ``phi``
-    is not used.
+    Its origin x, y, z [m] and its axes x, y, z are relative to the body's reference point, in the body's axes. ``phi``
+    [rad] is its angle about the z axis as the model gives it, with whole turns; joint angles are counted from it.
     """
 
     z: float = 0.0
