@@ -198,7 +198,7 @@ def _count_from(system: System, t: float, q: Array, said, turns: dict[str, float
     joints = dict[frozenset[str], list[_Angle]]()
     angles = list(_counted_angles(scene))
     for x in angles:
-        if x.component.name in drivers and x.key in x.component.kind.angle:
+        if isinstance(x.component.kind, JointKind) and x.component.name in drivers and x.key in x.component.kind.angle:
             known[x.node] = drivers[x.component.name]
     for x in angles:
         c, own = x.component, x.node

@@ -1,4 +1,4 @@
-"""Angles of more than half a turn at the start, in space: whatever acts on the angle of a joint has the joint's turns."""
+"""Angles of more than half a turn at the start, in space: what acts on the angle of a joint has the joint's turns."""
 
 import numpy as np
 import pytest
