@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
@@ -38,8 +39,10 @@ from mbdsl.simulation.present_signals import PresentSignals, Values
 from mbdsl.simulation.reader import Reader
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.simulation.turn_counters import TurnCounter
 from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system import System
+from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -47,6 +50,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: number of rows by which the record grows at least
 ROWS = 1024
+UNCOUNTED = 0.5  #: largest rotation of an angle in space until its turns are counted [rad]
+MOST_UNCOUNTED = 50  #: steps, because rates may grow meanwhile
 
 
 class Simulation:
@@ -78,6 +83,7 @@ class Simulation:
     __slots__ = (
         *("_bends", "_call", "_changes", "_first", "_functions", "_h", "_in_force", "_inputs", "_known", "_method"),
         *("_motion", "_point", "_record", "_room", "_signals", "_start", "_steps", "_stopped", "_system"),
+        *("_count", "_count_in", "_turns"),
     )
 
     @blame_model
@@ -122,6 +128,9 @@ class Simulation:
         self._call: Callable[[int], int] | None = None  #: the step loop of all parts
         self._steps: memoryview | None = None  #: integers of the first part's run
         self._point: Trajectory | None = None  #: the present state, if a signal has needed it
+        self._turns: dict[Expr, TurnCounter] = {}  #: of the angles in space that were asked for
+        self._count: Values | None = None  #: counts their turns
+        self._count_in = 0  #: steps until they are counted
         self._bind()
         self._first = self.state
 
@@ -270,9 +279,32 @@ class Simulation:
         """
         if type(count) is not int or count < 1:
             count = _checked(count)
+        if not self._turns:
+            return self._advance(count)
+        while count > self._count_in:
+            count -= self._count_in
+            if self._count_in:
+                self._advance(self._count_in)
+            self._count_turns()
+        self._count_in -= count
+        return self._advance(count)
+
+    def _count_turns(self) -> None:
+        """Count the turns of angles in space up to the present state, and the steps until they are counted again."""
+        if self._count is None:
+            self._count = self._reading().count(tuple(self._turns))
+        if self._count is None:  # its frames are not in the buffers: arrays of all states count
+            self._turns, self._count_in = {}, sys.maxsize
+            return
+        self._count()
+        fastest = max(abs(x.rate) for x in self._turns.values()) * self._h
+        self._count_in = max(1, min(MOST_UNCOUNTED, int(UNCOUNTED / fastest))) if fastest else MOST_UNCOUNTED
+
+    def _advance(self, count: int) -> float:
+        """Advance by ``count`` steps."""
         if count > 1 and len(self._motion.parts) > 1:  # if one part fails, the others end at the same step
             for _ in range(count - 1):
-                self.step()
+                self._advance(1)
             count = 1
         if self._inputs._changed:
             self._change_inputs()
@@ -325,8 +357,9 @@ class Simulation:
         inputs, in_force = tuple(self._inputs.values()), tuple(self._in_force)
         changes = self._changes, len(self._changes)
         motion = self._motion
+        turns = {node: x.state for node, x in self._turns.items()}
         return SavedState(
-            self.time, self.scene, self._settings, motion._taken, snapshot(motion), inputs, in_force, changes
+            self.time, self.scene, self._settings, motion._taken, snapshot(motion), inputs, in_force, changes, turns
         )
 
     @state.setter
@@ -344,6 +377,7 @@ class Simulation:
         self._inputs._put(state.inputs, state.inputs != state.in_force)
         changes, count = state.changes
         self._changes = changes[:count]
+        self._turns, self._count_in = {node: TurnCounter(*x) for node, x in state.turns.items()}, 0
         self._bind()
 
     @property
@@ -417,9 +451,21 @@ class Simulation:
         if not self._record:
             raise UsageError(
                 "angles in space that count turns follow from all states, and this simulation does not store them",
-                hint="leave out `record=False`, or read the attitude: p0 ... p3",
+                hint="ask for the angle before the first step, or leave out `record=False`",
             )
         return self.trajectory()
+
+    def _counter(self, node: Expr) -> TurnCounter:
+        """The counter of an angle in space, from the start or from the stored states on."""
+        if node not in self._turns:
+            if self._motion.steps == 0:
+                first = self._motion.system.tables.first_angles.get(node, 0.0)
+            else:
+                past = self._recorded()
+                (angles,) = values(past.system, [node], past.t, past.q, past.v, None, past.inputs)
+                first = float(angles[-1])
+            self._turns[node], self._count, self._count_in = TurnCounter(first, self.time), None, 0
+        return self._turns[node]
 
     # -- buffers -----------------------------------------------------------------------------------------------
     def _bind(self) -> None:
@@ -437,7 +483,7 @@ class Simulation:
             self._call = self._together([run.prepared() for run in runs])
         self._functions: dict[str, Values] = {}
         self._signals: PresentSignals | None = None
-        self._point = None
+        self._point = self._count = None
 
     def _together(self, calls: Sequence[Callable[[int], int]]) -> Callable[[int], int]:
         """The step loops of all parts in one function, which ends at the first status other than RUNNING."""
@@ -479,7 +525,8 @@ class Simulation:
         if self._signals is None:
             if self._known is None:
                 self._known = SignalNames(self.scene)
-            self._signals = PresentSignals(self._motion, self._known, self._in_force, self._now, self._recorded)
+            past = self._now, self._recorded
+            self._signals = PresentSignals(self._motion, self._known, self._in_force, *past, self._counter)
         return self._signals
 
 

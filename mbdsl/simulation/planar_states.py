@@ -30,7 +30,9 @@ class OutOfPlane(Exception):
     """The assembled state is not in the plane, or angles there do not have the turns of those in space."""
 
 
-class _Body(NamedTuple):
+class PlanarBody(NamedTuple):
+    """A body in space that moves in a plane."""
+
     name: str
     A: Array  #: (3, 3) from body axes to axes of the plane
     height: float  #: of the centre of mass [m]
@@ -53,6 +55,9 @@ class PlanarStates:
     ----------
     system : System
         That of the planar scene, before its reduction.
+    axes : (3, 3) array
+        E: from axes of the plane to those of the world.
+    bodies : list of PlanarBody
     """
 
     def __init__(self, flat: Flattened, parts: Sequence[System], size: float) -> None:
@@ -61,12 +66,12 @@ class PlanarStates:
         self.flat, self._motion = flat, motion
         self.system = parts[0] if flat.reduction.nothing_done else build(planar.scene, planar, size=size)
         plane = motion.plane
-        self._E = np.array(plane.axes).reshape(3, 3).T
-        self._bodies = []
+        self.axes = np.array(plane.axes).reshape(3, 3).T
+        self.bodies = []
         for c in scene.bodies():
             A = np.array(plane.bodies[c.name]).reshape(3, 3).T
             height = plane.frames[f"{c.name}.c"].height
-            self._bodies.append(_Body(c.name, A, height, len(c.coordinates) > 3))
+            self.bodies.append(PlanarBody(c.name, A, height, len(c.coordinates) > 3))
 
     # -- from space --------------------------------------------------------------------------------------------
     def of(self, space: System, state: InitialState) -> tuple[Array, Array]:
@@ -77,11 +82,11 @@ class PlanarStates:
         OutOfPlane
             If it is not in the plane.
         """
-        E, size = self._E, space.tables.size
+        E, size = self.axes, space.tables.size
         q, v = np.zeros(self.system.n), np.zeros(self.system.n)
         fastest = float(np.abs(state.v * space.tables.scale).max(initial=0.0))
         off, off_rate = [0.0], [0.0]
-        for body in self._bodies:
+        for body in self.bodies:
             d, k = space.tables.coordinates[body.name], self.system.tables.coordinates[body.name]
             place, rate = E.T @ state.q[d : d + 3], E.T @ state.v[d : d + 3]
             q[k : k + 2], v[k : k + 2] = place[:2], rate[:2]
@@ -103,7 +108,7 @@ class PlanarStates:
     def _turns(self, space: System, state: InitialState, q: Array) -> dict[str, int]:
         """The turns of each body with which angles in the plane are those in space."""
         angles, tables = self._motion.angles, self.system.tables
-        turning = {body.name for body in self._bodies if body.turns}
+        turning = {body.name for body in self.bodies if body.turns}
         nodes = [x.node for x in angles if x.node is not None]
         found = values(space, nodes, np.array([state.t]), state.q[None], state.v[None])
         known = {node: float(x[0]) for node, x in zip(nodes, found, strict=True)}
@@ -155,9 +160,9 @@ class PlanarStates:
     # -- to space ----------------------------------------------------------------------------------------------
     def write(self, whole: System, planar_q: Array, planar_v: Array, q: Array, v: Array) -> None:
         """Write the states (N, n) of the bodies to q and v (N, n) of the scene of ``whole``."""
-        E = self._E
+        E = self.axes
         first = rotation_arrays.quaternions(rotation_arrays.of_matrix(E))
-        for body in self._bodies:
+        for body in self.bodies:
             d, k = whole.tables.coordinates[body.name], self.system.tables.coordinates[body.name]
             q[:, d : d + 3] = planar_q[:, k : k + 2] @ E[:, :2].T + body.height * E[:, 2]
             v[:, d : d + 3] = planar_v[:, k : k + 2] @ E[:, :2].T

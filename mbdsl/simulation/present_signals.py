@@ -12,21 +12,25 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bodies.contract import POSITIONS, VELOCITIES
+from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.array_operations import table_value
-from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, substitute, walk
+from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, rebuild, substitute, walk
 from mbdsl.initial.shared_loads import shares
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.numerics.rotation import BASE
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
+from mbdsl.simulation.planar_states import PlanarBody, PlanarStates
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.simulation.turn_counters import TurnCounter
 from mbdsl.system import System
 from mbdsl.system.body_models import at_rest, body_pose
 
 Array = NDArray[np.float64]
+Vector = list[Expr]
 #: the values of signals, without arguments
 Values = Callable[[], tuple[float, ...]]
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -53,6 +57,8 @@ class PresentSignals:
         The present state as a trajectory of one point, which has the signals that are not in the buffers.
     whole : callable
         All stored states as a trajectory.
+    counter : callable
+        The counter of an angle that counts turns.
     """
 
     def __init__(
@@ -62,8 +68,9 @@ class PresentSignals:
         inputs: list[float],
         point: Callable[[], Trajectory],
         whole: Callable[[], Trajectory],
+        counter: Callable[[Expr], TurnCounter],
     ) -> None:
-        self.known = known
+        self.known, self._counter = known, counter
         self._motion, self._point, self._whole = motion, point, whole
         self._input = {name: k for k, name in enumerate(motion.system.scene.inputs)}
         self._owner = {body: k for k, p in enumerate(motion.parts) for body in p.system.tables.coordinates}
@@ -75,7 +82,9 @@ class PresentSignals:
             self._names[f"q{k}"] = vectors[buffer_layout.POSITION0, :n].data
             self._names[f"v{k}"] = vectors[buffer_layout.VELOCITY0, :n].data
             self._names[f"l{k}"] = vectors[buffer_layout.UNKNOWN0].data
+            self._names[f"n{k}"] = run.numbers.data
             self._names[f"i{k}"] = run.integers.data
+        self._states: dict[str, tuple[Vector, list[Vector], Vector, Vector]] = {}
 
     def function(self, names: tuple[str, ...]) -> Values:
         """The function that returns the present values of signals, in SI units.
@@ -95,7 +104,7 @@ class PresentSignals:
                 raise self.known.unknown(name)
         point = self._point
 
-        if any(root is not None and self._counted(root) for root in roots):
+        if quick is None and any(root is not None and self._counted(root) for root in roots):
             point = self._whole  # angles between axes in space count turns from the start of the run on
 
         def by_arrays() -> tuple[float, ...]:
@@ -118,7 +127,7 @@ class PresentSignals:
     def _compiled(self, roots: Sequence[Expr]) -> Values | None:
         """The function that returns the values of expressions; None if the buffers do not determine them."""
         try:
-            roots = [substitute(root, self._leaf) for root in roots]
+            roots = [self._inlined(root) for root in roots]
         except _NotHere:
             return None
         order = walk(*roots)
@@ -132,6 +141,25 @@ class PresentSignals:
         exec(compile("\n".join(["def values():", *lines, f" return ({result})"]), "<signals>", "exec"), names)
         return names["values"]  # type: ignore[return-value]
 
+    def count(self, nodes: Sequence[Expr]) -> Values | None:
+        """The function that counts the turns of angles up to the present state; None if the buffers do not suffice."""
+        return self._compiled(nodes)
+
+    def _inlined(self, root: Expr) -> Expr:
+        """An expression over buffers, with counters in place of angles that count turns."""
+        new: dict[Expr, Expr] = {}
+        for n in walk(root):
+            if n.op == "angle":
+                rate = self._inlined(n.value)  # type: ignore[arg-type]
+                args = *(new[a] for a in n.args), rate, self._time()
+                new[n] = Expr("turns", args, self._counter(n))
+            elif not n.args:
+                found = self._leaf(n)
+                new[n] = n if found is None else found
+            else:
+                new[n] = n if all(new[a] is a for a in n.args) else rebuild(n, [new[a] for a in n.args])
+        return new[root]
+
     @staticmethod
     def _text(node: Expr, args: list[str], number: int, names: dict[str, object]) -> str:
         """The text of one operation; its constants are added to the ``names`` of the function."""
@@ -144,6 +172,9 @@ class PresentSignals:
         if node.op == "table":
             names[f"t{number}"], order = node.value  # type: ignore[misc]
             return f"table(t{number}, {int(order)}, {args[0]})"
+        if node.op == "turns":
+            names[f"f{number}"] = node.value
+            return f"f{number}({', '.join(args)})"
         if node.op in _INFIX:
             return f"{args[0]} {_INFIX[node.op]} {args[1]}"
         if node.op == "neg":
@@ -177,10 +208,10 @@ class PresentSignals:
                     return _buffer(f"l{k}", p.system.tables.multipliers[key])
         raise _NotHere
 
-    def _coordinate(self, scene: Scene, name: str, key: str) -> Expr:
-        """A coordinate of a frame of ``scene``: the model as written, reduced, or a part."""
+    def _coordinate(self, scene: Scene, name: str, key: str, reduced: Scene | None = None) -> Expr:
+        """A coordinate of a frame of ``scene``: the model as written, ``reduced``, or a part."""
         if scene.spatial:
-            raise _NotHere  # products of rotations: arrays evaluate them as fast
+            return self._in_space(scene, name, key)
         frame = scene.frames[name]
         if frame.motion is not None:
             moved = frame.motion[tuple(RATE).index(key)] if key in RATE else der(frame.motion[_RATES.index(key)])
@@ -192,13 +223,93 @@ class PresentSignals:
             if part.scene is scene:
                 return _of_body(k, part, frame.body, body_pose(body, frame), key)
             if name in part.scene.frames:
-                return self._coordinate(part.scene, name, key)
+                return self._coordinate(part.scene, name, key, reduced)
         elif not body.coordinates:
             return const(at_rest(body, frame, key))
-        reduced = self._motion.reduction.scene
+        reduced = reduced or self._motion.reduction.scene
         if reduced is not scene and name in reduced.frames:
-            return self._coordinate(reduced, name, key)
+            return self._coordinate(reduced, name, key, reduced)
         raise _NotHere
+
+    def _in_space(self, scene: Scene, name: str, key: str) -> Expr:
+        """A coordinate of a frame in space, in world axes."""
+        frame = scene.frames[name]
+        body = scene.components[frame.body]
+        if frame.motion is not None:
+            raise _NotHere
+        if not body.coordinates:
+            return const(at_rest(body, frame, key))
+        if frame.body not in self._states:
+            self._states[frame.body] = self._state(frame.body)
+        x, R, v, w = self._states[frame.body]
+        return _of_frame(body_pose(body, frame), key, x, R, v, w)
+
+    def _state(self, body: str) -> tuple[Vector, list[Vector], Vector, Vector]:
+        """The position x, the attitude R by rows, the velocity v, and the angular velocity w in the body's axes."""
+        if (k := self._owner.get(body)) is not None and self._motion.parts[k].system.scene.spatial:
+            part = self._motion.parts[k]
+            d, model = part.system.tables.coordinates[body], part.system.tables.models[body]
+            own = [[_buffer(f"{row}{k}", d + i) for i in range(model.n)] for row in "qv"]
+            if model.n == 3:
+                return own[0], _constant(np.eye(3)), own[1], _constant(np.zeros((1, 3)))[0]
+            (at,) = (int(at) for first, at in part.system.tables.rotations if first == d + 3)
+            # between steps, the rotation vector in the chart is zero: the attitude is that of the chart
+            p = [_buffer(f"n{k}", at + BASE + i) for i in range(4)]
+            return own[0][:3], _attitude(*p), own[1][:3], own[1][3:]
+        for states in self._motion.whole.planar:
+            for own in states.bodies:
+                if own.name == body:
+                    return self._from_plane(states, own)
+        raise _NotHere
+
+    def _from_plane(self, states: PlanarStates, body: PlanarBody) -> tuple[Vector, list[Vector], Vector, Vector]:
+        """As ``_state``, of a body that is solved for in a plane: R = E Rz(phi) A."""
+        scene, reduced = states.system.scene, states.flat.reduction.scene
+        keys = ("x", "y", "vx", "vy", *(("phi", "w") if body.turns else ()))
+        found = {key: self._coordinate(scene, f"{body.name}.c", key, reduced) for key in keys}
+        E = states.axes
+        x = [E[i, 0] * found["x"] + E[i, 1] * found["y"] + body.height * E[i, 2] for i in range(3)]
+        v = [E[i, 0] * found["vx"] + E[i, 1] * found["vy"] for i in range(3)]
+        if not body.turns:
+            return x, _constant(np.eye(3)), v, _constant(np.zeros((1, 3)))[0]
+        c, s, A = call("cos", found["phi"]), call("sin", found["phi"]), body.A
+        # E Rz A = E (c P + s Q + k k^T) A, with constant matrices
+        P, Q = np.diag([1.0, 1.0, 0.0]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        cosine, sine, fixed = E @ P @ A, E @ Q @ A, E @ np.diag([0.0, 0.0, 1.0]) @ A
+        R = [[c * cosine[i, j] + s * sine[i, j] + fixed[i, j] for j in range(3)] for i in range(3)]
+        return x, R, v, [found["w"] * A[2, i] for i in range(3)]
+
+
+def _constant(matrix: Array) -> list[Vector]:
+    return [[const(float(x)) for x in row] for row in matrix]
+
+
+def _attitude(a: Expr, b: Expr, c: Expr, d: Expr) -> list[Vector]:
+    """The rotation matrix of a unit quaternion, scalar part first, by rows."""
+    two = const(2.0)
+    ab, ac, ad, bb, bc, bd, cc, cd, dd = a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d
+    return [
+        [1.0 - two * (cc + dd), two * (bc - ad), two * (bd + ac)],
+        [two * (bc + ad), 1.0 - two * (bb + dd), two * (cd - ab)],
+        [two * (bd - ac), two * (cd + ab), 1.0 - two * (bb + cc)],
+    ]
+
+
+def _dot(row: Sequence[Expr], vector: Sequence[Expr | float]) -> Expr:
+    return row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2]
+
+
+def _of_frame(pose: Sequence[float], key: str, x: Vector, R: list[Vector], v: Vector, w: Vector) -> Expr:
+    """A coordinate of a frame at a pose (12) on a body in space, as :meth:`SpatialRigid.frame` has it."""
+    k = (SPATIAL_VELOCITIES if key in SPATIAL_VELOCITIES else SPATIAL_POSITIONS).index(key)
+    i, s = k % 3, pose[:3]
+    if key in SPATIAL_VELOCITIES[:3]:
+        lever = [w[1] * s[2] - w[2] * s[1], w[2] * s[0] - w[0] * s[2], w[0] * s[1] - w[1] * s[0]]
+        return v[i] + _dot(R[i], lever)
+    if key in SPATIAL_VELOCITIES:
+        return _dot(R[i], w)
+    found = _dot(R[i], [float(y) for y in pose[k - i : k - i + 3]])
+    return x[i] + found if k < 3 else found
 
 
 def _buffer(name: str, index: int) -> Expr:

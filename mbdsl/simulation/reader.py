@@ -31,7 +31,8 @@ class Reader:
     def __init__(self, names: Sequence[str], reading: Callable[[], PresentSignals]) -> None:
         self.names = tuple(names)
         self._reading = reading
-        self._known: PresentSignals | None = None
+        self._known = reading()
+        self._function = self._known.function(self.names)  # turns of angles in space are counted from now on
 
     def __call__(self, out: Array | None = None) -> Array:
         """Return the present values.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.saved_runs import checked
@@ -41,6 +42,8 @@ class SavedState:
         Values of the inputs, and those of the last step.
     changes : tuple
         The changes of inputs so far: a list of (steps before it, values), and its length then.
+    turns : dict
+        The counters of angles between axes in space: expression -> (angle, time, rate).
     """
 
     time: float
@@ -51,6 +54,7 @@ class SavedState:
     inputs: tuple[float, ...]
     in_force: tuple[float, ...]
     changes: tuple[list[tuple[int, tuple[float, ...]]], int]
+    turns: dict[Expr, tuple[float, float, float]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"<state of {self.scene.name} at t = {self.time:g} s>"

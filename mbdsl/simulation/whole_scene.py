@@ -52,6 +52,7 @@ class WholeScene:
 
     Attributes
     ----------
+    planar : tuple of PlanarStates
     known : (m + p,) of bool
         The multipliers that the parts solve for.
     """
@@ -65,6 +66,7 @@ class WholeScene:
         planar: Sequence[PlanarStates] = (),
     ) -> None:
         self._system, self._parts = system, parts
+        self.planar = tuple(planar)
         self._planar = [
             (x, x.flat.numbers, WholeScene(x.system, x.flat.reduction, own, [True] * len(own)))
             for x in planar
