@@ -24,6 +24,7 @@ from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
 from mbdsl.cli._streams import Streams, print_problem
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.messages import did_you_mean
+from mbdsl.numerics.blas_threads import one_thread
 from mbdsl.simulation.interrupts import terminated
 from mbdsl.storage.compilation_notice import silent
 from mbdsl.version import __version__
@@ -86,7 +87,7 @@ def make_parser(running: str = "", words: Sequence[str] | None = None) -> Parser
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code; errors are printed as messages, with ``--debug`` after a traceback."""
     argv = sys.argv[1:] if argv is None else list(argv)
-    with Streams() as streams, warnings.catch_warnings(), silent():
+    with Streams() as streams, warnings.catch_warnings(), silent(), one_thread():
         if "--debug" not in argv:  # numpy's warnings of overflows; their consequences are reported as errors
             warnings.simplefilter("ignore", RuntimeWarning)
         return streams.exit_code(_answer(argv))

@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 ZERO = 1e-7  #: singular values and remainders of rows of length one that count as zero: poses hold to 1e-9
 CLOSED = 1e-9  #: misfit of the constraints in a pose, in the mechanism's size, up to which they hold
+ARRIVED = 1e-15  #: misfit that further steps do not reduce
 DISPLACED = 1e-2  #: displacement of the poses near the assembled one, in the mechanism's size and in radians
 #: a row joins the independent ones if this part of it is new; the next bounds are for rows that no other replaces
 NEW = (1e-2, 1e-5, ZERO)
@@ -112,6 +113,8 @@ def pose_nearby(system: System, t: float, q: Array) -> Array | None:
         near = displaced
         for _ in range(20):
             found, r = without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
+            if np.abs(r).max(initial=0.0) <= ARRIVED:
+                return near
             near = system.moved(near, -_step(dense(found), r, kept) / scale)
         r = without_units(system.Phi_q(t, near), system.Phi(t, near), scale)[1]
         if np.abs(r).max() <= CLOSED:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar, cast
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.scene import Scene
+from mbdsl.numerics.blas_threads import with_one_thread
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -33,5 +34,8 @@ def as_scene(
 
 
 def blame_model(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function with an argument ``model``: see :func:`mbdsl.mechanism.extreme_numbers.blame_extremes`."""
-    return blame_extremes(function, as_scene)
+    """Decorate a function with an argument ``model``: see :func:`mbdsl.mechanism.extreme_numbers.blame_extremes`.
+
+    It computes with one thread of BLAS: see :mod:`mbdsl.numerics.blas_threads`.
+    """
+    return with_one_thread(blame_extremes(function, as_scene))

@@ -14,6 +14,7 @@ from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION, SignalNames
+from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.simulation import derived_signals
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
@@ -199,6 +200,7 @@ class StateSignals:
             self._known[f"{owner}.Gam[{k + 1}]"] = Gam[:, tables.velocity_rows[owner] - self.system.m + k]
 
     @cached_property
+    @with_one_thread
     def _motion(self) -> tuple[Array, Array]:
         """Accelerations (N, n) and multipliers (N, m + p) that satisfy the equations of motion at each (t, q, v)."""
         a, lam, undetermined = derived_signals.motion(self.system, self.t, self.q, self.v, self.left_out, self._numbers)
@@ -229,6 +231,7 @@ class StateSignals:
         return self._motion[0]
 
     @cached_property
+    @with_one_thread
     def lam(self) -> Array:
         """Multipliers (N, m + p), in the order of ``system.constraint_names()``.
 
