@@ -18,12 +18,13 @@ from mbdsl.integrators.events import Events
 from mbdsl.integrators.loop import linear_solve, loop_state, step_control
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
 from mbdsl.integrators.loop.run_data import RunData
+from mbdsl.integrators.loop.step_times import representable
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.missed_peaks import Overlooked
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.peak_zones import Landings
 from mbdsl.integrators.run_state import RunState
-from mbdsl.integrators.scheduled_jumps import Jumps
+from mbdsl.integrators.scheduled_jumps import Jumps, behind_a_jump
 from mbdsl.integrators.standstill import WINDOW, Standstill
 from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system import System
@@ -169,9 +170,13 @@ class Integration(RunState):
         if controlled:
             left = max(self.stop - t0, self.reals[loop_state.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
-        fa, jerk, fa_rate = self._rates_at(t0, q, v, a, lam)
+        behind = t0
+        if t is None and (behind := behind_a_jump(system, t0, self.stop)) > t0:
+            a, lam = accelerations(system, behind, q, v, left_out)
+        fa, jerk, fa_rate = self._rates_at(behind, q, v, a, lam)
         if controlled:
             self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
+            self.h = getattr(representable, "py_func", representable)(self.h, self)
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
@@ -191,7 +196,7 @@ class Integration(RunState):
         elif self.tol is not None:
             self._begin_own(t0, min(self.stop - t0, longest), jerk)
         if t is None:
-            self._begin_events(q, v, lam)
+            self._begin_events(behind, q, v, lam)
         # this evaluation gives the gradients at the start of the first step
         self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[buffer_layout.KEEP] = 1
@@ -223,15 +228,15 @@ class Integration(RunState):
                 hint="give it a mass, or take another method",
             )
 
-    def _begin_events(self, q: Array, v: Array, lam: Array) -> None:
-        """Find the first times at which steps have to end."""
+    def _begin_events(self, behind: float, q: Array, v: Array, lam: Array) -> None:
+        """Find the first times at which steps have to end; ``behind`` the start, if forces jump there."""
         has_order = modules()[self.method].METHOD.order > 0
         if self.tol is None and has_order:
             self.jumps = Jumps(self.system, self.start, self.stop, self.h)
             self.reals[loop_state.NEXT_EVENT] = self.jumps.next[0]
         elif self.tol is not None:
             if has_order:
-                self.events.begin(self.start, q, v, lam)
+                self.events.begin(behind, q, v, lam)
             self.landings.begin(self.start)
 
     def watch(self) -> None:

@@ -15,10 +15,19 @@ import numpy as np
 
 from mbdsl.system import System
 
-#: largest distance of a jump from the end of a step at which it counts as being there [steps]
+#: largest distance of a jump from the end of a step at which it counts as being there [steps], in addition to ROUNDED
 NEAR = 1e-9
+#: rounding error of the times of jumps and of ends of steps [units in the last place of the largest time]
+ROUNDED = 16
 #: distance of the left and right limits from a jump [units in the last place of the largest time]
 ULPS = 64
+
+
+def behind_a_jump(system: System, t: float, stop: float) -> float:
+    """``t``, or the time shortly behind it if forces jump there, as those of `time > 0 s` at the start [s]."""
+    clear = ULPS * float(np.spacing(max(abs(t), abs(stop))))
+    there = next(iter(system.time_events(t - clear, t + clear, corners=False)), None)
+    return t if there is None else t + clear
 
 
 class Jumps:
@@ -38,11 +47,12 @@ class Jumps:
 
     def _at_ends(self) -> Iterator[tuple[float, float]]:
         """The times shortly before and after each jump."""
-        start, h, clear = self._start, self._h, ULPS * float(np.spacing(max(abs(self._start), abs(self._stop))))
-        events = self._system.time_events(start, self._stop + NEAR * h, corners=False)
+        start, h, ulp = self._start, self._h, float(np.spacing(max(abs(self._start), abs(self._stop))))
+        clear, close = ULPS * ulp, NEAR * h + ROUNDED * ulp
+        events = self._system.time_events(start, self._stop + close, corners=False)
         for step, times in groupby(events, key=lambda t: round((t - start) / h)):
             end = start + step * h
-            near = [t for t in times if abs(t - end) <= NEAR * h]
+            near = [t for t in times if abs(t - end) <= close]
             if step > 0 and near:  # several jumps may lie at the same end
                 yield min(*near, end) - clear, max(*near, end) + clear
 

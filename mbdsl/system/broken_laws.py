@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.expressions.symbolic import Expr, diff, leaves, walk
+from mbdsl.expressions.symbolic import TIME, Expr, diff, leaves, walk
 from mbdsl.mechanism.scene import Component
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.system.signals import values
@@ -56,7 +56,8 @@ def _depends_on(system: System, c: Component, law: Expr, at: tuple[Array, Array,
             found[x] = name  # of several names of a quantity, that of a joint, which comes after its bodies
     kept = list(found)[:MOST]
     numbers = zip(kept, values(system, kept, *at), strict=True)
-    return ", ".join(f"{found[x]} = {float(number[0]):g} {names.unit(found[x])}".rstrip() for x, number in numbers)
+    shown = [f"{found[x]} = {float(number[0]):g} {names.unit(found[x])}".rstrip() for x, number in numbers]
+    return ", ".join([*shown, *([f"time = {at[0][0]:g} s"] if TIME in nodes else [])])
 
 
 def not_finite(
@@ -65,6 +66,8 @@ def not_finite(
     """The error of ``what`` (forces, their derivatives) that are not finite numbers at a state."""
     law = broken_law(system, t, q, v, lam)
     hint = "an expression divides by zero or leaves the domain of a function there"
+    if "derivatives" in what:
+        hint = "a function has no derivative there, as sqrt(x) at x = 0"
     if law is None:
         return InitialisationError(f"{what} at t = {t:g} s are not finite numbers", hint=hint)
     message = f"{what} at t = {t:g} s are not finite numbers: {law.message}"

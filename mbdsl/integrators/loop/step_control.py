@@ -88,6 +88,7 @@ from mbdsl.integrators.loop.loop_state import (
 )
 from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.split_correction import stiff
+from mbdsl.integrators.loop.step_times import representable
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
 
 #: additional allowed error of steps n to e n together (e = 2.718...), relative to tol
@@ -451,6 +452,7 @@ def fitted(h, times, run):
 def change(new, formulas, run):
     """Set the step size to ``new``, and convert the history of the method to it."""
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
+    new = representable(new, run)
     h, a = reals[STEP_SIZE], UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN)
     moved, d = (reals[NODE] - 1.0) * (new - h), reals[NODES] - reals[NODES + 1]
     if new != h:

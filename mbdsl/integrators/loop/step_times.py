@@ -57,6 +57,18 @@ def end_in_reach(run):
 
 
 @kernel
+def representable(h, run):
+    """A length of about h whose multiples can be added to the time without rounding; h if it is below rounding [s].
+
+    Otherwise the time would gain or lose up to half a unit in the last place in every step: late in time, a clock that
+    is wrong.
+    """
+    latest = max(abs(run.reals[START]), abs(run.reals[STOP]))
+    rounded = (latest + h) - latest
+    return rounded if rounded > 0.0 else h
+
+
+@kernel
 def end_of_step(t0, h, run):
     """The end of a step of length h from t0 [s], which is also stored in STEP_END."""
     reals, integers = run.reals, run.integers

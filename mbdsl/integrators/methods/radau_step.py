@@ -46,7 +46,7 @@ from mbdsl.integrators.loop.loop_state import (
     WATCHING,
 )
 from mbdsl.integrators.loop.run_data import evaluate
-from mbdsl.integrators.loop.step_times import end_in_reach, end_of_step
+from mbdsl.integrators.loop.step_times import end_in_reach, end_of_step, representable
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.radau5_stages import QB, set_metric
@@ -138,8 +138,10 @@ def fitted(t0, h, run):
     end = end_in_reach(run)
     if end - (t0 + h) < h:
         left = end - t0
-        h = left if left <= 1.01 * h else min(h, 0.5 * left)
-    return h
+        if left <= 1.01 * h:
+            return left
+        h = min(h, 0.5 * left)
+    return representable(h, run)
 
 
 @kernel
