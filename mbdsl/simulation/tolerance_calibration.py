@@ -372,32 +372,41 @@ class Ladder:
         return float(self._rounding(last)[-1]) > self.tol
 
     def _refine(self, last: Trial, coarse: Growth, known: int) -> None:
-        """Compute the growth again, at the steps of the run.
+        """Compute the growth again, at the steps of the run; a growth that finer samples do not confirm is not known.
 
-        Between outputs, rates may be large for a short time, as in a contact. Taken as constant until the next output,
-        they give far too much growth.
+        Between outputs, rates may be large for a short time, as in a contact, or swing, as in a pendulum. Taken as
+        constant until the next output, they give far too much growth.
         """
+        if not self._is_confirmed(last, coarse, known) and float(self._rounding(last)[-1]) > self.tol:
+            self.growth = Growth(coarse.t, np.zeros_like(coarse.log), 0.0)
+
+    def _is_confirmed(self, last: Trial, coarse: Growth, known: int) -> bool:
+        """Whether two spacings of samples give the same growth; the growth becomes that of the finest samples."""
         motion = self.motion
         if last.steps * sum(p.system.n + p.system.unknowns for p in motion.parts) > MOST_NUMBERS:
-            return
+            return False
         present, held = motion.keep(), self._held_to(last.eps)
-        motion.restart(replace(held, times=np.zeros(0), every=True, longest=min(held.longest, self.span / SAMPLES)))
+        longest = min(held.longest, self.span / (FINER[0] * SAMPLES))
+        motion.restart(replace(held, times=np.zeros(0), every=True, longest=longest))
         status = self.integrate()
         self.interrupted = status == loop_state.RUNNING and not motion.invalid()
-        steps, kept, before = motion.steps, motion.keep(), coarse.log[-1]
+        steps, kept, before, samples = motion.steps, motion.keep(), coarse.log[-1], SAMPLES
         self.lost += steps
         motion.recall(present)
         for finer in FINER if status == loop_state.DONE else ():
             fine, examined = self._growth(last, kept, finer)
             if examined < known:
-                return  # some steps have no tangent equations
+                return False  # some steps have no tangent equations
             assert self.growth is not None
             if fine.log[-1] < self.growth.log[-1]:
                 self.growth = fine
-            settled = abs(fine.log[-1] - before) < SETTLED * before or steps < finer * SAMPLES
-            if settled or float(self._rounding(last)[-1]) <= self.tol:
-                return
-            before = fine.log[-1]
+            more = min(steps, finer * SAMPLES)
+            if more >= 2 * samples and abs(fine.log[-1] - before) < SETTLED * before:
+                return True
+            if more == steps or float(self._rounding(last)[-1]) <= self.tol:
+                break
+            before, samples = fine.log[-1], more
+        return False
 
     def _growth(self, last: Trial, kept: Kept, finer: float = 1.0) -> tuple[Growth, int]:
         """The growth at the times of a run, from the states in ``kept``, and the number of parts with a known growth to
