@@ -411,8 +411,8 @@ _ARITHMETIC: dict[str, Callable[..., Expr]] = {
 
 
 def rebuild(node: Expr, args: list[Expr]) -> Expr:
-    if node.op == "table":
-        return Expr("table", tuple(args), node.value)
+    if node.op in ("table", "integral"):
+        return Expr(node.op, tuple(args), node.value)
     if node.op == "angle":
         return call("angle", *args, node.value)  # type: ignore[arg-type]
     if node.op in _ARITHMETIC:
@@ -439,6 +439,11 @@ def evaluate(
         elif n.op == "table":
             data, nth = n.value  # type: ignore[misc]
             values[n] = (table or _table)(data, nth, values[n.args[0]])
+        elif n.op == "integral":
+            from mbdsl.expressions.primitive import integral  # with NumPy, for energies only
+
+            law, start = n.value  # type: ignore[misc]
+            values[n] = integral(law, start, values[n.args[0]])
         elif n.op == "angle" and angle is not None:
             values[n] = angle(n, *(values[a] for a in n.args))
         elif n.args:

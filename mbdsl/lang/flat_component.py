@@ -472,8 +472,6 @@ class Part:
         laws = {name: self.law(name) for name in kind.law_parameters}
         if isinstance(kind, ForceKind) and kind.springs is None:
             laws |= {name: self.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
-        # forces that follow a law have no potential energy
-        energy = bool(kind.energy) and not any(map(self._has_law, kind.law_parameters))
         return Component(
             self.name,
             kind,
@@ -482,11 +480,28 @@ class Part:
             self.signal_names(),
             span_of(self.at),
             self.doc,
-            self.formulas.energy() if energy else None,
+            self._energy(),
             self._velocity_constraints(),
             self.formulas.signal("friction") if self._has_friction() else None,
             self.formulas.friction_rows() if self._has_friction() else (),
         )
+
+    def _energy(self) -> Expr | None:
+        """The potential energy, if the kind has one; of a law, if it depends on the kind's coordinate and rate only."""
+        kind = self.kind
+        if not getattr(kind, "energy", ""):
+            return None
+        given = [name for name in kind.law_parameters if self._has_law(name)]
+        if not given:
+            return self.formulas.energy()
+        law, coordinate = self.formulas.law(given[0]), next((x for x in ("s", "phi") if x in kind.formulas), None)
+        if law is None or coordinate is None or len(given) > 1:
+            return None
+        from mbdsl.expressions.primitive import potential
+
+        rate = self.formulas.signal("v" if coordinate == "s" else "w")
+        start = self.values.get(f"{coordinate}0", 0.0)
+        return potential(law, self.formulas.signal(coordinate), rate, float(start))
 
     def _velocity_constraints(self) -> tuple[Expr, ...]:
         if not isinstance(self.kind, JointKind) or not self.kind.velocity_rows:

@@ -37,8 +37,9 @@ def _kinetic(frame: str, masses: Sequence[float]) -> Expr:
 def energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:
     """Kinetic energy, potential energy and their sum [J], without the ``excluded`` bodies.
 
-    The potential energy is that of gravity (zero at the origin of the ground), of linear springs, stops and contacts;
-    forces given by expressions have none.
+    The potential energy is that of gravity (zero at the origin of the ground), of springs, stops and contacts, and of
+    springs whose law depends on their own coordinate, and on its rate as damping; other forces by expressions have
+    none.
     """
     kinetic, potential = const(0.0), const(0.0)
     g = gravity(scene)

@@ -153,6 +153,8 @@ class PresentSignals:
                 rate = self._inlined(n.value)  # type: ignore[arg-type]
                 args = *(new[a] for a in n.args), rate, self._time()
                 new[n] = Expr("turns", args, self._counter(n))
+            elif n.op == "integral":
+                raise _NotHere  # a quadrature
             elif not n.args:
                 found = self._leaf(n)
                 new[n] = n if found is None else found

@@ -230,6 +230,8 @@ def test_uncertain_turns_are_reported():
     model = mbdsl.parse(text.replace("24*pi*(1 rad/s)", "0"))
     t = mbdsl.simulate(model, step=1e-3, interval=1.0, stop=5.0, general=True)
     assert [w for w in t.stats["warnings"] if "pin.phi may be wrong by whole turns after t = 0 s" in w]
+    (warning,) = [w for w in t.stats["warnings"] if "pin.phi may be" in w]
+    assert all(name in warning for name in ("s.torque", "energy.potential", "energy.total"))
     t = mbdsl.simulate(model, step=1e-3, interval=0.05, stop=5.0, general=True)
     assert not t.stats["warnings"]
     np.testing.assert_allclose(t["pin.phi"], 40.0 * np.cos(2.0 * t.t), rtol=0, atol=1e-3)
