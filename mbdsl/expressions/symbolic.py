@@ -439,11 +439,8 @@ def evaluate(
         elif n.op == "table":
             data, nth = n.value  # type: ignore[misc]
             values[n] = (table or _table)(data, nth, values[n.args[0]])
-        elif n.op == "integral":
-            from mbdsl.expressions.primitive import integral  # with NumPy, for energies only
-
-            law, start = n.value  # type: ignore[misc]
-            values[n] = integral(law, start, values[n.args[0]])
+        elif n.op == "integral":  # of energies: for arrays only
+            values[n] = operations[n.op](n.value, values[n.args[0]])
         elif n.op == "angle" and angle is not None:
             values[n] = angle(n, *(values[a] for a in n.args))
         elif n.args:

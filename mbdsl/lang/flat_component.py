@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
+from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, orientations, units, values
 from mbdsl.lang import syntax as s
@@ -497,8 +498,6 @@ class Part:
         law, coordinate = self.formulas.law(given[0]), next((x for x in ("s", "phi") if x in kind.formulas), None)
         if law is None or coordinate is None or len(given) > 1:
             return None
-        from mbdsl.expressions.primitive import potential
-
         rate = self.formulas.signal("v" if coordinate == "s" else "w")
         start = self.values.get(f"{coordinate}0", 0.0)
         return potential(law, self.formulas.signal(coordinate), rate, float(start))

@@ -34,7 +34,7 @@ COUNTS = {
     ("flexible_pendulum", "hht-i3"): (5000, 16025, 225),
     ("flexible_slider_crank", "hht-si2"): (20000, 46697, 182),
     ("flexible_slider_crank", "hht-i3"): (20000, 53524, 187),
-    ("four_bar", "hht-si2"): (10000, 20591, 409),
+    ("four_bar", "hht-si2"): (10000, 20591, 445),
     ("four_bar", "hht-i3"): (10000, 28444, 609),
     ("pendulum", "hht-si2"): (10000, 18256, 136),
     ("pendulum", "hht-i3"): (10000, 25937, 287),

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.expressions.primitive import VARIABLE, integral
+from mbdsl.expressions.array_operations import integral
+from mbdsl.expressions.primitive import VARIABLE
 from mbdsl.expressions.symbolic import call
 
 LAWS = {
@@ -77,6 +78,6 @@ def test_a_law_of_time_has_no_potential():
 )
 def test_quadrature(law, exact):
     x = np.array([3.0, -2.0, 0.1, 0.1, 40.0, np.nan])
-    found = integral(law, 0.0, x)
+    found = integral((law, 0.0), x)
     assert found[:-1] == pytest.approx(exact(x[:-1]) - exact(np.zeros(1)), rel=1e-9, abs=1e-9) and np.isnan(found[-1])
-    assert integral(law, 0.0, 3.0) == pytest.approx(exact(np.array([3.0]))[0] - exact(np.zeros(1))[0], rel=1e-9)
+    assert integral((law, 0.0), 3.0) == pytest.approx(exact(np.array([3.0]))[0] - exact(np.zeros(1))[0], rel=1e-9)

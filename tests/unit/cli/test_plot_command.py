@@ -205,6 +205,7 @@ def test_an_inaccurate_run_is_plotted_with_a_warning(capsys, simulation):
     def inaccurate():
         found = Trajectory()
         found.status = "inaccurate"
+        found.stats = {"warnings": [found.message]}
         return found
 
     simulation.act = inaccurate

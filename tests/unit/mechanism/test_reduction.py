@@ -621,7 +621,8 @@ def test_nothing_that_was_computed_is_lost_when_a_part_fails(first, second):
       annotation(experiment(StopTime = 20 s, Interval = 0.1 s));
     end Ending;
     """
-    with pytest.raises(IntegrationError, match="the law of Torque " + ("s" if first < second else "t")) as failure:
+    broken = "s" if first < second else "t"
+    with pytest.raises(IntegrationError, match=f"`{broken}.tau` has no value at time") as failure:
         simulate(mbdsl.parse(text), step=1e-3)
     assert failure.value.trajectory.t[-1] == pytest.approx(1.3, abs=2e-3)
     s = mbdsl.Simulation(mbdsl.parse(text), step=1e-2)
