@@ -13,6 +13,7 @@ import pytest
 import mbdsl
 from mbdsl.cli.show import STAGES
 from mbdsl.compilation import code_cache
+from mbdsl.lang import parser
 
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(mbdsl.__file__).parent
@@ -95,6 +96,7 @@ def calls():
 
     kept = dict(code_cache._functions)
     code_cache._functions.clear()  # compiled functions of other tests, whose calls Python does not see
+    parser._parsed.cache_clear()  # syntax trees of other tests
     builder = mbdsl.Builder("Pendulum")
     ground = builder.Ground("ground")
     rod = builder.Rod("rod", m="1 kg", length="1 m")
