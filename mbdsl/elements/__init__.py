@@ -25,7 +25,7 @@ def modules(spatial: bool = False) -> dict[str, ModuleType]:
     found = {}
     for info in pkgutil.iter_modules([_SPACE] if spatial else __path__):
         module = importlib.import_module(f"{_package(spatial)}.{info.name}")
-        if isinstance(getattr(module, "KIND", None), Kind):
+        if isinstance(getattr(module, "KIND", None), Kind) and not module.KIND.variant:
             found[module.KIND.name] = module
     return dict(sorted(found.items()))
 
@@ -47,10 +47,17 @@ def find(name: str, spatial: bool = False) -> Kind | None:
 
 def declaring(kind: Kind) -> ModuleType:
     """The module of a kind, with its kernels."""
+    if kind.variant:
+        return of_variant(kind.variant)
     module = _module_of(kind.name, kind.spatial)
     if module is None:
         raise LookupError(f"no file of mbdsl.elements declares the kind {kind.name}")
     return module
+
+
+def of_variant(file: str) -> ModuleType:
+    """The module of a variant of a kind in space."""
+    return importlib.import_module(f"{_package(True)}.{file}")
 
 
 def _module_of(name: str, spatial: bool = False) -> ModuleType | None:

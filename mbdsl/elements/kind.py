@@ -89,9 +89,11 @@ class Kind:
     size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
     spatial: bool = False  #: whether it belongs to models in space
+    variant: str = ""  #: the file of its kernels, if it is a variant of the kind that the language has by its name
     #: of kinds in space: values -> {port: axes (9 numbers)} of the frames that its kernels and formulas use instead of
     #: those of the ports, relative to them
     axes: Callable[[Mapping], Mapping[str, tuple[float, ...]]] = lambda values: {}
+    in_loops: str = ""  #: of joints in space: the file of its variant in closed loops, see in_space/rows_in_axes.py
     #: of joints in space: whether ``hessian`` has entries of rotations only, so that fewer entries couple the bodies
     curved_by_rotations: bool = False
     #: of kinds in space: whether its kernels count the turns of angles, the signals ``counted``: ``table`` begins with
@@ -150,13 +152,21 @@ class Kind:
 
     def __reduce__(self) -> str | tuple:
         """Pickled by name: its functions are those of the process that reads it."""
-        from mbdsl.elements import find
+        from mbdsl.elements import declaring, find
 
+        if self.variant and declaring(self).KIND is self:
+            return _variant, (self.variant,)
         return (
             (_named, (self.name, self.spatial))
             if find(self.name, self.spatial) is self
             else object.__reduce_ex__(self, 2)
         )
+
+
+def _variant(file: str) -> Kind:
+    from mbdsl.elements import of_variant
+
+    return of_variant(file).KIND  # type: ignore[no-any-return]
 
 
 @dataclass(eq=False, repr=False)

@@ -25,6 +25,7 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.drawn_shapes import DrawnShape
+from mbdsl.mechanism.loop_rows import with_rows_in_axes
 from mbdsl.mechanism.point_masses import turned_by_joints
 from mbdsl.mechanism.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
 from mbdsl.messages import few
@@ -313,9 +314,10 @@ class Assembly:
         initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
         self._doubt_names()
         self._note_passed()
+        components = turned_by_joints(components, frames)
         return Scene(
             name,
-            turned_by_joints(components, frames),
+            with_rows_in_axes(components, frames) if self.spatial else components,
             frames,
             initial,
             experiment or Experiment(),

@@ -34,6 +34,7 @@ KIND = JointKind(
     moves=(("phi_x", "rx"), ("phi_y", "ry")),
     aligned=f"({dot(X_A, X_B)} + {dot(Y_A, Y_B)})",
     curved_by_rotations=True,
+    in_loops="constant_velocity_in_axes",
     spatial=True,
 )
 

@@ -90,6 +90,22 @@ def dot2_hessian(frames, a, u, b, factor, H):
 
 
 @kernel
+def point_in_axes(frames, a, b, G, k):
+    """g = R_a^T d, the position of b relative to a in the axes of frame a, in rows k, k + 1, k + 2 [m]."""
+    dot2(frames, a, X, b, G, k)
+    dot2(frames, a, Y, b, G, k + 1)
+    dot2(frames, a, Z, b, G, k + 2)
+
+
+@kernel
+def point_in_axes_hessian(frames, a, b, s, H):
+    """H += s[0], s[1], s[2] times the derivatives of its gradients."""
+    dot2_hessian(frames, a, X, b, s[0], H)
+    dot2_hessian(frames, a, Y, b, s[1], H)
+    dot2_hessian(frames, a, Z, b, s[2], H)
+
+
+@kernel
 def angle(frames, a, b, p, G, k):
     """g = atan2(y_a . x_b, x_a . x_b), the angle of x_b about z_a, which counts turns [rad].
 

@@ -22,6 +22,7 @@ KIND = JointKind(
     keeps_attitude=True,
     aligned=SAME_ATTITUDE,
     curved_by_rotations=True,
+    in_loops="fixed_in_axes",
     spatial=True,
 )
 

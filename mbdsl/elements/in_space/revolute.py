@@ -43,6 +43,7 @@ KIND = JointKind(
     aligned=dot(Z_A, Z_B),
     free_axes={"rotation": "n"},
     curved_by_rotations=True,
+    in_loops="revolute_in_axes",
     spatial=True,
 )
 

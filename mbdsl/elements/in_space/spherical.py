@@ -32,6 +32,7 @@ KIND = JointKind(
     derive=friction.derive,
     effects=friction.EFFECTS,
     moves=(("phi_x", "rx"), ("phi_y", "ry"), ("phi_z", "rz")),
+    in_loops="spherical_in_axes",
     spatial=True,
 )
 

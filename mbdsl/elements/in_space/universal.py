@@ -62,6 +62,7 @@ KIND = JointKind(
     moves=(("phi_a", "rz"), ("phi_b", "rx")),
     free_axes={"rotation": None},
     curved_by_rotations=True,
+    in_loops="universal_in_axes",
     spatial=True,
 )
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.elements import find, modules
+from mbdsl.elements import find, modules, of_variant
 from mbdsl.elements.kind import ForceKind, JointKind, PairKind
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME, call, coordinate
@@ -37,12 +37,13 @@ CHOSEN = {
 SEEDS = {"Cam": 7}
 NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
 PAIRS = [m.KIND for m in modules(True).values() if isinstance(m.KIND, PairKind)]
+PAIRS += [of_variant(k.in_loops).KIND for k in PAIRS if k.in_loops]
 CONSTRAINTS = [k for k in PAIRS if isinstance(k, JointKind) and (k.rows or k.velocity_rows)]
 
 
 def component(name, kind, values, **ports):
-    declared = find(kind, True)
-    values = {p.name: p.default for p in declared.parameters} | values | CHOSEN.get(kind, {})
+    declared = find(kind, True) if isinstance(kind, str) else kind
+    values = {p.name: p.default for p in declared.parameters} | values | CHOSEN.get(declared.name, {})
     values |= declared.derive(values)
     rows = getattr(declared, "velocity_rows", ())
     formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
@@ -100,7 +101,7 @@ def system(kind, count=4):
             components.append(component(body, "Body", values))
     ends = (("ground.p", "a.p"), ("a.q", "b.p"), ("b.q", "ground.q"), ("a.p", "a.q"))
     for k, (a, b) in enumerate(ends[:count]):
-        components.append(component(f"c{k}", kind.name, parameters(kind, (a, b), rng), frame_a=a, frame_b=b))
+        components.append(component(f"c{k}", kind, parameters(kind, (a, b), rng), frame_a=a, frame_b=b))
     scene = Scene("Test", {c.name: c for c in components}, {f.name: f for f in frames}, spatial=True)
     return build(scene, NO_GRAPH)
 
@@ -129,7 +130,7 @@ def close(found, expected):
     np.testing.assert_allclose(found, expected, rtol=0, atol=TOLERANCE * max(1.0, np.abs(expected).max()))
 
 
-@pytest.mark.parametrize("kind", PAIRS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", PAIRS, ids=lambda kind: kind.variant or kind.name)
 def test_tangents_are_derivatives(kind):
     s = system(kind)
     for seed in range(2):
@@ -157,7 +158,7 @@ def compare(s, q, v, lam):
         close(-forces, s.velocity_jacobian(T, q, v).T @ lam)
 
 
-@pytest.mark.parametrize("kind", CONSTRAINTS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", CONSTRAINTS, ids=lambda kind: kind.variant or kind.name)
 def test_constraint_tangents_in_a_step(kind):
     """In a step of a method with accelerations psi'', velocities are functions of the rotation vector psi, with
     Omega = T(psi) psi', which is Omega_0 + Omega_0 x psi/2 for small psi."""
@@ -178,7 +179,7 @@ def test_constraint_tangents_in_a_step(kind):
         close(s.Gam_q(T, q, v), difference(lambda d: s.Gam(T, s.moved(q, d), rates(d)), s.n))
 
 
-@pytest.mark.parametrize("kind", CONSTRAINTS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", CONSTRAINTS, ids=lambda kind: kind.variant or kind.name)
 def test_acceleration_level_is_the_derivative_along_a_motion(kind):
     """Phi of a motion with constant velocities has the second derivative -gamma_c, and Gam the first one."""
     s = system(kind)

@@ -92,7 +92,8 @@ def ulps(x):
 
 
 def test_every_operation_has_its_code_and_its_array_form():
-    assert set(expression_tape.OPCODE) - {"load", "multiplier", "table"} == set(OPERATIONS) == set(ARRAY_OPERATIONS)
+    codes = set(expression_tape.OPCODE) - {"load", "multiplier", "table"}
+    assert codes == set(OPERATIONS) == set(ARRAY_OPERATIONS) - {"integral"}  # of energies, which no law contains
     numbers = [expression_tape.OPCODE[name] for name in expression_tape._NAMES]
     assert [
         getattr(expression_tape, name.upper())
