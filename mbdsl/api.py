@@ -82,7 +82,7 @@ def simulate(
     interval : float or str, optional [s]
         Output interval. Default: (stop - start)/500; 0 stores every step.
     times : (N,) array or sequence of str, optional [s]
-        Output times after the start, ascending; the last is ``stop``. Excludes ``interval``.
+        Output times after the start, ascending; the last is the stop time. Excludes ``interval``.
     options : mapping, optional
         Parameters of the method, such as {"alpha": -0.1}.
     force : bool, optional

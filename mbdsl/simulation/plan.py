@@ -80,6 +80,8 @@ def plan(
             raise UsageError(f"{name} is a number of seconds, not {value!r}")
     start = float(said.start if start is None else start)
     end = said.stop if stop is None else stop
+    if stop is None and times is not None and np.ndim(times) == 1 and len(np.asarray(times)):
+        end = float(np.asarray(times)[-1])
     if end is None:
         raise UsageError(
             f"no stop time: {scene.name} has none in its experiment annotation", hint="give one, e.g. --stop 2s"

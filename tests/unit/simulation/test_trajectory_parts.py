@@ -203,3 +203,10 @@ def test_an_unknown_suffix(run, tmp_path):
         run.save(tmp_path / "a.xls")
     assert ".csv" in caught.value.hint
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_last_of_given_times_is_the_stop_time():
+    model = Path(__file__).parents[3] / "models" / "pendulum.mbd"
+    assert mbdsl.simulate(model, times=[0.1, 0.25, 0.3], step=1e-3).t.tolist() == [0.0, 0.1, 0.25, 0.3]
+    with pytest.raises(mbdsl.UsageError, match="must ascend"):
+        mbdsl.simulate(model, times=[0.1, 0.3], stop=0.5)
