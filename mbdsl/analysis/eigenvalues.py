@@ -15,6 +15,7 @@ from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, largest, null_spa
 from mbdsl.system import System
 
 Complex = NDArray[np.complex128]
+ROUNDING = 1e-14  #: frequency, relative to the highest one, that is zero
 CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
 
@@ -82,7 +83,8 @@ def _undamped(M: Array, K: Array) -> tuple[list[complex], list[Complex]] | None:
     x = np.linalg.solve(C.T, x)
     # by Rayleigh quotients, so that low frequencies are not affected by the rounding of high ones
     work, size = (x * (K @ x)).sum(axis=0), (np.abs(x) * (np.abs(K) @ np.abs(x))).sum(axis=0)
-    return _of_squares(np.where(np.abs(work) > 1e-13 * size, work, 0.0) / (x * (M @ x)).sum(axis=0), d[:, None] * x)
+    square = np.where(np.abs(work) > 1e-13 * size, work, 0.0) / (x * (M @ x)).sum(axis=0)
+    return _of_squares(square, d[:, None] * x, ROUNDING**2 * np.abs(square).max(initial=0.0))
 
 
 def _of_squares(square: Array, y: Array, zero: float = 0.0) -> tuple[list[complex], list[Complex]]:

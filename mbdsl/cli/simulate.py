@@ -387,7 +387,8 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         lines[0] += f"; {chosen}"
     if stats["pivoting_from"] is not None:
         lines.append(
-            f"from t = {stats['pivoting_from']:g} s on dense LU with pivoting (the sparse factorisation lost a pivot)"
+            f"from t = {stats['pivoting_from']:g} s on, equations are solved with a search for pivots: rows nearly "
+            "depend on each other"
         )
     if found := stats.get("accuracy"):
         lines.append(

@@ -48,7 +48,8 @@ def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[i
         names = ", ".join(_where(system, other) for other in others if other != joint)
         off = float(np.abs(violation[own]).max())
         misfit = f"; its misfit is {off:.2g}" if off > FITS * system.tables.size else ""
-        lines.append(f"{_where(system, joint)} follows from {names}{misfit}")
+        why = f"follows from {names}" if names else "has rows that depend on each other"
+        lines.append(f"{_where(system, joint)} {why}{misfit}")
     return lines
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
 from mbdsl.lang import values
+from mbdsl.lang.connections import NotConnected
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
@@ -34,18 +35,25 @@ def check(item: s.Relation, scope: Scope) -> None:
             'write `assert(L > 0, "L must be positive");`',
         )
     condition = given[0]
-    decided = evaluate(condition, scope.for_signals())
+    try:
+        decided = evaluate(condition, scope.for_signals())
+    except NotConnected:  # a signal of a joint, spring or driver, before the connections are made
+        raise _varies(condition) from None
     if isinstance(decided, tuple) or not decided.boolean:
         raise ModelError(
             f"assert() takes a condition (true or false), found {values.describe(decided)}", span_of(condition.at)
         )
     if decided.varying:
-        raise ModelError(
-            "this condition varies in time; only conditions that are known before the start can be checked",
-            span_of(condition.at),
-            "write the condition as a variable and check its results, or delete this line",
-        )
+        raise _varies(condition)
     if bool(getattr(decided.value, "value", decided.value)):
         return
     text = given[1].value if isinstance(given[1], s.String) else write(given[1])
     raise ModelError(f"the assertion `{write(condition)}` is false: {text}", span_of(condition.at))
+
+
+def _varies(condition: s.Expression) -> ModelError:
+    return ModelError(
+        "this condition varies in time; only conditions that are known before the start can be checked",
+        span_of(condition.at),
+        "write the condition as a variable and check its results, or delete this line",
+    )

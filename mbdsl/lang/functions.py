@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from mbdsl.errors import ModelError
-from mbdsl.expressions.symbolic import OPERATIONS
+from mbdsl.expressions.symbolic import OPERATIONS, Expr, leaves
 from mbdsl.lang import limits, units, values
 from mbdsl.lang.foreign_names import CONVERSIONS
 from mbdsl.lang.quantities import words
@@ -25,12 +25,18 @@ def _integer(x: float) -> int:
     return math.floor(x)
 
 
+def _counts_seconds(a: Quantity) -> bool:
+    """Whether an argument is a number times the time, as in `sin(2*pi*time)`: a rate in rad/s. The time alone has none."""
+    found = leaves(a.value) if isinstance(a.value, Expr) and a.value.args else []
+    return a.dimension == units.dimension("s") and bool(found) and all(leaf.op == "time" for leaf in found)
+
+
 def _pure(name: str, arguments: list[Value]) -> Value:
     (a,) = arguments
     if isinstance(a, tuple):
         return tuple(_pure(name, [x]) for x in a)
     numeric(a, f"{name}()")
-    if a.dimension not in (None, NUMBER):
+    if a.dimension not in (None, NUMBER) and not _counts_seconds(a):
         hint = None
         if a.dimension == units.dimension("s"):
             hint = "multiply the time by a rate, e.g. `2 rad/s * time`"

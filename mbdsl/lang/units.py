@@ -122,12 +122,21 @@ def scan(text: str, start: int = 0) -> tuple[Unit, int] | None:
     while at < len(text) and text[at] in "./":
         sign = 1 if text[at] == "." else -1
         following = _factor(text, at + 1, 0)
-        if following is None:
+        if following is None or (sign < 0 and _is_name(text, at + 1, following[2])):
             break
         scale, more, at = following
         factor *= scale**sign
         dimension = tuple(a + sign * b for a, b in zip(dimension, more, strict=True))
     return Unit(text[start:at], factor, dimension), at
+
+
+def _is_name(text: str, start: int, end: int) -> bool:
+    """Whether what looks like a unit is the name of a component, as A in `50 W/A.w` and `50 W/A[2].w`."""
+    if not text[start:end].isidentifier():
+        return False
+    behind = text[end : end + 2]
+    member = behind[:1] == "." and (behind[1:].isalpha() or behind[1:] == "_") and _factor(text, end + 1, 0) is None
+    return behind[:1] == "[" or member
 
 
 def _factor(text: str, at: int, depth: int) -> tuple[float, Dimension, int] | None:

@@ -54,6 +54,18 @@ def joints_join(joints: Sequence[Edge], ground: Component) -> None:
             )
 
 
+def forces_act(forces: Sequence[Edge]) -> None:
+    """Check that no torque acts between two frames of one body, where its two parts cancel."""
+    for e in forces:
+        if e.component.kind.name == "Torque" and e.body_i == e.body_j and e.body_i and len(e.component.ports) == 2:
+            frames = " and ".join(e.component.ports.values())
+            raise ModelError(
+                f"Torque `{e.name}` does nothing: {frames} belong to the same body, on which both parts cancel",
+                e.component.span,
+                f"with one frame it acts on the body: `Torque {e.name}({e.component.ports['frame_b']}, tau = ...)`",
+            )
+
+
 def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]], ground: Component) -> None:
     """Check that joints or forces connect every group of bodies with the ground."""
     if not floating:

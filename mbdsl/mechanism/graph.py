@@ -299,6 +299,7 @@ def build(scene: Scene) -> MechanismGraph:
     meant = ((GROUND, *e.also) for e in joints if not e.component.ports)
     held = connected((GROUND, *bodies), (*((e.body_i, e.body_j) for e in (*joints, *forces)), *meant))
     checks.joints_join(joints, grounds[0])
+    checks.forces_act(forces)
     checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
     return MechanismGraph(scene, grounds[0], bodies, joints, forces, checks.warnings(joints, forces))
 
