@@ -26,7 +26,7 @@ def _integer(x: float) -> int:
 
 
 def _counts_seconds(a: Quantity) -> bool:
-    """Whether an argument is a number times the time, as in `sin(2*pi*time)`: a rate in rad/s. The time alone has none."""
+    """Whether an argument is a number of times the time, as in `sin(2*pi*time)`: a rate in rad/s."""
     found = leaves(a.value) if isinstance(a.value, Expr) and a.value.args else []
     return a.dimension == units.dimension("s") and bool(found) and all(leaf.op == "time" for leaf in found)
 
