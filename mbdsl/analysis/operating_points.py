@@ -10,16 +10,19 @@ import numpy as np
 
 from mbdsl.analysis.equilibria import prepare, settle
 from mbdsl.errors import UsageError
-from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.expressions.symbolic import is_velocity_level, walk
 from mbdsl.initial.consistent import initial_position, initial_state
 from mbdsl.lang.given_values import seconds
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array
 from mbdsl.simulation.simulate import simulate
+from mbdsl.simulation.uncertain_turns import uncertain_turns
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import values
+
+OUTPUTS = (100, 2000, 40_000)  #: outputs of the run up to a state, in turn, until they show the turns of all angles
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -114,12 +117,16 @@ def find(
         first = initial_state(system, mechanism, start)
         return OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])
     assert not isinstance(at, str)
-    run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start), announce=announce)
+    for outputs in OUTPUTS:  # as many as show the turns of angles in space
+        run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start) / outputs, announce=announce)
+        if not uncertain_turns(run):
+            break
     t, q, v = float(run.t[-1]), run.q[-1], run.v[-1]
     for body, angle in run.turns.items():
         system.set_turn(body, float(angle[-1]))
-    for node in system.tables.angles:
-        (angle,) = values(run.system, [node], run.t, run.q, run.v)
+    counted = (node for x in system.scene.signals().values() for node in walk(x) if node.op == "angle")
+    nodes = list(dict.fromkeys([*system.tables.angles, *counted])) if system.scene.spatial else []
+    for node, angle in zip(nodes, values(run.system, nodes, run.t, run.q, run.v), strict=True):
         system.set_first_angle(node, float(angle[-1]))
     a, lam = accelerations(system, t, q, v, run.left_out)
     return OperatingPoint(system, name, t, q, v, a, lam, tuple(run.left_out), [])

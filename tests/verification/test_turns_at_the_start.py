@@ -93,3 +93,21 @@ def test_a_frame_of_a_body_at_more_than_half_a_turn():
         .replace("seat(r = {0, 0, 0} m, phi = 270 deg)", "seat = {0, 0, 270 deg}")
     )
     assert np.degrees(mbdsl.Simulation(mbdsl.parse(plane), step=1e-3)["j.phi"]) == pytest.approx(300.0)
+
+
+@pytest.mark.parametrize("rate", [20.0, 900.0])
+@pytest.mark.parametrize("spring", ["", "RotationalSpringDamper s(hinge, k = 1e-9 N.m/rad);"])
+def test_a_linear_model_at_a_time_has_the_turns_of_its_angles(rate, spring):
+    """phi = 0.4 rad + w t."""
+    text = f"""spatial model Spin
+      Ground ground(g = 0);
+      Body b(m = 1 kg, I = 0.1 kg.m2);
+      Revolute hinge(ground, b.c, n = {{0.6, 0, 0.8}});
+      {spring}
+    initial equation
+      hinge.phi = 0.4 rad; hinge.w = {rate} rad/s;
+      annotation(experiment(StopTime = 1 s));
+    end Spin;"""
+    found = mbdsl.linearise(mbdsl.parse(text), at=0.7, outputs=["hinge.phi"])
+    assert found.x0[0] == pytest.approx(0.4 + 0.7 * rate, rel=1e-6)
+    assert found.y0[0] == pytest.approx(0.4 + 0.7 * rate, rel=1e-6)
