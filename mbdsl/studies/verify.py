@@ -19,7 +19,7 @@ from mbdsl.studies.time_limits import TooLong, allowance, limited
 
 FEW = 3.0  #: signals that agree to fewer digits are doubtful
 SHOWN = 12  #: number of signals in a text, those with the fewest digits
-SMALL = 1e-5  #: smallest range of a signal, relative to the largest value of its unit, that serves as its scale
+SMALL = 2e-5  #: smallest range of a signal, relative to the largest of its unit on its bodies, that serves as its scale
 
 
 @dataclass(frozen=True)
@@ -169,6 +169,22 @@ def verify(
     return Verification(method, step, tol, tuple(found), problem, facts, until)
 
 
+#: coordinates of a body by their units
+MOTIONS = {"m": ("x", "y", "z"), "m/s": ("vx", "vy", "vz"), "rad": ("phi",), "rad/s": ("w", "wx", "wy", "wz")}
+
+
+def _of_bodies(run: Trajectory, name: str, unit: str) -> float | None:
+    """The largest range of a motion of the bodies that a signal belongs to: the body itself, or those that a joint or
+    force connects; None if they do not move, or of signals that are no motions."""
+    owner = run.scene.components.get(name.partition(".")[0])
+    if owner is None or unit not in MOTIONS or ".Phi[" in name or ".dPhi[" in name or ".Gam[" in name:
+        return None
+    found = [owner.name, *(run.scene.frames[frame].body for frame in owner.ports.values())]
+    bodies = [body for body in dict.fromkeys(found) if run.scene.components[body].coordinates]
+    signals = [f"{body}.{key}" for body in bodies for key in MOTIONS[unit] if f"{body}.{key}" in run]
+    return max((_range(run[x]) for x in signals), default=0.0) or None
+
+
 def agree(
     one: Trajectory,
     other: Trajectory,
@@ -179,8 +195,9 @@ def agree(
 ) -> list[Agreement]:
     """The agreement of two trajectories by signal, the worst first; ``other`` has all times of ``one`` up to ``until``.
 
-    Digits are relative to the range of a signal, but at least to ``small`` times the largest value of its unit, here
-    and (with the scales ``known``) in such a mechanism. Differences that rounding can cause do not count.
+    Digits are relative to the range of a signal, but at least to ``small`` times the largest range of such a motion on
+    the bodies that it belongs to; of forces and other quantities, to the largest value of the unit here and in such a
+    mechanism (with the scales ``known``). Differences that rounding can cause do not count.
     """
     count = int(np.searchsorted(one.t, until, side="right"))
     rows = np.minimum(np.searchsorted(other.t, one.t[:count]), len(other.t) - 1)
@@ -195,7 +212,10 @@ def agree(
         unit = one.unit(name)
         difference = _difference(one[name][:count], other[name][rows])
         usual = known.of(name, unit) if known is not None else 0.0
-        least = usual if known is not None and known.whole(name) else small * max(largest[unit], usual)
+        own = _of_bodies(one, name, unit) if known is not None else None
+        least = small * (max(largest[unit], usual) if own is None else own)
+        if known is not None and known.whole(name):
+            least = usual
         scale = max(ranges[name], least) or _largest(one[name]) or 1.0
         digits = -np.log10(max(difference / scale, 1e-16)) if np.isfinite(difference) else 0.0
         if known is not None and difference <= known.rounding(name, unit):

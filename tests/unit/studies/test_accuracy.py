@@ -16,6 +16,7 @@ from mbdsl.studies import ladder as ladders
 from mbdsl.studies.cases import own_step, setting
 from mbdsl.studies.ladder import Ladder, difference, observed
 from mbdsl.studies.recommendation import recommend
+from mbdsl.studies.scales import scales
 from mbdsl.studies.verify import Verification, agree, verify
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -502,3 +503,23 @@ def test_what_cannot_be_written_is_told_before_the_work(say, monkeypatch):
         assert code == 2 and err.startswith("error: cannot write into `file/folder`: ")
     code, _, err = say("simulate", CRANK, "--output", "file/results.csv")
     assert code == 2 and err.startswith("error: cannot write `file/results.csv`: ")
+
+
+def test_digits_of_a_small_part_are_those_of_its_own_range():
+    """A resonator of 1 nm beside a rod of 1 m: 20 % of its amplitude is less than a digit."""
+    text = """model Scales
+      Ground ground;
+      Rod rod(m = 1 kg, length = 1 m);
+      Revolute pin(ground, rod.a);
+      Body mems(m = 1e-12 kg, I = 1e-24 kg.m2);
+      Prismatic rail(ground, mems.c);
+      TranslationalSpringDamper k(rail, k = 1e-8 N/m);
+    initial equation
+      rod.phi = -60 deg; rail.s = 1 nm; rail.v = 0 m/s;
+      annotation(experiment(StopTime = 1 s));
+    end Scales;"""
+    run = mbdsl.simulate(mbdsl.parse(text), method="dop853", tol=1e-9)
+    other = mbdsl.simulate(mbdsl.parse(text), method="dop853", tol=1e-9)
+    other._known["rail.s"] = other["rail.s"] * np.where(other.t > 0.5, 1.2, 1.0)
+    found = {a.signal: a.digits for a in agree(run, other, ["rail.s", "rod.x", "pin.phi"], 1.0, scales(run, 1e-3))}
+    assert found["rail.s"] == pytest.approx(1.0, abs=0.15) and min(found["rod.x"], found["pin.phi"]) == 16.0
