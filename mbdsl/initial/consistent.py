@@ -11,7 +11,7 @@ by Gauss-Newton steps with the constraints linearised, damped while far from a s
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from mbdsl.collection import uncollected
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
-from mbdsl.initial import gaps
+from mbdsl.initial import gaps, telescopes
 from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.in_plane import InPlane
 from mbdsl.initial.mass_check import singular_mass
@@ -78,6 +78,7 @@ class InitialState:
     moved: tuple[Moved, ...] = ()
     redundant: tuple[int, ...] = ()  #: constraint rows that depend on others in all poses
     mirrored: tuple[str, ...] = ()  #: joints in space whose axes have opposite senses
+    legs: tuple[str, ...] = ()  #: notes about telescopic legs that were turned round
 
 
 @uncollected
@@ -103,8 +104,8 @@ def initial_state(
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
     metric = Metric(system, members)
-    q, v = _assembled(system, graph, t, metric, relax, static, until)
-    return state_at(system, t, q, v)
+    q, v, legs = _assembled(system, graph, t, metric, relax, static, until)
+    return replace(state_at(system, t, q, v), legs=legs)
 
 
 def state_at(system: System, t: float, q: Array, v: Array) -> InitialState:
@@ -166,21 +167,43 @@ def _assembled(
     relax: Callable[[Array], Array] | None,
     static: bool,
     until: float,
-) -> tuple[Array, Array]:
-    """q and v; flexible bodies deform only if necessary."""
+) -> tuple[Array, Array, tuple[str, ...]]:
+    """q and v, and notes about telescopic legs; flexible bodies deform only if necessary."""
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
     velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
         try:
             unknowns, y = _pose(system, t, shape, for_assembly(system.scene, positions), metric, until)
+            unknowns, y, legs = _reaching(system, t, for_assembly(system.scene, positions), metric, until, unknowns, y)
             q = unknowns.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
-            return q, _velocities(system, t, q, y, unknowns, velocities, metric)
+            return q, _velocities(system, t, q, y, unknowns, velocities, metric), legs
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise
     raise AssertionError("the last attempt returns or raises")
+
+
+def _reaching(
+    system: System, t: float, given: list[InitialValue], metric: Metric, until: float, shape: Shape, y: Array
+) -> tuple[Shape, Array, tuple[str, ...]]:
+    """The pose, or that in which telescopic legs without initial values are not turned round, with a note for each."""
+    legs = telescopes.positions(system) if isinstance(shape, AsIs | InPlane) else {}
+    before = telescopes.values_at(system, legs, t, shape.expand(y)) if legs else np.empty(0)
+    if not (before < 0.0).any():
+        return shape, y, ()
+    away = [name for name, s in zip(legs, before, strict=True) if s < 0.0]
+    other = AsIs(system, telescopes.turned_round(system, away, t, shape.expand(y)))
+    try:
+        found, z = _pose(system, t, other, given, metric, until)
+    except (InitialisationError, TimeoutError):
+        return shape, y, ()
+    after = telescopes.values_at(system, legs, t, found.expand(z))
+    if not after.min() > before.min() + telescopes.SAME * system.tables.size:
+        return shape, y, ()
+    each = zip(legs, before, after, strict=True)
+    return found, z, tuple(telescopes.TAKEN.format(name, new, old) for name, old, new in each if old < 0.0)
 
 
 def _shapes(system: System, graph: MechanismGraph, t: float, positions: list[InitialValue]) -> list[Shape]:
@@ -214,7 +237,9 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     given = for_assembly(system.scene, positions)
     for shape in _shapes(system, graph, t, positions):
         try:
-            unknowns, y = _pose(system, t, shape, given, metric or Metric(system, {}))
+            measure = metric or Metric(system, {})
+            unknowns, y = _pose(system, t, shape, given, measure)
+            unknowns, y, _legs = _reaching(system, t, given, measure, np.inf, unknowns, y)
             return unknowns.expand(y)
         except InitialisationError:
             if isinstance(shape, AsIs):

@@ -80,6 +80,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
             raise problem
         moved += state.moved
         lines += [MIRRORED.format(name) for name in state.mirrored]
+        lines += state.legs
         rates += rates_not_given(system, state)
         names = system.constraint_names()
         redundant += [names[k] for k in state.redundant]
