@@ -15,7 +15,7 @@ import pytest
 
 import mbdsl
 from mbdsl.elements import modules
-from mbdsl.lang import units
+from mbdsl.lang import parser, units
 
 MODELS = Path(__file__).parents[2] / "models"
 SPACE = ["space/flyball_governor", "space/heavy_top", "space/rolling_coin"]
@@ -59,6 +59,7 @@ def written_in(scales):
 def _forget():
     units.symbol.cache_clear()
     units.parse.cache_clear()
+    parser._parsed.cache_clear()  # syntax trees with numbers in other units
 
 
 def text_with_units(name: str) -> str:
