@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.errors import UsageError
 
-if TYPE_CHECKING:
-    from mbdsl.analysis.linearisation import Linearisation
-
 Array = NDArray[np.float64]
 POINTS = 501  #: of a response without given times or frequencies
 SETTLED = 7.0  #: duration of a step response in time constants of the slowest pole
+
+
+class Linear(Protocol):
+    """A linear model: :class:`mbdsl.analysis.linearisation.Linearisation`."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: list[str]
+    inputs: list[str]
+    outputs: list[str]
 
 
 class StepResponse(NamedTuple):
@@ -48,13 +57,13 @@ class FrequencyResponse(NamedTuple):
     phase: Array
 
 
-def poles(linear: Linearisation) -> NDArray[np.complex128]:
+def poles(linear: Linear) -> NDArray[np.complex128]:
     """The eigenvalues (r,) of A [1/s], the slowest first."""
     found = np.linalg.eigvals(linear.A) if len(linear.A) else np.zeros(0)
     return np.asarray(found[np.lexsort((found.imag, np.abs(found)))], complex)
 
 
-def step_response(linear: Linearisation, t: ArrayLike | None = None) -> StepResponse:
+def step_response(linear: Linear, t: ArrayLike | None = None) -> StepResponse:
     """See :meth:`Linearisation.step_response`."""
     from scipy.linalg import expm
 
@@ -79,7 +88,7 @@ def step_response(linear: Linearisation, t: ArrayLike | None = None) -> StepResp
     return StepResponse(times, found)
 
 
-def bode(linear: Linearisation, f: ArrayLike | None = None) -> FrequencyResponse:
+def bode(linear: Linear, f: ArrayLike | None = None) -> FrequencyResponse:
     """See :meth:`Linearisation.bode`."""
     if f is None:
         size = np.abs(poles(linear)) / (2.0 * np.pi)
@@ -101,14 +110,14 @@ def bode(linear: Linearisation, f: ArrayLike | None = None) -> FrequencyResponse
     return FrequencyResponse(frequencies, np.abs(H), np.unwrap(np.angle(H), axis=0))
 
 
-def to_control(linear: Linearisation) -> Any:
+def to_control(linear: Linear, name: str) -> Any:
     """See :meth:`Linearisation.to_control`."""
     try:
         import control  # type: ignore[import-untyped]
     except ImportError:
         raise UsageError("python-control is not installed", hint="pip install control") from None
     names = {key: _plain(getattr(linear, key)) for key in ("states", "inputs", "outputs")}
-    return control.ss(*linear, name=linear.scene.name, **names)
+    return control.ss(linear.A, linear.B, linear.C, linear.D, name=name, **names)
 
 
 def _plain(names: list[str]) -> list[str]:

@@ -165,7 +165,7 @@ class Linearisation:
         UsageError
             If python-control is not installed.
         """
-        return linear_responses.to_control(self)
+        return linear_responses.to_control(self, self.scene.name)
 
     def to_dict(self) -> dict[str, object]:
         """Return all content but the equations as arrays, lists and numbers.
