@@ -17,6 +17,7 @@ from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation import simulate as simulation
 from mbdsl.simulation.checkpoint import Checkpoint
 from mbdsl.simulation.given_initial_values import with_initial
+from mbdsl.simulation.prescribed_inputs import with_inputs
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.trajectory import Trajectory
 
@@ -46,6 +47,7 @@ def simulate(
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
+    inputs: Mapping[str, Any] | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion of a model.
 
@@ -113,6 +115,9 @@ def simulate(
     checkpoint : path or Checkpoint, optional
         Checkpoint file, written every minute and when the run is interrupted; ``mbdsl.resume`` continues from it.
         The file remains after the run. Not available with ``accuracy`` or with third-party integrators.
+    inputs : mapping, optional
+        Functions of time in place of inputs of the model: a pair (t, u) of arrays, linear between the points and
+        constant outside of them; a function of time; or a number; in SI units. Others have their start values.
 
     Returns
     -------
@@ -133,7 +138,18 @@ def simulate(
         On Ctrl-C. It is a KeyboardInterrupt whose ``trajectory`` holds the results so far.
     """
     given = locals()
-    del given["signals"]
+    del given["signals"], given["inputs"]
+    if inputs:
+        if checkpoint is not None:
+            raise UsageError(
+                "runs with given inputs have no checkpoints", hint="write the inputs as tables of the model"
+            )
+        scene = as_scene(model, parameters, without)
+        begin, end, own = seconds(start, "start"), seconds(stop, "stop"), scene.experiment
+        begin, end = own.start if begin is None else begin, own.stop if end is None else end
+        given["model"] = model = with_inputs(scene, inputs, begin, end)
+        given["parameters"] = parameters = None
+        given["without"] = without = ()
     chosen = None if signals is None else SignalNames(as_scene(model, parameters, without)).select(signals)
     try:
         found = simulated(**given)

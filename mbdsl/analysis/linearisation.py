@@ -14,14 +14,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from mbdsl.analysis import operating_points
+from mbdsl.analysis import linear_responses, operating_points
 from mbdsl.analysis.eigenmodes import LARGEST_MOVING
 from mbdsl.analysis.eigenvalues import Projected, projected
 from mbdsl.analysis.input_forces import input_forces, signal_derivatives
+from mbdsl.analysis.linear_responses import FrequencyResponse, StepResponse
 from mbdsl.analysis.named_basis import AtRest, Named
 from mbdsl.analysis.operating_points import OperatingPoint
 from mbdsl.errors import UsageError
@@ -31,6 +33,7 @@ from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import did_you_mean
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import Array, dense
+from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
@@ -100,6 +103,70 @@ class Linearisation:
         """The model."""
         return self.system.scene
 
+    def poles(self) -> NDArray[np.complex128]:
+        """Return the eigenvalues of A.
+
+        Returns
+        -------
+        (r,) array of complex [1/s]
+            The slowest first; about an equilibrium, those of ``mbdsl.eigen`` with their conjugates.
+        """
+        return linear_responses.poles(self)
+
+    def step_response(self, t: ArrayLike | None = None) -> StepResponse:
+        """Return the response to a unit step of each input at t = 0, exactly at the given times.
+
+        Parameters
+        ----------
+        t : (N,) array, optional [s]
+            Ascending times from 0 on. Default: 501 times, until the slowest pole has settled.
+
+        Returns
+        -------
+        StepResponse
+            Times ``t`` (N,) and deviations ``y`` (N, o, i) of the outputs from ``y0``.
+
+        Raises
+        ------
+        UsageError
+            If the times do not ascend.
+        """
+        return linear_responses.step_response(self, t)
+
+    def bode(self, f: ArrayLike | None = None) -> FrequencyResponse:
+        """Return the frequency response C (j w I - A)^{-1} B + D, w = 2 pi f.
+
+        Parameters
+        ----------
+        f : (N,) array, optional [Hz]
+            Default: 501 frequencies, from far below the slowest to far above the fastest pole.
+
+        Returns
+        -------
+        FrequencyResponse
+            Frequencies ``f`` (N,) [Hz], ``amplitude`` and ``phase`` [rad], of shape (N, o, i) each.
+
+        Raises
+        ------
+        UsageError
+            If a frequency is negative, or that of an undamped pole.
+        """
+        return linear_responses.bode(self, f)
+
+    def to_control(self) -> Any:
+        """Return the model for python-control, with names in which ``_`` stands for ``.``.
+
+        Returns
+        -------
+        control.StateSpace
+
+        Raises
+        ------
+        UsageError
+            If python-control is not installed.
+        """
+        return linear_responses.to_control(self, self.scene.name)
+
     def to_dict(self) -> dict[str, object]:
         """Return all content but the equations as arrays, lists and numbers.
 
@@ -143,7 +210,7 @@ class Linearisation:
 @blame_model
 def linearise(
     model: Scene | Builder | str | PathLike,
-    at: str | float = "static",
+    at: str | float | Mapping[str, Any] = "static",
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     *,
@@ -157,9 +224,10 @@ def linearise(
     ----------
     model : Scene, Builder or path
         The mechanism. Its inputs have their start values.
-    at : str or float, optional
+    at : str, float or mapping, optional
         "static": the equilibrium that ``mbdsl.static`` finds. "start": the initial state with its velocities, such as
-        an upright pose. A time [s]: the state at that time of a simulation with the model's settings.
+        an upright pose. A time [s]: the state at that time of a simulation with the model's settings. A mapping such as
+        ``{"pin.phi": "80 deg"}``: the initial state with these values, as with ``initial`` of ``mbdsl.simulate``.
     inputs : sequence of str, optional
         Names of inputs of the model, which act by forces. Default: all.
     outputs : sequence of str, optional
@@ -179,6 +247,8 @@ def linearise(
         If the state is not found.
     """
     scene = as_scene(model, parameters, without)
+    if isinstance(at, Mapping):
+        scene, at = with_initial(scene, at), "start"
     _inputs(scene, inputs)
     if outputs is not None:
         _outputs(scene, SignalNames(scene), outputs)

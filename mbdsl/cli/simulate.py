@@ -66,6 +66,14 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     values.add_times(parser)
     parser.add_argument(
+        "--input",
+        metavar="NAME=FILE",
+        action="append",
+        default=[],
+        help="values of an input over time: the columns `time` and NAME (or the only other one) of a result file or "
+        "CSV, in SI units; linear between the rows",
+    )
+    parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
         help="signals to write (globs); default: coordinates and velocities of all bodies",
@@ -109,6 +117,28 @@ def add_options(parser: argparse.ArgumentParser, words: Sequence[str] | None = N
         )
 
 
+def _with_inputs(args: argparse.Namespace, scene: Scene) -> Scene:
+    """The model with the inputs of ``--input``."""
+    from mbdsl.simulation.prescribed_inputs import with_inputs
+
+    if args.checkpoint:
+        raise UsageError("runs with --input have no checkpoints", hint="write the input as a `Table` of the model")
+    given = {}
+    for word in args.input:
+        name, equals, path = word.partition("=")
+        if not (equals and name and path):
+            raise UsageError(f"--input {word}: expected NAME=FILE", hint="e.g. --input u=torque.csv")
+        columns, _about = results.read(path)
+        others = [key for key in columns if key != "time"]
+        column = name if name in columns else others[0] if len(others) == 1 else None
+        if "time" not in columns or column is None:
+            has = ", ".join(list(columns)[:6])
+            raise UsageError(f"`{path}` has no columns `time` and `{name}`", hint=f"its columns: {has}")
+        given[name] = columns["time"], columns[column]
+    begin = scene.experiment.start if args.start is None else args.start
+    return with_inputs(scene, given, begin, args.stop)
+
+
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{values.stem(args)}.csv"
     rows = f"{args.checkpoint}.rows" if args.checkpoint else None
@@ -119,6 +149,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     options = values.numbers(args.option)
     begun = perf_counter()
     scene = values.load_model(args)
+    if getattr(args, "input", None):
+        scene = _with_inputs(args, scene)
     output_files.check(outputs, scene.files)
     parse = perf_counter() - begun
     if args.signals:

@@ -72,6 +72,11 @@ class Trajectory(StateSignals):
     def __len__(self) -> int:
         return len(self.t)
 
+    @property
+    def time(self) -> Array:
+        """Times (N,) [s]; the same as ``t``."""
+        return self.t
+
     # -- names -------------------------------------------------------------------------------------------------
     @property
     def names(self) -> list[str]:

@@ -1,0 +1,131 @@
+"""Poles and responses of linear models x' = A x + B u, y = C x + D u."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mbdsl.errors import UsageError
+
+Array = NDArray[np.float64]
+POINTS = 501  #: of a response without given times or frequencies
+SETTLED = 7.0  #: duration of a step response in time constants of the slowest pole
+
+
+class Linear(Protocol):
+    """A linear model: :class:`mbdsl.analysis.linearisation.Linearisation`."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: list[str]
+    inputs: list[str]
+    outputs: list[str]
+
+
+class StepResponse(NamedTuple):
+    """The response to a unit step of each input at t = 0, as deviations from the state.
+
+    Attributes
+    ----------
+    t : (N,) [s]
+    y : (N, o, i)
+        Output o for a step of input i.
+    """
+
+    t: Array
+    y: Array
+
+
+class FrequencyResponse(NamedTuple):
+    """The response to harmonic inputs, C (j w I - A)^{-1} B + D.
+
+    Attributes
+    ----------
+    f : (N,) [Hz]
+    amplitude : (N, o, i)
+        Amplitude of output o for a unit amplitude of input i.
+    phase : (N, o, i) [rad]
+        Without jumps along f.
+    """
+
+    f: Array
+    amplitude: Array
+    phase: Array
+
+
+def poles(linear: Linear) -> NDArray[np.complex128]:
+    """The eigenvalues (r,) of A [1/s], the slowest first."""
+    found = np.linalg.eigvals(linear.A) if len(linear.A) else np.zeros(0)
+    return np.asarray(found[np.lexsort((found.imag, np.abs(found)))], complex)
+
+
+def step_response(linear: Linear, t: ArrayLike | None = None) -> StepResponse:
+    """See :meth:`Linearisation.step_response`."""
+    from scipy.linalg import expm
+
+    if t is None:
+        slow = np.abs(poles(linear).real)
+        slowest = slow[slow > 1e-9 * np.abs(poles(linear)).max(initial=0.0)].min(initial=np.inf)
+        t = np.linspace(0.0, SETTLED / slowest if np.isfinite(slowest) else 10.0, POINTS)
+    times, (r, i) = np.array(t, float), linear.B.shape
+    if times.ndim != 1 or not len(times) or times[0] < 0.0 or (np.diff(times) <= 0.0).any():
+        raise UsageError("times of a step response ascend from 0 s on", hint="e.g. numpy.linspace(0, 5, 501)")
+    # d/dt [x; u] = [[A, B], [0, 0]] [x; u]: exact at any times
+    whole, state = np.zeros((r + i, r + i)), np.zeros((r + i, i))
+    whole[:r, :r], whole[:r, r:], state[r:] = linear.A, linear.B, np.eye(i)
+    found, last, before = np.zeros((len(times), len(linear.outputs), i)), 0.0, (-1.0, np.eye(r + i))
+    for k, now in enumerate(times):
+        step = now - last
+        if step > 0.0:
+            if abs(step - before[0]) > 1e-12 * step:
+                before = step, expm(step * whole)
+            state = before[1] @ state
+        found[k], last = linear.C @ state[:r] + linear.D, now
+    return StepResponse(times, found)
+
+
+def bode(linear: Linear, f: ArrayLike | None = None) -> FrequencyResponse:
+    """See :meth:`Linearisation.bode`."""
+    if f is None:
+        size = np.abs(poles(linear)) / (2.0 * np.pi)
+        size = size[size > 1e-9 * size.max(initial=0.0)]
+        low, high = (size.min() / 30.0, size.max() * 30.0) if len(size) else (0.01, 100.0)
+        f = np.geomspace(low, high, POINTS)
+    frequencies, r = np.array(f, float), len(linear.A)
+    if frequencies.ndim != 1 or not len(frequencies) or not (frequencies >= 0.0).all():
+        raise UsageError("frequencies [Hz] are not negative", hint="e.g. numpy.geomspace(0.1, 100, 501)")
+    s = 2j * np.pi * frequencies[:, None, None]
+    with np.errstate(all="ignore"):
+        try:
+            H = linear.C @ np.linalg.solve(
+                s * np.eye(r) - linear.A, np.broadcast_to(linear.B, (len(s), *linear.B.shape))
+            )
+        except np.linalg.LinAlgError:
+            raise UsageError("a frequency is that of an undamped pole, where the response is infinite") from None
+    H = H + linear.D
+    return FrequencyResponse(frequencies, np.abs(H), np.unwrap(np.angle(H), axis=0))
+
+
+def to_control(linear: Linear, name: str) -> Any:
+    """See :meth:`Linearisation.to_control`."""
+    try:
+        import control  # type: ignore[import-untyped]
+    except ImportError:
+        raise UsageError("python-control is not installed", hint="pip install control") from None
+    names = {key: _plain(getattr(linear, key)) for key in ("states", "inputs", "outputs")}
+    return control.ss(linear.A, linear.B, linear.C, linear.D, name=name, **names)
+
+
+def _plain(names: list[str]) -> list[str]:
+    """Names without dots and brackets, each different from the others."""
+    found: list[str] = []
+    for name in names:
+        plain = name.replace(".", "_").replace("[", "_").replace("]", "").replace(",", "_")
+        while plain in found:
+            plain += "_"
+        found.append(plain)
+    return found
