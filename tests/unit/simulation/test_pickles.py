@@ -117,20 +117,18 @@ def test_systems(again):
         np.testing.assert_array_equal(getattr(other, name)(*given), getattr(system, name)(*given))
 
 
-def run(model, **given):
-    """Run in a worker."""
-    return mbdsl.simulate(model, **given)
-
-
 def test_results_cross_processes():
     """Trajectories, selections and equilibria that a spawned process computes have the bits of those of this one."""
     path = MODELS / "slider_crank.mbd"
     given = {"stop": "10 ms", "step": "1 ms"}
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        first = pool.submit(run, path, **given)
-        second = pool.submit(run, mbdsl.load(path), signals=["O.fx"], **given)
+        first = pool.submit(mbdsl.simulate, path, **given)
+        second = pool.submit(mbdsl.simulate, mbdsl.load(path), signals=["O.fx"], **given)
         third = pool.submit(mbdsl.static, path)
-        for there, here in ((first, run(path, **given)), (second, run(path, signals=["O.fx"], **given))):
+        for there, here in (
+            (first, mbdsl.simulate(path, **given)),
+            (second, mbdsl.simulate(path, signals=["O.fx"], **given)),
+        ):
             found = there.result()
             seconds = found.stats.pop("seconds"), here.stats.pop("seconds")
             assert seconds[0].keys() == seconds[1].keys()
@@ -159,18 +157,13 @@ def test_errors(kind):
     assert (again.span, again.notes, again.hint) == (given.span, given.notes, given.hint)
 
 
-def fail(given):
-    """Run in a worker: a simulation that ends where a rod is too short."""
-    return mbdsl.simulate(given, step=1e-3, stop=2.0)
-
-
 @pytest.mark.parametrize("given", ["path", "scene"])
 def test_an_integration_error_crosses_processes(given):
-    path = MODELS / "hard" / "beyond_reach.mbd"
+    path, until = MODELS / "hard" / "beyond_reach.mbd", {"step": 1e-3, "stop": 2.0}  # where a rod is too short
     with pytest.raises(IntegrationError) as here:
-        fail(path)
+        mbdsl.simulate(path, **until)
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        there = pool.submit(fail, path if given == "path" else mbdsl.load(path)).exception()
+        there = pool.submit(mbdsl.simulate, path if given == "path" else mbdsl.load(path), **until).exception()
     assert isinstance(there, IntegrationError)
     assert (there.render(), there.exit_code) == (here.value.render(), 4)
     ours, theirs = here.value.trajectory, there.trajectory
