@@ -27,7 +27,7 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.loop_rows import with_rows_in_axes
 from mbdsl.mechanism.point_masses import turned_by_joints
-from mbdsl.mechanism.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
+from mbdsl.mechanism.scene import ENERGIES, Component, Description, Experiment, Frame, Input, ParameterValue, Scene
 from mbdsl.messages import few
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
@@ -297,7 +297,7 @@ class Assembly:
             message = "the model has no ground" if first or self.parts else "the model has no components"
             where = span_of(first.at) if first is not None else None
             raise ModelError(message, where, "declare it: `Ground ground;`")
-        parameters, variables, inputs = self._slots(root)
+        parameters, variables, descriptions, inputs = self._slots(root)
         components: dict[str, Component] = {part.name: part.component() for part in self.parts.values()}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
         if self.spatial:
@@ -325,6 +325,7 @@ class Assembly:
             doc,
             files,
             variables=variables,
+            descriptions=descriptions,
             inputs=inputs,
             without={x: tuple(p.name for p in self.parts.values() if x in p.lacks) for x in self.without},
             aliases=aliases,
@@ -356,8 +357,10 @@ class Assembly:
                     found[part.name] = found.get(part.name, ()) + shapes
         return found
 
-    def _slots(self, root: Namespace) -> tuple[dict[str, ParameterValue], dict[str, symbolic.Expr], dict[str, Input]]:
-        parameters, variables, inputs = {}, {}, {}
+    def _slots(
+        self, root: Namespace
+    ) -> tuple[dict[str, ParameterValue], dict[str, symbolic.Expr], dict[str, Description], dict[str, Input]]:
+        parameters, variables, described, inputs = {}, {}, {}, {}
         own = {id(m) for m in root.members.values() if isinstance(m, Slot)}
         for slot in self.slots:
             value = slot.value()
@@ -376,7 +379,8 @@ class Assembly:
                                 f"give the sub-model `{slot.name.split('.')[0]}` or the variable another name",
                             )
                         variables[slot.name + suffix] = symbolic.expr(q.value)
-        return parameters, variables, inputs
+                        described[slot.name + suffix] = Description(slot.unit or _unit_of(q), slot.doc)
+        return parameters, variables, described, inputs
 
 
 def _unit_of(value: Value) -> str:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
@@ -181,6 +181,13 @@ class Input:
     span: Span | None = field(default=None, compare=False)
 
 
+class Description(NamedTuple):
+    """The unit and the documentation of a variable, as declared."""
+
+    unit: str = ""
+    doc: str = ""
+
+
 class Origin(Protocol):
     """The text or the Builder that a Scene was made from. It is a value, too: later changes do not reach it."""
 
@@ -219,6 +226,8 @@ class Scene:
         Source files, the main one first, and their texts as read.
     variables : mapping of str to Expr
         Named expressions, such as ``Real F = 2*time;``.
+    descriptions : mapping of str to Description
+        Units and documentation of variables.
     inputs : mapping of str to Input
         Inputs.
     without : mapping of str to tuple of str
@@ -242,6 +251,7 @@ class Scene:
     doc: str = field(default="", compare=False)
     files: Mapping[str, str] = field(default_factory=dict, compare=False)
     variables: Mapping[str, Expr] = field(default_factory=dict)
+    descriptions: Mapping[str, Description] = field(default_factory=dict, compare=False)
     inputs: Mapping[str, Input] = field(default_factory=dict)
     without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     aliases: Mapping[str, str] = field(default_factory=dict)

@@ -70,7 +70,11 @@ def tables(scene: Scene) -> list[Table]:
             ("name", "start", "unit", "description"),
             [(x.name, rounded(x.start), x.unit, x.doc) for x in scene.inputs.values()],
         ),
-        Table("Variables", ("name", "value"), [(name, _short(text(e))) for name, e in scene.variables.items()]),
+        Table(
+            "Variables",
+            ("name", "value", "unit", "description"),
+            [(name, _short(text(e)), *scene.descriptions.get(name, ("", ""))) for name, e in scene.variables.items()],
+        ),
         Table(
             "Initial values",
             ("signal", "value", "unit", ""),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.mechanism.scene import ENERGIES, Component, Scene
+from mbdsl.mechanism.scene import ENERGIES, Component, Description, Scene
 
 #: meanings of signals that a kind does not describe, by the last part of their names
 MEANINGS = {
@@ -34,7 +34,8 @@ def meaning(scene: Scene, name: str) -> str:
     if name == "time" or name in OF_ENERGIES:
         return OF_ENERGIES.get(name, "time")
     if name in scene.variables:
-        return scene.inputs[name].doc or "input" if name in scene.inputs else "variable of the model"
+        said = scene.descriptions.get(name, Description()).doc
+        return said or ("input" if name in scene.inputs else "variable of the model")
     owner, _, key = name.rpartition(".")
     component = scene.components.get(owner)
     said = _described(component, key) if component is not None else ""

@@ -11,7 +11,7 @@ from mbdsl.errors import UsageError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import Expr, coordinate
 from mbdsl.mechanism.energies import energies
-from mbdsl.mechanism.scene import ENERGIES, Component, Scene
+from mbdsl.mechanism.scene import ENERGIES, Component, Description, Scene
 from mbdsl.messages import did_you_mean
 from mbdsl.results.selection import matching
 
@@ -84,8 +84,7 @@ class SignalNames:
                 if key not in QUATERNION:
                     found.setdefault(f"{name}.{key}", (of_frame, frame, key, unit))
         for name, expression in scene.variables.items():
-            unit = scene.inputs[name].unit if name in scene.inputs else ""
-            found.setdefault(name, (expression, unit))
+            found.setdefault(name, (expression, scene.descriptions.get(name, Description()).unit))
         if not self.flexible:
             for name, energy in zip(ENERGIES, energies(scene), strict=True):
                 found[name] = (energy, "J")
