@@ -59,3 +59,9 @@ def test_in_results(tmp_path):
     assert found.unit("F") == "N" and found.signals["F"].doc == "in the actuator"
     found.save(tmp_path / "run.npz", ["F", "h"])
     assert [open_result(tmp_path / "run.npz").unit(name) for name in ("F", "h")] == ["N", "rad"]
+
+
+@pytest.mark.parametrize("text", [PLANE, SPACE], ids=["plane", "space"])
+def test_inputs_over_time_keep_them(text):
+    found = mbdsl.simulate(mbdsl.parse(text), stop=0.01, step=0.01, inputs={"u": ([0.0, 1.0], [0.0, 2.0])})
+    assert found.unit("u") == "N.m" and found.signals["u"].doc == "motor torque"
