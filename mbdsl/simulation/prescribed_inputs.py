@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, const, substitute
 from mbdsl.lang.given_values import value
-from mbdsl.mechanism.scene import Component, Scene, Table
+from mbdsl.mechanism.reduction.drivers import rewritten
+from mbdsl.mechanism.scene import Scene, Table
 from mbdsl.messages import did_you_mean
 
 Array = NDArray[np.float64]
@@ -53,7 +54,7 @@ def with_inputs(scene: Scene, given: Mapping[str, Any], start: float, stop: floa
 
     return replace(
         scene,
-        components={name: _rewritten(c, known) for name, c in scene.components.items()},
+        components={name: rewritten(c, known) for name, c in scene.components.items()},
         variables={name: substitute(x, known) for name, x in scene.variables.items()},
         inputs={name: x for name, x in scene.inputs.items() if name not in laws},
     )
@@ -114,17 +115,3 @@ def _merged(ends: Array, middle: Array) -> Array:
     found = np.empty(len(ends) + len(middle))
     found[::2], found[1::2] = ends, middle
     return found
-
-
-def _rewritten(c: Component, known: Callable[[Expr], Expr | None]) -> Component:
-    def new(x: Any) -> Any:
-        return substitute(x, known) if isinstance(x, Expr) else x
-
-    return replace(
-        c,
-        values={name: new(x) for name, x in c.values.items()},
-        energy=new(c.energy),
-        velocity_constraints=tuple(map(new, c.velocity_constraints)),
-        friction=new(c.friction),
-        friction_rows=tuple(map(new, c.friction_rows)),
-    )

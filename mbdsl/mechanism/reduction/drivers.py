@@ -47,12 +47,13 @@ def carry(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
             frames[name] = Frame(name, graph.ground.name, span=frame.span, motion=(x, y, phi))
     moved = replace(scene, components=components, frames=frames)
     known = moved.prescribed
-    components = {name: _rewritten(c, known) for name, c in components.items()}
+    components = {name: rewritten(c, known) for name, c in components.items()}
     initial = tuple(replace(x, target=substitute(x.target, known)) for x in scene.initial)
     return replace(moved, components=components, initial=initial), notes
 
 
-def _rewritten(c: Component, known) -> Component:
+def rewritten(c: Component, known) -> Component:
+    """The component with ``known`` expressions in place of leaves of its laws."""
     values = {k: substitute(v, known) if isinstance(v, Expr) else v for k, v in c.values.items()}
     return replace(
         c,
