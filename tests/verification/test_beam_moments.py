@@ -6,7 +6,8 @@ import mbdsl
 
 TEXT = """model Cantilever
   Ground ground(g = 0);
-  FlexibleBeam beam(length = 2 m, mass = 1 kg, E = 2e9 Pa, S = 1e-4 m2, I = 1e-9 m4, elements = 4, formulation = "floating");
+  FlexibleBeam beam(length = 2 m, mass = 1 kg, E = 2e9 Pa, S = 1e-4 m2, I = 1e-9 m4, elements = 4,
+    formulation = "floating");
   Fixed clamp(ground, beam.a);
   Torque moment(beam.b, tau = {tau} N.m);
   annotation(experiment(StopTime = 1 ms));
