@@ -117,7 +117,8 @@ def simulate(
         The file remains after the run. Not available with ``accuracy`` or with third-party integrators.
     inputs : mapping, optional
         Functions of time in place of inputs of the model: a pair (t, u) of arrays, linear between the points and
-        constant outside of them; a function of time; or a number; in SI units. Others have their start values.
+        constant outside of them; a function of time, which is sampled; or a number; in SI units. Others have their
+        start values.
 
     Returns
     -------

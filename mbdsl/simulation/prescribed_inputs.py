@@ -1,7 +1,8 @@
 """Inputs of a run that are functions of time: points, a function, or a column of a result file.
 
-They take the place of the inputs in the laws of the model, as a ``Table`` of the model would: linear between the
-points, constant outside of them. Laws of time are known in advance, so that steps end at the points where they bend.
+They take the place of the inputs in the laws of the model, as a ``Table`` of the model would: linear between points,
+constant outside of them. Laws of time are known in advance, so that steps end at the points where they bend. A smooth
+function becomes a spline, one with jumps or corners straight lines between many points.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from mbdsl.mechanism.scene import Scene, Table
 from mbdsl.messages import did_you_mean
 
 Array = NDArray[np.float64]
-#: points of a function: at first, at most, and the largest difference of the function from the straight lines between
-#: them, relative to its range
-FIRST, MOST, CLOSE = 257, 65_537, 1e-6
+#: points of a function: at first, at most, and the largest difference of the function from the spline through them,
+#: relative to its range
+FIRST, MOST, CLOSE = 129, 4097, 1e-7
 
 
 def with_inputs(scene: Scene, given: Mapping[str, Any], start: float, stop: float | None) -> Scene:
@@ -66,12 +67,12 @@ def _law(name: str, what: Any, unit: str, start: float, stop: float | None) -> E
     if callable(what):
         if stop is None:
             raise UsageError(f"input `{name}`: a function of time needs a stop time", hint="give `stop`")
-        t, u = _sampled(name, what, start, stop)
+        t, u, smoothness = _sampled(name, what, start, stop)
     else:
-        t, u = _points(name, what)
-    if len(t) == 1:
+        t, u, smoothness = *_points(name, what), "linear"
+    if len(t) == 1 or not np.ptp(u):
         return const(float(u[0]))
-    table = Table(f"input {name}", tuple(t.tolist()), tuple(u.tolist()))
+    table = Table(f"input {name}", tuple(t.tolist()), tuple(u.tolist()), smoothness)
     return Expr("table", (TIME,), (table, 0))
 
 
@@ -91,24 +92,28 @@ def _points(name: str, what: Any) -> tuple[Array, Array]:
     return t, u
 
 
-def _sampled(name: str, function: Callable[[float], float], start: float, stop: float) -> tuple[Array, Array]:
-    """Points of a function, as close as straight lines between them need."""
+def _sampled(name: str, function: Callable[[float], float], start: float, stop: float) -> tuple[Array, Array, str]:
+    """Points of a function, and how they are connected."""
+    from scipy.interpolate import CubicSpline
+
+    smoothness = "linear"
     try:
-        t = np.linspace(start, stop, FIRST)
+        t = np.linspace(start, stop, FIRST if stop > start else 1)
         u = np.array([float(function(x)) for x in t.tolist()])
-        while len(t) < MOST and len(t) > 1:
+        while 1 < len(t) < MOST and np.isfinite(u).all():
             middle = 0.5 * (t[1:] + t[:-1])
             between = np.array([float(function(x)) for x in middle.tolist()])
-            off = np.abs(between - 0.5 * (u[1:] + u[:-1])).max()
+            off = np.abs(between - CubicSpline(t, u)(middle)).max()
             t, u = _merged(t, middle), _merged(u, between)
-            if not off > CLOSE * np.ptp(u):
+            if off <= CLOSE * np.ptp(u):
+                smoothness = "cubic"
                 break
     except (TypeError, ValueError) as problem:
         reason = f"input `{name}`: the function of time gives no number: {problem}"
         raise UsageError(reason, hint=f"e.g. inputs={{{name!r}: lambda t: 5.0*math.sin(t)}}") from problem
     if not all(map(math.isfinite, u)):
         raise UsageError(f"input `{name}`: the function of time has values that are not finite")
-    return t, u
+    return t, u, smoothness
 
 
 def _merged(ends: Array, middle: Array) -> Array:

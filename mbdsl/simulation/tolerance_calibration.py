@@ -401,7 +401,12 @@ class Ladder:
             if fine.log[-1] < self.growth.log[-1]:
                 self.growth = fine
             more = min(steps, finer * SAMPLES)
-            if more >= 2 * samples and abs(fine.log[-1] - before) < SETTLED * before:
+            apart = abs(fine.log[-1] - before)
+            if more >= 2 * samples and apart < SETTLED * before:
+                return True
+            least = fine.log[-1] - apart  # if further samples changed it as much as these have
+            if more >= 2 * samples and least > 0.0 and rounding(1.0) * np.exp(min(least, 700.0)) > self.tol:
+                self.growth = Growth(fine.t, fine.log * (least / fine.log[-1]), fine.rate)
                 return True
             if more == steps or float(self._rounding(last)[-1]) <= self.tol:
                 break
