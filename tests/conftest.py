@@ -105,6 +105,10 @@ unit/studies/test_own_steps.py*
 unit/studies/test_report.py*
 unit/studies/test_runs.py*
 !unit/studies/test_runs.py::test_everything_that_determines_a_run_is_in_its_key*
+unit/simulation/test_method_choice.py::test_an_ordinary_machine_takes_few_steps?1e-5?
+unit/simulation/test_method_choice.py::test_an_ordinary_machine_takes_few_steps?3e-5?
+unit/simulation/test_method_choice.py::test_an_ordinary_machine_takes_few_steps?5e-5?
+unit/simulation/test_method_choice.py::test_stiff_models_take_few_steps*
 """.split()
 
 

@@ -34,7 +34,7 @@ def rocker():
     return scene, mbdsl.simulate(scene, method="radau5", tol=1e-8)
 
 
-@pytest.mark.parametrize("tol", [1e-4, 5e-5, 3e-5, 1e-5])
+@pytest.mark.parametrize("tol", [1e-4, 5e-5, 3e-5, 1e-5], ids=["1e-4", "5e-5", "3e-5", "1e-5"])
 def test_an_ordinary_machine_takes_few_steps(rocker, tol):
     scene, exact = rocker
     run = mbdsl.simulate(scene, tol=tol)
