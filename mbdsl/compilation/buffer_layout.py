@@ -108,7 +108,8 @@ PAST_POSITIONS = 49  #: row with the position at the start of the previous step,
 # angles between frames in space: offset in layout of (offset in numbers of the angle at the end of the last accepted
 # step, which precedes that of the last evaluation) of each; number
 COUNTED, N_COUNTED = 50, 51
-BLOCKS = 52  #: first block header
+OF_MULTIPLIERS = 52  #: 1 if force laws depend on multipliers, as friction does
+BLOCKS = 53  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------

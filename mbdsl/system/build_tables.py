@@ -130,6 +130,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     for node, register in tape.angles.items():
         tables.angles.setdefault(node, []).append(layout[buffer_layout.REGISTERS] + register)
     counted = [at for places in tables.angles.values() for at in places]
+    layout[buffer_layout.OF_MULTIPLIERS] = int(tables.of_multipliers)
     layout[buffer_layout.COUNTED], layout[buffer_layout.N_COUNTED] = buffers.ints(counted), len(counted)
     tables.inputs = {name: layout[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
 

@@ -6,11 +6,13 @@ from typing import NamedTuple
 
 from mbdsl.compilation.buffer_layout import (
     BEFORE,
+    CORRECTION,
     N_ALL,
     N_GAM,
     N_Q,
     N_ROTATIONS,
     NEW_MASS,
+    OF_MULTIPLIERS,
     POSITION0,
     RESIDUAL,
     ROTATIONS,
@@ -57,6 +59,9 @@ SINGULAR_NOISE = 1e-9
 NOISE = 0.3
 #: steps until a new matrix is tried again where corrections are as small as rounding
 LONG = 100
+#: change of a multiplier in a first iteration, relative to its value, up to which laws of multipliers are linear; a
+#: multiplier below this part of the largest one is rounding
+NEARLY_LINEAR, OF_ROUNDING = 0.1, 1e-9
 #: largest size that loosens the bounds of kinematics: larger coordinates count turns or long travels
 FAR = 16.0
 #: distance from the axis of a spin at which its speed counts, relative to the mechanism's length
@@ -218,6 +223,22 @@ def renew_matrix(t, h, formulas, run):
 
 
 @kernel
+def reactions_change(run):
+    """Whether a correction of multipliers is so large that friction may have changed otherwise than linearly.
+
+    The change of positions shows only what is linear: the derivative of friction by a load that was zero is zero.
+    """
+    correction, unknown, n, size = run.vectors[CORRECTION], run.vectors[UNKNOWN], run.layout[N_Q], run.layout[N_ALL]
+    largest = 0.0
+    for i in range(n, size):
+        largest = max(largest, abs(unknown[i]))
+    for i in range(n, size):
+        if abs(correction[i]) > max(NEARLY_LINEAR * abs(unknown[i]), OF_ROUNDING * largest):
+            return True
+    return False
+
+
+@kernel
 def converged(k, change, contraction, stalled, limit, run):
     """Whether the change of iteration k leaves an error below the limits. ``stalled``: by rounding."""
     # Errors left in many small steps add up: a change at rounding level is accepted from the second one on.
@@ -279,7 +300,8 @@ def newton(damped, t, h, formulas, run):
         grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * limit.floor
         last_digit = k > 0 and contraction > 0.1 and change <= EPS * limit.size
         stalled = last_digit and not renewed and (fresh or integers[ROUNDING] > 0)  # no new matrix would help
-        if converged(k, change, contraction, stalled, limit, run) and not grown:
+        unseen = k == 0 and run.layout[OF_MULTIPLIERS] > 0 and reactions_change(run)
+        if converged(k, change, contraction, stalled, limit, run) and not grown and not unseen:
             if worn:
                 integers[FRESH] = 0  # the next step starts with a new matrix
             return RUNNING

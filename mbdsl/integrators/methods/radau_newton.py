@@ -3,7 +3,7 @@
 ``stages`` are the kernels of :class:`mbdsl.integrators.loop.run_data.Stages`, for some number of stages.
 """
 
-from mbdsl.compilation.buffer_layout import N_Q, N_ROTATIONS, POSITION0, SCALE, VELOCITY0
+from mbdsl.compilation.buffer_layout import N_Q, N_ROTATIONS, OF_MULTIPLIERS, POSITION0, SCALE, VELOCITY0
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.loop_state import (
     DIVERGED,
@@ -104,6 +104,10 @@ def newton(t, h, size, stages, run):
             if former > run.coefficients[MEASURED] * floor:
                 memory[CONTRACTION], integers[UNSEEN] = contraction, 0
         left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
+        # the first change does not contain friction by a load that was zero, whose derivative is zero
+        if k == 0 and run.layout[OF_MULTIPLIERS] > 0:
+            former = change
+            continue
         if left <= tolerance or change <= floor or (k > 2 and contraction > 0.3 and change <= noise):
             return RUNNING
         if held and contraction > 0.3 and change <= SINGULAR_NOISE * size:
