@@ -393,6 +393,7 @@ class Ladder:
         steps, kept, before, samples = motion.steps, motion.keep(), coarse.log[-1], SAMPLES
         self.lost += steps
         motion.recall(present)
+        found = [coarse]
         for finer in FINER if status == loop_state.DONE else ():
             fine, examined = self._growth(last, kept, finer)
             if examined < known:
@@ -401,17 +402,21 @@ class Ladder:
             if fine.log[-1] < self.growth.log[-1]:
                 self.growth = fine
             more = min(steps, finer * SAMPLES)
-            apart = abs(fine.log[-1] - before)
-            if more >= 2 * samples and apart < SETTLED * before:
-                return True
-            least = fine.log[-1] - apart  # if further samples changed it as much as these have
-            if more >= 2 * samples and least > 0.0 and rounding(1.0) * np.exp(min(least, 700.0)) > self.tol:
-                self.growth = Growth(fine.t, fine.log * (least / fine.log[-1]), fine.rate)
+            if more < 2 * samples:
+                break
+            found.append(fine)
+            if abs(fine.log[-1] - before) < SETTLED * before:
                 return True
             if more == steps or float(self._rounding(last)[-1]) <= self.tol:
                 break
             before, samples = fine.log[-1], more
-        return False
+        if len(found) < 3:
+            return False
+        # not known, but bounded from below, if further samples changed it as much as the last ones have
+        *_, former, fine = found
+        least = np.maximum(0.0, fine.log - np.maximum.accumulate(np.abs(fine.log - former.log)))
+        self.growth = Growth(fine.t, least, fine.rate)
+        return float(self._rounding(last)[-1]) > self.tol
 
     def _growth(self, last: Trial, kept: Kept, finer: float = 1.0) -> tuple[Growth, int]:
         """The growth at the times of a run, from the states in ``kept``, and the number of parts with a known growth to

@@ -229,13 +229,12 @@ def reactions_change(run):
     The change of positions shows only what is linear: the derivative of friction by a load that was zero is zero.
     """
     correction, unknown, n, size = run.vectors[CORRECTION], run.vectors[UNKNOWN], run.layout[N_Q], run.layout[N_ALL]
-    largest = 0.0
+    largest, excess = 0.0, 0.0
     for i in range(n, size):
         largest = max(largest, abs(unknown[i]))
     for i in range(n, size):
-        if abs(correction[i]) > max(NEARLY_LINEAR * abs(unknown[i]), OF_ROUNDING * largest):
-            return True
-    return False
+        excess = max(excess, abs(correction[i]) - max(NEARLY_LINEAR * abs(unknown[i]), OF_ROUNDING * largest))
+    return excess > 0.0
 
 
 @kernel
