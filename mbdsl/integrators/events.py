@@ -12,7 +12,7 @@ progress of time. No step has a solution there, however short, and the run stops
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import dropwhile
 from typing import NamedTuple
 
@@ -54,6 +54,19 @@ SLIDING_HINT = (
     "make the force continuous, for example by tanh(v/v_s) in place of sign(v); "
     "if only rounding decides the condition, it reads the wrong quantity"
 )
+#: the same if the condition depends on a reaction
+BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
+BY_ERROR_HINT = (
+    "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
+    "or make the force continuous, as by tanh in place of the condition"
+)
+
+
+def sliding(switches: Sequence[Switch]) -> tuple[str, str]:
+    """Message and remedy of a run without progress, in which these switches change."""
+    if switches and all(any(leaf.op == "multiplier" for leaf in leaves(x.node)) for x in switches):
+        return BY_ERROR, BY_ERROR_HINT
+    return SLIDING, SLIDING_HINT
 
 
 class Restart(NamedTuple):
@@ -226,7 +239,8 @@ class Events:
             return 0.0  # the last Newton correction of the step has changed a switch
 
         def same(s: float) -> bool:
-            return bool((self.system.switches(t + s, *way(s), lam) == old).all())
+            q, v = way(s)
+            return bool((self.system.switches(t + s, q, v, self._reactions(t + s, q, v, lam)) == old).all())
 
         if same(most):
             return None
@@ -235,6 +249,15 @@ class Events:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high
+
+    def _reactions(self, t: float, q: Array, v: Array, lam: Array) -> Array:
+        """The multipliers at a state; ``lam``, those of a state nearby, if no switch depends on them."""
+        if not self.system.tables.switches_of_multipliers:
+            return lam
+        try:
+            return accelerations(self.system, t, q, v, self.run.left_out)[1]
+        except InitialisationError:
+            return lam
 
     def _known_progress(self, t: float) -> int:
         """The status after an event at a time that was known in advance."""

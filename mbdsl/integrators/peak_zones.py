@@ -180,7 +180,7 @@ class Landings:
         run = self._run
         if len(states[0]) > 1 and self._approaches.arguments:
             run.synchronise()
-            self._approaches.add(run.approaches, run.approaching, states[:3], self._inputs)
+            self._approaches.add(run.approaches, run.approaching, states, self._inputs, run.left_out)
 
 
 BUFFERS = ("memory", "reals", "integers", "vectors", "frames", "gradients", "numbers", "layout", "matrices", "pivots")

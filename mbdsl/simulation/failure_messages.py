@@ -17,7 +17,7 @@ from mbdsl.expressions.symbolic import coordinate, der, expr, substitute
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
-from mbdsl.integrators.events import SLIDING, SLIDING_HINT
+from mbdsl.integrators.events import SLIDING, SLIDING_HINT, sliding
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
@@ -255,9 +255,12 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         where, span = "", None  # residuals of Newton's iteration are unrelated to these
     if status == loop_state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
+        reason, hint = sliding(integration.events.changing)
+    else:
+        reason = REASONS[status]
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
-    message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
+    message = f"{reason} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     if status == loop_state.SLIDING and law is not None:
         what = _conditions(system, law, integration.events.changing) or "it"
         message += f"; {what} changes in {where}"

@@ -9,23 +9,27 @@ d is not larger, the contact is undecided, and the change of velocity that it ca
 
 where c is the curvature of the approach, da the change of the accelerations by the condition at the depth p, T the
 duration of the contact, and dg the acceleration that da gives to the argument. The second bound applies to a stop that
-returns the whole velocity of the path at d = 0.
+returns the whole velocity of the path at d = 0; conditions on velocities and reactions have the first bound only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.expressions.symbolic import Expr, diff, leaves
 from mbdsl.integrators import Run
 from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations
-from mbdsl.system.close_approaches import Approach, Approaches
-from mbdsl.system.signals import gradients
+from mbdsl.system.accelerations import accelerations, solve_motion
+from mbdsl.system.close_approaches import Approach, Approaches, of_positions
+from mbdsl.system.signals import gradients, values
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 
@@ -35,6 +39,8 @@ MARGIN = 2.0
 TOGETHER = 0.01
 #: most contacts for which the effect is computed
 MOST = 100
+#: where accelerations are compared: twice on the side of the path, once behind zero, in depths
+PLACES = 2.0, 1.0, -1.0
 
 
 class Undecided(NamedTuple):
@@ -78,26 +84,54 @@ def _same(x: Approach, y: Approach, span: float) -> bool:
 
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:
     """The largest scaled change of a velocity that a contact of this depth causes [1/s]."""
-    scale, (q, v) = system.tables.scale, np.array(x.state).reshape(2, -1)
-    g, g_q, _ = gradients(system, system.kept(Approaches).arguments[x.number : x.number + 1], x.t, q, v)
-    g_q = g_q.ravel() if isinstance(g_q, np.ndarray) else g_q.toarray().ravel()
-    J = system.Phi_q(x.t, q)
-    J = (J if isinstance(J, np.ndarray) else J.toarray()) / scale
-    rows = np.vstack([J, g_q / scale])
-    way = np.zeros(len(rows))
-    way[-1] = 1.0
-    unit = np.linalg.lstsq(rows, way, rcond=1e-9)[0] / scale  # the shift that changes g by 1 and keeps the constraints
+    scale, (q, v), argument = system.tables.scale, np.array(x.state).reshape(2, -1), _argument(system, x)
+    positions = of_positions(argument)
+    g_q = np.zeros(system.n)
     try:
-        there = [
-            accelerations(system, x.t, q + (to - g[0]) * unit, v, left_out)[0]
-            for to in (x.side * depth, 0.0, -x.side * depth)
-        ]
+        if any(leaf.op == "multiplier" for leaf in leaves(argument)):
+            there = _with_reactions(system, argument, x, q, v, depth, left_out)
+        else:
+            g, *by = gradients(system, [argument], x.t, q, v)
+            g_q = _dense(by[0 if positions else 1]).ravel()
+            J = _dense(system.Phi_q(x.t, q) if positions else system.velocity_jacobian(x.t, q, v)) / scale
+            rows = np.vstack([J, g_q / scale])
+            way = np.zeros(len(rows))
+            way[-1] = 1.0
+            unit = np.linalg.lstsq(rows, way, rcond=1e-9)[0] / scale  # changes g by 1 and keeps the constraints
+            shifts = [(x.side * depth * k - g[0]) * unit for k in PLACES]
+            if positions:
+                there = [accelerations(system, x.t, q + shift, v, left_out)[0] for shift in shifts]
+            else:
+                there = [accelerations(system, x.t, q, v + shift, left_out)[0] for shift in shifts]
     except InitialisationError:
         return np.inf
-    change = there[2] - 2.0 * there[1] + there[0]  # the change by the condition: smooth forces are nearly linear
+    # the change by the condition: smooth forces are nearly linear, and sign(g) has a third value at zero
+    change = there[2] - 3.0 * there[1] + 2.0 * there[0]
     size, along = float(np.abs(scale * change).max(initial=0.0)), abs(float(g_q @ change))
     if size == 0.0:
         return 0.0
     duration = 2.0 * np.sqrt(2.0 * depth / x.curvature)
     rebound = 2.0 * np.sqrt(2.0 * x.curvature * depth)
-    return size * min(duration, rebound / along if along > 0.0 else np.inf)
+    return size * min(duration, rebound / along if positions and along > 0.0 else np.inf)
+
+
+def _argument(system: System, x: Approach) -> Expr:
+    return system.kept(Approaches).arguments[x.number]
+
+
+def _with_reactions(
+    system: System, argument: Expr, x: Approach, q: Array, v: Array, depth: float, left_out: tuple[int, ...]
+) -> list[Array]:
+    """Accelerations (n,) with reactions in the laws for which the argument is PLACES times ``depth`` on its side."""
+    lam = accelerations(system, x.t, q, v, left_out)[1]
+    reactions = [leaf for leaf in leaves(argument) if leaf.op == "multiplier"]
+    one = np.array([x.t]), q[None], v[None], lam[None]
+    g, *by = (float(y[0]) for y in values(system, [argument, *diff(argument, *reactions)], *one))
+    at = [system.tables.multipliers[leaf.value] - system.n for leaf in reactions]  # type: ignore[index]
+    unit = np.zeros(len(lam))
+    np.add.at(unit, at, np.array(by) / max(float(np.square(by).sum()), 1e-300))
+    return [solve_motion(system, x.t, q, v, left_out, lam + (x.side * depth * k - g) * unit)[0] for k in PLACES]
+
+
+def _dense(A: Array | csr_array) -> Array:
+    return A if isinstance(A, np.ndarray) else A.toarray()

@@ -31,12 +31,12 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
     InitialisationError
         If there is no solution.
     """
-    a, lam = _solve_motion(system, t, q, v, left_out, np.zeros(system.m + system.p))
+    a, lam = solve_motion(system, t, q, v, left_out, np.zeros(system.m + system.p))
     if not system.of_multipliers:
         return a, lam
     size = np.abs(lam).max(initial=0.0)
     for _ in range(ITERATIONS):
-        a, found = _solve_motion(system, t, q, v, left_out, lam)
+        a, found = solve_motion(system, t, q, v, left_out, lam)
         change, lam = np.abs(found - lam).max(initial=0.0), found
         size = max(size, np.abs(lam).max(initial=0.0))
         if change <= CONVERGED * size:
@@ -47,7 +47,7 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
     )
 
 
-def _solve_motion(
+def solve_motion(
     system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...], lam: Array
 ) -> tuple[Array, Array]:
     """a and lam with Q linearised about ``lam``.

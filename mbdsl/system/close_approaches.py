@@ -6,8 +6,9 @@ recorded with its distance d from zero at the turning point: d > 0 where the pat
 would turn back that far behind zero if the forces did not change. Two runs with different errors show how accurate d is
 (:mod:`mbdsl.simulation.undecided_contacts`).
 
-Between the ends of steps g is the cubic through its values and rates. Recorded are conditions on positions and time;
-the rate of those on velocities needs accelerations, which the records of steps do not contain.
+Between the ends of steps g is the cubic through its values and rates. The rate of an argument with velocities or
+reactions needs accelerations, which the records of steps do not contain: they are computed where values at three ends
+of steps turn back close to zero.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.expressions.symbolic import TIME, Expr, der, diff, leaves, walk
+from mbdsl.expressions.spatial_coordinates import AXES
+from mbdsl.expressions.symbolic import TIME, Expr, const, der, diff, leaves, walk
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import gradients, values
 
@@ -33,7 +35,12 @@ CLOSE = 0.05
 #: most approaches that are kept, the closest ones, and most numbers in them
 MOST, NUMBERS = 1000, 200_000
 COMPARISONS, CORNERS = ("lt", "le"), ("min", "max")
-NO_RATE = ("multiplier", "input")
+POSITIONS = ("x", "y", "phi")
+#: most ends of steps at which the rate of an argument of velocities or reactions is computed, in a search; the
+#: difference of time for that, relative to the step; values below this part of the largest one are at a switch
+MOST_RATES, APART, AT_SWITCH = 32, 1e-2, 1e-9
+#: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
+NARROW, MOST_KNOTS = 1e-2, 32
 
 
 class Approach(NamedTuple):
@@ -51,24 +58,36 @@ class Approach(NamedTuple):
 
 
 def arguments(system: System) -> list[Expr]:
-    """The arguments whose signs determine the forces: differences of compared positions."""
+    """The arguments whose signs determine the forces: differences of what is compared."""
     found: dict[Expr, None] = {}
-    if system.scene.spatial:
-        return []  # turning points are looked for between coordinates that are interpolated one by one
     for switch in system.tables.switches:
-        compared = [n for n in walk(switch.node) if n.op in COMPARISONS]
-        compared += [switch.node] if switch.node.op in (*CORNERS, "abs", "sign") else []
-        for node in compared:
-            g = node.args[0] - node.args[1] if len(node.args) == 2 else node.args[0]
+        nodes = [n for n in walk(switch.node) if n.op in COMPARISONS]
+        nodes += [switch.node] if switch.node.op in (*CORNERS, "abs", "sign") else []
+        compared = [n.args[0] - n.args[1] if len(n.args) == 2 else n.args[0] for n in nodes]
+        for g in [*compared, *_corners(switch.node)]:
             variables = leaves(g)
-            if all(x.op not in NO_RATE for x in variables) and _of_positions(variables):
+            moves = any(x.op in ("coordinate", "multiplier") for x in variables)
+            # in space, positions are searched between steps, and angles count turns, which states do not contain
+            apart = system.scene.spatial and (of_positions(g) or any(x.op == "angle" for x in walk(g)))
+            if moves and not apart and all(x.op != "input" for x in variables):
                 found[g] = None
     return list(found)
 
 
-def _of_positions(variables: list[Expr]) -> bool:
-    keys = [x.value[1] for x in variables if x.op == "coordinate"]  # type: ignore[index]
-    return bool(keys) and all(key in ("x", "y", "phi") for key in keys)
+def _corners(node: Expr) -> list[Expr]:
+    """The argument of a table less the knots of its narrow cells, which steps can pass over."""
+    if node.op != "table" or node.value[0].extrapolation == "periodic":  # type: ignore[index]
+        return []
+    u = np.asarray(node.value[0].u)  # type: ignore[index]
+    narrow = np.diff(u) < NARROW * (u[-1] - u[0])
+    knots = u[np.append(narrow, False) | np.append(False, narrow)]
+    return [node.args[0] - float(x) for x in knots] if len(knots) <= MOST_KNOTS else []
+
+
+def of_positions(g: Expr) -> bool:
+    """Whether an argument depends on positions and time alone."""
+    variables = [x for x in leaves(g) if x.op != "time"]
+    return all(x.op == "coordinate" and x.value[1] in (*POSITIONS, "z", *AXES) for x in variables)  # type: ignore[index]
 
 
 class Approaches:
@@ -82,11 +101,16 @@ class Approaches:
     def __init__(self, system: System) -> None:
         self.system = system
         self.arguments = arguments(system)
-        self._roots = [*self.arguments, *map(der, self.arguments)]
+        self._roots = self.arguments + [der(g) if of_positions(g) else const(np.nan) for g in self.arguments]
         self._most = max(16, min(MOST, NUMBERS // max(1, system.n)))
 
     def add(
-        self, found: list[Approach], past: Array, rows: tuple[Array, Array, Array], inputs: Mapping[str, float]
+        self,
+        found: list[Approach],
+        past: Array,
+        rows: tuple[Array, Array, Array, Array],
+        inputs: Mapping[str, float],
+        left_out: tuple[int, ...] = (),
     ) -> None:
         """Add the close approaches within successive steps to ``found``.
 
@@ -96,21 +120,29 @@ class Approaches:
         past : (5, k)
             For each of k arguments, the data that the next call needs: its value, its first, second and third
             derivative at the end of the last step, and the largest value so far.
-        rows : t (N,), q (N, n), v (N, n)
+        rows : t (N,), q (N, n), v (N, n), lam (N, m + p)
             The states at the ends of steps; the first is the start of the first step.
         inputs : values of inputs by name
+        left_out : tuple of int
+            Redundant constraints.
         """
-        t, q, v = rows
+        t, q, v, lam = rows
         given = {name: np.full(len(t), value) for name, value in inputs.items()}
-        known = np.array(values(self.system, self._roots, t, q, v, inputs=given))
+        known = np.array(values(self.system, self._roots, t, q, v, lam, given))
         count, h = len(self.arguments), np.diff(t)
         with np.errstate(all="ignore"):
             for k, (y, rate) in enumerate(zip(known[:count], known[count:], strict=True)):
+                positions = of_positions(self.arguments[k])
+                least = 0.0 if positions else AT_SWITCH * max(past[4, k], float(np.abs(y).max()))
+                if not positions:
+                    near = CLOSE * max(past[4, k], float(np.abs(y).max()))
+                    for i in _turning(np.append(past[0, k], y), near).tolist():
+                        rate[i] = self._rate(k, APART * h[min(i, len(h) - 1)], t[i], q[i], v[i], inputs, left_out)
                 dy, r0, r1 = np.diff(y), h * rate[:-1], h * rate[1:]
                 c2, c3 = 3.0 * dy - 2.0 * r0 - r1, r0 + r1 - 2.0 * dy
                 bend, third = (2.0 * c2 + 6.0 * c3) / h**2, 6.0 * c3 / h**3  # at the ends of steps
                 change = np.abs(np.diff(third, prepend=past[3, k]))
-                error = h**3 / 384.0 * np.minimum(change, np.append(change[1:], np.inf))
+                error = h**3 / 384.0 * np.fmin(np.fmin(change, np.append(change[1:], np.inf)), np.abs(third))
                 value, slope = np.append(past[0, k], y[:-1]), np.append(past[1, k], rate[:-1])
                 bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((past[2, k], bend), (past[3, k], third)))
                 past[:, k] = y[-1], rate[-1], bend[-1], third[-1], max(past[4, k], float(np.abs(y).max()))
@@ -119,12 +151,17 @@ class Approaches:
                 side = np.where(y[:-1] != 0.0, np.sign(y[:-1]), np.sign(r0))
                 x, turns = _minimum(side * r0, side * c2, side * c3)
                 d = side * (y[:-1] + x * (r0 + x * (c2 + x * c3)))
-                for i in np.flatnonzero(turns & (side * y[1:] >= 0.0) & (np.abs(d) <= reach)).tolist():
+                stays = (side * y[1:] >= least) & (side * y[:-1] >= least)
+                for i in np.flatnonzero(turns & stays & (np.abs(d) <= reach)).tolist():
                     at, dq, a, b = x[i], q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
                     c, e = 3.0 * dq - 2.0 * a - b, a + b - 2.0 * dq
                     state = [*q[i] + at * (a + at * (c + at * e)), *(a + at * (2.0 * c + at * 3.0 * e)) / h[i]]
+                    if self.system.scene.spatial:
+                        state = [*q[i + round(at)], *v[i + round(at)]]
                     curvature = abs(2.0 * c2[i] + 6.0 * at * c3[i]) / h[i] ** 2
-                    found.append(_approach(k, t[i] + at * h[i], side[i], d[i], curvature, error[i], state))
+                    # behind zero within a step that did not meet the condition: as uncertain as it is deep
+                    off = max(error[i], 0.0 if positions else -d[i])
+                    found.append(_approach(k, t[i] + at * h[i], side[i], d[i], curvature, off, state))
                 # crossings between consecutive rows, beginning with the last row of the previous call
                 side = np.sign(value)
                 slope, bends = side * slope, side * bends
@@ -132,7 +169,7 @@ class Approaches:
                 crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= reach)
                 for i in np.flatnonzero(crosses).tolist():
                     j = max(i - 1, 0)
-                    curvature = side[i] * self._second(k, t[j], q[j], v[j]) if i else bends[i]
+                    curvature = side[i] * self._second(k, t[j], q[j], v[j]) if i and positions else bends[i]
                     if curvature > 0.0:
                         rest = -slope[i] / curvature  # the time to the turning point
                         d_i, off = side[i] * value[i] + 0.5 * slope[i] * rest, abs(jerks[i]) * rest**3 / 6.0
@@ -141,6 +178,34 @@ class Approaches:
             found.sort(key=lambda x: abs(x.d) / past[4, x.number])
             del found[self._most :]
             found.sort(key=lambda x: x.t)
+
+    def _rate(
+        self,
+        k: int,
+        dt: float,
+        t: float,
+        q: Array,
+        v: Array,
+        inputs: Mapping[str, float],
+        left_out: tuple[int, ...],
+    ) -> float:
+        """The time derivative of argument k at a state, by a central difference along the motion; nan where there are
+        no accelerations."""
+        system, g = self.system, self.arguments[k]
+        try:
+            a, _ = accelerations(system, t, q, v, left_out)
+            ends = []
+            for s in (-dt, dt):
+                there = t + s, system.moved(q, s * v, 0.5 * s * s * a), v + s * a
+                lam = np.zeros(system.m + system.p)
+                if any(x.op == "multiplier" for x in leaves(g)):
+                    lam = accelerations(system, *there, left_out)[1]
+                one = [np.array([x]) for x in (*there, lam)]
+                given = {name: np.array([x]) for name, x in inputs.items()}
+                ends.append(values(system, [g], *one, given)[0][0])
+        except InitialisationError:
+            return np.nan
+        return float(ends[1] - ends[0]) / (2.0 * dt)
 
     def _second(self, number: int, t: float, q: Array, v: Array) -> float:
         """The second time derivative of an argument at a state; 0 where there are no accelerations."""
@@ -157,6 +222,22 @@ class Approaches:
 
 def _approach(number: int, t: float, side: float, d: float, curvature: float, error: float, state: list) -> Approach:
     return Approach(number, float(t), float(side), float(d), float(curvature), float(error), list(map(float, state)))
+
+
+def _turning(y: Array, near: float) -> NDArray[np.int64]:
+    """The ends of steps (of y without its first entry, which precedes them) where an argument turns back or changes its
+    sign within ``near`` of zero, their neighbours, and close ends at the border of the search."""
+    slope = np.diff(y)
+    turns = np.zeros(len(y), bool)
+    turns[1:-1] = (slope[:-1] * slope[1:] <= 0.0) | (y[:-2] * y[1:-1] < 0.0) | (y[1:-1] * y[2:] < 0.0)
+    turns[:3] = turns[-3:] = True
+    turns &= (np.abs(y) <= near) & (y != 0.0)
+    wide = turns.copy()
+    wide[1:] |= turns[:-1]
+    wide[:-1] |= turns[1:]
+    wide[:-2] |= turns[2:]
+    at = np.flatnonzero(wide[1:])
+    return at if len(at) <= MOST_RATES else at[np.sort(np.argsort(np.abs(y[1:][at]), kind="stable")[:MOST_RATES])]
 
 
 def _minimum(c1: Array, c2: Array, c3: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -74,6 +74,11 @@ class Tables:
         return any(leaf.op == "multiplier" for leaf in found)
 
     @cached_property
+    def switches_of_multipliers(self) -> bool:
+        """Whether some switch depends on multipliers."""
+        return any(leaf.op == "multiplier" for switch in self.switches for leaf in leaves(switch.node))
+
+    @cached_property
     def flexible(self) -> tuple[str, ...]:
         """Names of the bodies that deform."""
         return tuple(name for name, body in self.models.items() if body.deforms)

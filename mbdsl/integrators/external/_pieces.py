@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
-from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT, STANDSTILL
+from mbdsl.integrators.events import CROWD, HARDLY, MANY, STANDSTILL, sliding
 from mbdsl.integrators.loop.switch_location import JUMP
 from mbdsl.system.close_approaches import Approaches
 from mbdsl.system.index1 import Index1
@@ -177,6 +177,7 @@ class _Peaks:
 
     def __init__(self, problem: Problem) -> None:
         self._system, self._f = problem.system, Index1(problem.system, problem.left_out)
+        self._left_out = problem.left_out
         self._zones = iter(problem.zones)
         self._ahead: list[Zone] = []  #: known zones of functions of time, and zones found on the path
         self._least = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
@@ -229,7 +230,10 @@ class _Peaks:
         self._ahead = [zone for zone in self._ahead if zone.start > states[last][0]]
         if last and self._approaches.arguments:
             t, q, v = (np.array(x) for x in zip(*states[: last + 1], strict=True))
-            self._approaches.add(self._found, self._approaching, (t, q, v), self._inputs)
+            lam = np.zeros((len(t), self._system.m + self._system.p))
+            if self._system.tables.switches_of_multipliers:
+                lam = np.array([self._f.motion(*x)[1] for x in states[: last + 1]])
+            self._approaches.add(self._found, self._approaching, (t, q, v, lam), self._inputs, self._left_out)
         return last
 
 
@@ -348,7 +352,8 @@ class _Switches:
                     return t, q, v
                 break
             t, q, v = found
-        changed = [s.node for s, a, b in zip(self._system.tables.switches, before, self._old, strict=True) if a != b]
-        law = law_of(self._system.scene, changed)
+        changed = [s for s, a, b in zip(self._system.tables.switches, before, self._old, strict=True) if a != b]
+        law = law_of(self._system.scene, [s.node for s in changed])
+        reason, hint = sliding(changed)
         worst = "" if law is None else f"; worst: the law of {law.kind.name} {law.name}"
-        raise IntegrationError(f"{SLIDING}{worst}", None if law is None else law.span, hint=SLIDING_HINT)
+        raise IntegrationError(f"{reason}{worst}", None if law is None else law.span, hint=hint)

@@ -56,14 +56,27 @@ def test_touched():
     assert first.side == 1.0
 
 
-LAWS = ["0.1*(1*s)^3", "if time > 3 then 1 else 0", "if 1*v > 0.5 then -1 else 0", "1*tanh(100*(1*s))"]
+LAWS = ["0.1*(1*s)^3", "if time > 3 then 1 else 0", "1*tanh(100*(1*s))"]
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_without_conditions_on_positions_nothing_is_recorded(law):
+def test_without_conditions_on_the_motion_nothing_is_recorded(law):
     found = run(law, 1e-4)
     assert found.system.kept(Approaches).arguments == []
     assert found.approaches == []
+
+
+@pytest.mark.parametrize("method", ["radau5", "hht-si2", "scipy-dop853"])
+@pytest.mark.parametrize(
+    "law", ["if 1*v > 1.001 then 1e3 else 0", "1e3*max(1*v - 1.001, 0)", "1e3*max(v*v - 1.002001, 0)"]
+)
+def test_of_velocities(law, method):
+    """v = -sin(t) comes near its limit at 3 pi/2 by 1e-3; its square twice in a period, by twice that."""
+    *_, only = found = [x for x in run(law, 1e-5, method).approaches if abs(x.d) < 0.01]
+    factor, times = (2.0, [0.5, 1.5, 2.5]) if "v*v" in law else (1.0, [1.5])
+    assert [x.t for x in found] == pytest.approx([x * pi for x in times], abs=1e-3)
+    assert only.d == pytest.approx(factor * 1e-3, abs=3e-5)
+    assert only.curvature == pytest.approx(factor, rel=0.02)
 
 
 @pytest.mark.parametrize("k", [0.01, 1e6])
