@@ -200,9 +200,9 @@ class Approaches:
                 lam = np.zeros(system.m + system.p)
                 if any(x.op == "multiplier" for x in leaves(g)):
                     lam = accelerations(system, *there, left_out)[1]
-                one = [np.array([x]) for x in (*there, lam)]
                 given = {name: np.array([x]) for name, x in inputs.items()}
-                ends.append(values(system, [g], *one, given)[0][0])
+                at, where, rate = (np.array([x]) for x in there)
+                ends.append(values(system, [g], at, where, rate, lam[None], given)[0][0])
         except InitialisationError:
             return np.nan
         return float(ends[1] - ends[0]) / (2.0 * dt)
