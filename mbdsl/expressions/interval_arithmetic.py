@@ -459,33 +459,31 @@ def over(record, order, ranges, lo, hi, notes, numbers):
     found = partly(record, order, i, lo - u, min(hi, numbers[at + i + 1]) - u, notes, numbers)
     u = numbers[at + j]
     found = hull(found, partly(record, order, j, max(lo, u) - u, hi - u, notes, numbers))
-    many, size = j - i - 1, 1
-    if many < 1:
-        return found
-    o = ranges
-    while 2 * size <= many:
-        o += 2 * (count - size + 1)
-        size *= 2
-    a, b = o + 2 * (i + 1), o + 2 * (j - size)
-    found = hull(found, (numbers[a], numbers[a + 1]))
-    return hull(found, (numbers[b], numbers[b + 1]))
+    a, b = count + i + 1, count + j
+    while a < b:
+        if a % 2 == 1:
+            found = hull(found, (numbers[ranges + 2 * a], numbers[ranges + 2 * a + 1]))
+            a += 1
+        if b % 2 == 1:
+            b -= 1
+            found = hull(found, (numbers[ranges + 2 * b], numbers[ranges + 2 * b + 1]))
+        a, b = a // 2, b // 2
+    return found
 
 
-@rare
+@kernel
 def ranges(record, order, offset, notes, numbers):
-    """Write the ranges of derivative ``order`` over 1, 2, 4, ... successive pieces from ``offset`` on in numbers."""
+    """Write the ranges of derivative ``order`` from ``offset`` on in numbers, as a binary tree: node i, of two numbers,
+    is the hull of nodes 2 i and 2 i + 1, and the nodes from ``count`` on are the pieces of the table."""
     at, count = notes[record + AT], notes[record + BREAKS] - 1
-    o, size = offset, 1
-    for k in range(count):
-        lo, hi = partly(record, order, k, 0.0, numbers[at + k + 1] - numbers[at + k], notes, numbers)
-        numbers[o + 2 * k], numbers[o + 2 * k + 1] = lo, hi
-    while 2 * size <= count:
-        after = o + 2 * (count - size + 1)
-        for k in range(count - 2 * size + 1):
-            a, b = o + 2 * k, o + 2 * (k + size)
-            numbers[after + 2 * k] = min(numbers[a], numbers[b])
-            numbers[after + 2 * k + 1] = max(numbers[a + 1], numbers[b + 1])
-        o, size = after, 2 * size
+    for i in range(2 * count - 1, 0, -1):
+        if i >= count:
+            end = numbers[at + i - count + 1] - numbers[at + i - count]
+            found = partly(record, order, i - count, 0.0, end, notes, numbers)
+        else:
+            a, b = offset + 4 * i, offset + 4 * i + 2
+            found = hull((numbers[a], numbers[a + 1]), (numbers[b], numbers[b + 1]))
+        numbers[offset + 2 * i], numbers[offset + 2 * i + 1] = found
 
 
 @rare

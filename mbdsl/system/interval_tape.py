@@ -25,6 +25,8 @@ NEGLIGIBLE, NOTHING = 1e-9, 1e-100
 PART = 0.25
 #: most intervals of one piece that are halved
 MOST = 2048
+#: tolerance of the ends of a zone, relative to its width
+CLOSE = 0.05
 #: results of ``bisect``
 FINISHED, FOUND, TOO_MANY, TIRED = range(4)
 
@@ -259,6 +261,12 @@ def at(k, s, roots, out, way, code):
 
 
 @kernel
+def ranges(record, order, offset, code):
+    """Write the ranges of a table."""
+    bounds.ranges(record, order, offset, code.notes, code.numbers)
+
+
+@kernel
 def turns(points, links, least):
     """Whether the values of linked points, as far as they are finite, have an extremum from which they return by more
     than ``least``."""
@@ -347,3 +355,22 @@ def bisect(every, work, root, tried, ends, least, largest, slight, state, room, 
         if state[2] > work:
             return TIRED
     return FINISHED
+
+
+@kernel
+def narrow(k, root, peak, reach, where, within, beyond, way, code):
+    """Move ``within`` and ``beyond`` (N,) to the places where f differs from its extreme value ``peak`` (N,), which it
+    has at ``where`` (N,), by ``reach`` (N,)."""
+    for _ in range(60):
+        wide = False
+        for i in range(len(within)):
+            wide = wide or abs(beyond[i] - within[i]) > CLOSE * abs(beyond[i] - where[i])
+        if not wide:
+            return
+        for i in range(len(within)):
+            middle = 0.5 * (within[i] + beyond[i])
+            valued(way, k, middle, code)
+            if abs(code.numbers[code.layout[REGISTERS] + root] - peak[i]) <= reach[i]:
+                within[i] = middle
+            else:
+                beyond[i] = middle

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, ROUNDING, Jet
-from mbdsl.expressions.interval_arithmetic import ranges as ranges_of
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.numerics.piecewise_cubic import SMOOTHNESS, piecewise
 from mbdsl.system import interval_tape
@@ -35,10 +35,13 @@ SIGNATURES = {
         ),
         gives="int",
     ),
+    "ranges": code_cache.Signature(("int", "int", "int", *_CODE)),
+    "narrow": code_cache.Signature(("int", "int", *["vector"] * 5, *_WAY, *_CODE)),
 }
 NAME = "mbdsl_bounds"
 
 
+@cache
 def _text() -> str:
     """The text of the emitted module: the kernels with their tuples taken apart."""
     lines = ['"""Emitted by mbdsl: bounds of expressions along paths."""', "", "from mbdsl.system import interval_tape"]
@@ -59,6 +62,8 @@ class Kernels(NamedTuple):
     along: Callable
     at: Callable
     bisect: Callable
+    ranges: Callable
+    narrow: Callable
 
 
 def kernels() -> Kernels:
@@ -85,43 +90,41 @@ class Program:
         self.inputs = tape.inputs
         self.registers = np.array([tape.add(x) for x in self.roots], np.int64)
         self.length = len(tape.code)
+        self.kernels = kernels()
         self._conditions = {tape.add(x) for x in walk(*self.roots) if x.op in CONDITIONS}
         self._store(tape)
 
     def _store(self, tape: Tape) -> None:
-        layout, numbers = [0] * buffer_layout.BLOCKS, list(tape.registers)
+        layout, numbers, headers, where = [0] * buffer_layout.BLOCKS, list(tape.registers), list[int](), list[int]()
         count = len(tape.registers)
-        headers, own = [], {}
         for table in tape.tables:
             breaks, coefficients = piecewise(table)
+            where.append(len(numbers))
             headers += [len(breaks), len(numbers), EXTRAPOLATION[table.extrapolation]]
-            own[len(own)] = len(numbers), len(numbers) + len(breaks)
             numbers += [*breaks.tolist(), *coefficients.ravel().tolist()]
         layout[buffer_layout.TABLES] = len(layout)
         layout += headers
         layout[buffer_layout.TAPE], layout[buffer_layout.TAPE_LENGTH] = len(layout), len(tape.code)
         layout += [x for instruction in tape.code for x in instruction]
         notes = [int(register in self._conditions) for register in range(count)]
-        fills = []
+        ranges = []
         for op, target, _, number, order in tape.code:
             if op != TABLE:
                 continue
-            table, (at, coefficients_at) = tape.tables[number], own[number]
-            pieces = len(table.u) - 1
-            size = sum(2 * (pieces - 2**k + 1) for k in range(pieces.bit_length()))
-            notes[target] = record = len(notes)
-            smooth, _ = SMOOTHNESS[table.smoothness if len(table.u) > 2 else "linear"]
-            beyond = EXTRAPOLATION[table.extrapolation]
-            notes += [pieces + 1, at, coefficients_at, beyond, order, smooth, int(table.y[0] != table.y[-1])]
-            notes += [len(numbers), len(numbers) + size]
-            fills += [(record, order, len(numbers)), (record, order + 1, len(numbers) + size)]
-            numbers += [0.0] * (2 * size)
-        self.layout, self.notes = np.array(layout, np.int64), np.array(notes or [0], np.int64)
-        self.numbers, self.jets = np.array(numbers), np.zeros(4 * count)
+            table, at, n = tape.tables[number], where[number], len(tape.tables[number].u)
+            smooth, _ = SMOOTHNESS[table.smoothness if n > 2 else "linear"]
+            both, size = (len(numbers), len(numbers) + 4 * n), 8 * n
+            notes[target] = len(notes)
+            ranges += [(len(notes), order + i, offset) for i, offset in enumerate(both)]
+            notes += [n, at, at + n, EXTRAPOLATION[table.extrapolation], order, smooth]
+            notes += [int(table.y[0] != table.y[-1]), *both]
+            numbers += [0.0] * size
+        jets = np.zeros(4 * count)
+        jets[0::4] = jets[1::4] = numbers[:count]
+        self.code = np.array(layout), np.array(notes), np.array(numbers), jets, np.zeros((1, 1))
         with np.errstate(all="ignore"):
-            for record, order, offset in fills:
-                ranges_of(record, order, offset, self.notes, self.numbers)
-        self.jets[0::4] = self.jets[1::4] = self.numbers[:count]
+            for given in ranges:
+                self.kernels.ranges(*given, *self.code)
 
     def of(self, ways: Mapping[Expr, Array], inputs: Mapping[str, float]) -> Paths:
         """The expressions along paths: each leaf has the coefficients (K, 4) of a polynomial on each of K pieces."""
@@ -129,18 +132,20 @@ class Program:
 
 
 class Paths:
-    """A program along paths of K pieces; ``ways`` (leaves*K, 4) holds the coefficients of leaf after leaf."""
+    """A program along paths of K pieces; ``ways`` (leaves*K, 4) holds the coefficients of leaf after leaf.
+
+    The registers belong to the program, and inputs keep the values of the Paths made last.
+    """
 
     def __init__(self, program: Program, ways: Array, inputs: Mapping[str, float], pieces: int | None = None) -> None:
         self.program, self._ways = program, np.ascontiguousarray(ways, float)
         count = len(program.leaves)
         self.pieces = (len(ways) // count if count else 1) if pieces is None else pieces
-        numbers, jets = program.numbers.copy(), program.jets.copy()
+        _, _, numbers, jets, _ = self._code = program.code
         for name, register in program.inputs.items():
             numbers[register] = jets[4 * register] = jets[4 * register + 1] = inputs[name]
         self._way = self.pieces, self._ways
-        self._code = program.layout, program.notes, numbers, jets, np.zeros((1, 1))
-        self._kernels = kernels()
+        self._kernels = program.kernels
         self.work = 0  #: operations of searches so far
 
     def at(self, k: Ints, s: Array) -> Array:
@@ -205,6 +210,12 @@ class Paths:
             if found != interval_tape.TIRED:
                 many = found == interval_tape.TOO_MANY
                 yield int(tried[state[0] - 1]), None if many else Points.of(points[: state[1]])
+
+    def narrow(self, root: int, k: int, peak: Array, reach: Array, where: Array, within: Array, beyond: Array) -> None:
+        """Move ``within`` and ``beyond`` (N,) to the places on piece k where root number ``root`` differs from ``peak``
+        (N,), its value at ``where`` (N,), by ``reach`` (N,); the values at ``within`` differ less."""
+        given = k, int(self.program.registers[root]), peak, reach, where, within, beyond
+        self._kernels.narrow(*given, *self._way, *self._code)
 
 
 class Points(NamedTuple):

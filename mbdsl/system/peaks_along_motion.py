@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, Jet
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der, leaves, rebuild, walk
+from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, der, leaves, rebuild, walk
 from mbdsl.system.paths import Paths, Program
 from mbdsl.system.peaks_in_time import Zone, hiding, terms, zones
 from mbdsl.system.signals import values
@@ -88,19 +88,36 @@ class OnTheWay:
         self._programs: dict[int, Program] = {}
 
     @cached_property
+    def _summands(self) -> dict[Expr, Program]:
+        """In space: the terms that the law of each root is a sum of, as a program."""
+        laws = self._system.searched_laws
+        return {x: Program(terms(_with_counted_angles(laws[x]))) for x in self._roots if self._system.scene.spatial}
+
+    @cached_property
+    def _leaves(self) -> list[Expr]:
+        """The leaves of all programs."""
+        return leaves(*self.terms, *(x for program in self._summands.values() for x in program.roots))
+
+    @cached_property
     def _program(self) -> Program:
         """The program of all terms."""
         return Program(self.terms)
 
     @cached_property
     def _joints(self) -> dict[Expr, Expr]:
-        """The leaves of these terms that stand for operations of joint coordinates, and these operations."""
-        found = [x for x in self._program.leaves if x.op == "coordinate" and x.value[1] == JOINT]  # type: ignore[index]
+        """The leaves that stand for operations of joint coordinates, and these operations."""
+        found = [x for x in self._leaves if x.op == "coordinate" and x.value[1] == JOINT]  # type: ignore[index]
         return {x: x.value[0] for x in found}  # type: ignore[index]
 
     @cached_property
     def _joint_program(self) -> Program:
         return Program(self._joints.values())
+
+    @cached_property
+    def _motions(self) -> dict[Expr, tuple[Expr, Expr] | None]:
+        """The leaves that the states of a system determine, with their positions and rates; None of other leaves."""
+        own = [*(x for x in self._leaves if x not in self._joints), *leaves(*self._joints.values())]
+        return {x: _position(x) if x.op == "coordinate" else None for x in own if x.op != "input"}
 
     def first(
         self,
@@ -125,11 +142,11 @@ class OnTheWay:
             ways = self._ways(t, q, v, lam, turns)
             found: list[Zone] = []
             looks = self._suspected(self._program.of(ways, inputs), h >= SHORT * least, seen)
-            laws: dict[Expr, Array] = {}
+            sizes: dict[Expr, Array] = {}
             for n in np.flatnonzero(looks.suspected.any(axis=0)).tolist():
                 slight, steps = looks.slight[:, n].copy(), np.flatnonzero(looks.suspected[:count, n])
                 if self._system.scene.spatial and len(steps):
-                    slight += TINY * self._sizes(self._roots[n], laws, t, q, v, lam, inputs)
+                    slight += TINY * self._size(self._roots[n], sizes, ways, inputs)
                     steps = steps[looks.excess[steps, n] > slight[steps]]
                 f = self._alone(n).of(ways, inputs)
                 if hidden := self._hidden(n, f, steps, least / h, looks.size[:, n].copy(), slight):
@@ -146,24 +163,17 @@ class OnTheWay:
             self._programs[n] = Program(self.terms[n : n + 1])
         return self._programs[n]
 
-    def _sizes(
-        self,
-        root: Expr,
-        known: dict[Expr, Array],
-        t: Array,
-        q: Array,
-        v: Array,
-        lam: Array,
-        inputs: Mapping[str, float],
+    def _size(
+        self, root: Expr, known: dict[Expr, Array], ways: Mapping[Expr, Array], inputs: Mapping[str, float]
     ) -> Array:
         """The magnitude (K,) of the largest term of a law in each step.
 
         Products with a component of an axis that is zero are rounding relative to it; their peaks have no meaning."""
         if root not in known:
-            given = {name: np.full(len(t), x) for name, x in inputs.items()}
-            found = values(self._system, terms(root), t, q, v, lam, given)
-            y = np.nan_to_num(np.abs([np.broadcast_to(x, t.shape) for x in found]), posinf=0.0).max(axis=0)
-            known[root] = np.maximum(y[:-1], y[1:])
+            f = self._summands[root].of(ways, inputs)
+            k = np.arange(f.pieces)
+            ends = [f.at(k, np.full(f.pieces, s)) for s in (0.0, 1.0)]
+            known[root] = np.nan_to_num(np.abs(ends), posinf=0.0).max(axis=(0, 2))
         return known[root]
 
     def _suspected(self, f: Paths, resolved: NDArray, seen: Array) -> Looks:
@@ -181,9 +191,7 @@ class OnTheWay:
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array, turns: Turns) -> dict[Expr, Array]:
         """Coefficients (K, 4) of the polynomials for the leaves, over the completed part of a step (0 to 1)."""
-        joints = self._joints
-        inner = leaves(*joints.values())
-        found = self._of_leaves([*(x for x in self._program.leaves if x not in joints), *inner], t, q, v, lam)
+        found, joints = self._of_states(t, q, v, lam), self._joints
         if joints:
             points, k = np.tile(np.arange(4) / 3.0, len(t) - 1), np.repeat(np.arange(len(t) - 1), 4)
             known = self._joint_program.of(found, {}).at(k, points)
@@ -195,32 +203,29 @@ class OnTheWay:
                 found[x] = y.reshape(-1, 4) @ THROUGH.T
         return found
 
-    def _of_leaves(self, variables: list[Expr], t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
-        wanted: dict[Expr, None] = {}
-        for x in variables:
-            if x.op == "coordinate":
-                wanted.update(dict.fromkeys(_position(x) or (x,)))
-            elif x.op == "multiplier":
-                wanted[x] = None
-        at = dict(zip(wanted, values(self._system, list(wanted), t, q, v, lam), strict=True))
-        h, found = np.diff(t), {}
-        for x in variables:
-            if x.op == "input":
-                continue
-            if x.op != "coordinate" or _position(x) is None:
-                y = t if x.op == "time" else at[x]
-                found[x] = _columns(y[:-1], np.diff(y))
-                continue
-            position, rate = _position(x)  # type: ignore[misc]
-            p, r = at[position], at[rate]
-            way, r0, r1 = np.diff(p), h * r[:-1], h * r[1:]
-            known = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(np.abs(p[:-1]), np.abs(p[1:]))
-            way = np.where(known, way, 0.5 * (r0 + r1))
-            c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
-            if x is position:
-                found[x] = _columns(p[:-1], r0, c2, c3)
+    def _of_states(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
+        """The same for the leaves that the states determine."""
+        moving = dict.fromkeys(x for x in self._motions.values() if x is not None)
+        others = [x for x, motion in self._motions.items() if motion is None and x.op != "time"]
+        known = values(self._system, [*(x for both in moving for x in both), *others], t, q, v, lam)
+        at = np.array(known).reshape(-1, len(t))
+        p, r, h = at[0 : 2 * len(moving) : 2], at[1 : 2 * len(moving) : 2], np.diff(t)
+        way, r0, r1 = np.diff(p, axis=1), h * r[:, :-1], h * r[:, 1:]
+        known_way = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(np.abs(p[:, :-1]), np.abs(p[:, 1:]))
+        way = np.where(known_way, way, 0.5 * (r0 + r1))
+        c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
+        nothing = np.zeros_like(c2)
+        positions = np.stack([p[:, :-1], r0, c2, c3], axis=-1)
+        rates = np.stack([r[:, :-1], 2.0 * c2 / h, 3.0 * c3 / h, nothing], axis=-1)
+        straight = {x: at[2 * len(moving) + i] for i, x in enumerate(others)} | {TIME: t}
+        number = {motion: i for i, motion in enumerate(moving)}
+        found = {}
+        for x, motion in self._motions.items():
+            if motion is not None:
+                found[x] = (positions if x is motion[0] else rates)[number[motion]]
             else:
-                found[x] = _columns(r[:-1], 2.0 * c2 / h, 3.0 * c3 / h)
+                y = straight[x]
+                found[x] = np.stack([y[:-1], np.diff(y), 0.0 * h, 0.0 * h], axis=-1)
         return found
 
     def _hidden(
@@ -232,11 +237,7 @@ class OnTheWay:
         for k, points in f.monotone(0, steps, ends, SHORTEST * least, size, slight):
             if points is None:  # a shorter step needs fewer intervals
                 return k, [(0.25, 0.75)]
-
-            def at(s: Array, k: int = k) -> Array:
-                return f.at(np.full(len(s), k), s)[:, 0]
-
-            found = [(a, b) for a, b in zones(at, points, float(slight[k])).T.tolist() if a > 0.0 and b < 1.0]
+            found = [(a, b) for a, b in zones(f, k, points, float(slight[k])).T.tolist() if a > 0.0 and b < 1.0]
             if not found:
                 continue
             wide = len(found) == 1 and found[0][1] - found[0][0] >= WIDE and np.ptp(points.y) <= HIGH * size[k]
@@ -268,6 +269,15 @@ def _in_joint_coordinates(law: Expr) -> Expr:
     return new[law]
 
 
+def _with_counted_angles(law: Expr) -> Expr:
+    """``law`` with leaves in place of angles between axes."""
+    new: dict[Expr, Expr] = {}
+    for n in walk(law):
+        same = all(new[a] is a for a in n.args)
+        new[n] = coordinate(n, JOINT) if n.op == "angle" else n if same else rebuild(n, [new[a] for a in n.args])  # type: ignore[arg-type]
+    return new[law]
+
+
 def _factors(n: Expr, of: list[float]) -> float:
     """The degree of a polynomial in positions and velocities with products and quotients of components of axes as
     coefficients; infinite if ``n`` is no such polynomial."""
@@ -287,13 +297,6 @@ def _position(x: Expr) -> tuple[Expr, Expr] | None:
         return None
     where = coordinate(frame, str(POSITION.get(key, key)))
     return where, der(where)
-
-
-def _columns(*c: Array) -> Array:
-    found = np.zeros((len(c[0]), 4))
-    for n, x in enumerate(c):
-        found[:, n] = x
-    return found
 
 
 def _excess(y0: Array, y1: Array, jet: Jet) -> Array:

@@ -14,7 +14,7 @@ Sums are split into terms, so that large terms do not hide small ones; products 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Generic, NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.symbolic import TIME, Expr, diff, is_const, leaves, walk
 from mbdsl.system.interval_tape import NEGLIGIBLE, NOTHING
-from mbdsl.system.paths import Points, over_time
+from mbdsl.system.paths import Paths, Points, over_time
 from mbdsl.system.time_events import is_linear
 
 Array = NDArray[np.float64]
@@ -36,8 +36,6 @@ QUARTER, FLANK = 0.25, 0.98
 #: a zone is narrow if its width is below this part of the distance between the neighbouring extrema; then steps end in
 #: each third of it and on its flanks
 NARROW = 0.125
-#: tolerance of the ends of a zone, relative to its width
-CLOSE = 0.05
 #: width of a zone of a sine, as an angle [rad]
 HALF_WAVE = 2.0 * np.pi / 3.0
 #: shortest interval that is resolved, relative to the duration of the run
@@ -244,9 +242,9 @@ def turns(y: Array, least: float) -> list[int]:
     return found
 
 
-def zones(f: Callable[[Array], Array], points: Points, least: float, edges: bool = False) -> Array:
-    """Starts and ends (2, number) of the zones around the extrema of f on a path, from the points between which it is
-    monotone; ``edges`` includes its ends."""
+def zones(f: Paths, k: int, points: Points, least: float, edges: bool = False) -> Array:
+    """Starts and ends (2, number) of the zones around the extrema of the first root of f on piece k, from the points
+    between which it is monotone; ``edges`` includes its ends."""
     s, y = points
     at = turns(y, least)
     if not at:  # finite nowhere
@@ -268,12 +266,7 @@ def zones(f: Callable[[Array], Array], points: Points, least: float, edges: bool
             while j != other and abs(values[j + way] - values[i]) <= reach[n]:
                 j += way
             within[n], beyond[n] = s[j], s[j + way if j != other else j]
-        for _ in range(60):
-            if not (np.abs(beyond - within) > CLOSE * np.abs(beyond - where)).any():
-                break
-            middle = 0.5 * (within + beyond)
-            near = np.abs(f(middle) - y[ends[:, 0]]) <= reach
-            within, beyond = np.where(near, middle, within), np.where(near, beyond, middle)
+        f.narrow(0, k, y[ends[:, 0]], reach, where, within, beyond)
         found.append(within.reshape(-1, 2))
     every = []
     for (_, p, n), inner, outer in zip(ways, *found, strict=True):
@@ -300,12 +293,8 @@ def time_zones(roots: Iterable[Expr], t0: float, t1: float, longest: float) -> I
 
 def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
     f, path = over_time(term), np.zeros(1, np.int64)
-
-    def at(t: Array) -> Array:
-        return f.at(np.zeros(len(t), np.int64), t)[:, 0]
-
     with np.errstate(all="ignore"):
-        samples = at(np.linspace(t0, t1, SAMPLES))
+        samples = f.at(np.zeros(SAMPLES, np.int64), np.linspace(t0, t1, SAMPLES))[:, 0]
         lo, hi, *_ = f.jets(path, np.array([t0]), np.array([t1]))
         bound = float(np.maximum(-lo, hi)[0, 0])  # much larger than the term's values where its summands cancel
     largest = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)
@@ -327,7 +316,7 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
                 continue
             width = b - a
             floor = 4.0 * NEGLIGIBLE * float(size[0]) + NOTHING
-            found = sorted(zones(at, points, floor, a > t0 or b < t1).T.tolist(), key=lambda zone: zone[1])
+            found = sorted(zones(f, 0, points, floor, a > t0 or b < t1).T.tolist(), key=lambda zone: zone[1])
         for start, end in found:
             if t0 < start and end < t1:
                 yield Zone(start, end, term)
