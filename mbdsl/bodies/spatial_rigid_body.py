@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import weakref
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
 
 #: principal moments of inertia below this part of the largest are zero: of a rod whose matrix of inertia is rounded
 THIN = 1e-12
+#: most attitudes that a body keeps
+KEPT = 5000
 
 
 class SpatialRigid:
@@ -29,6 +32,7 @@ class SpatialRigid:
     def __init__(self, component: Described) -> None:
         m, *J = component.kind.table(component.values)
         self._m, self._J = float(m), np.array(J, float).reshape(3, 3)
+        self._last: tuple[Callable[[], Array | None], Array] = lambda: None, np.empty(0)
 
     def mass(self) -> Array:
         return np.concatenate([np.full(3, self._m), np.diag(self._J)])
@@ -76,12 +80,22 @@ class SpatialRigid:
         k = (VELOCITIES if key in VELOCITIES else POSITIONS).index(key)
         i = k % 3
         if key in VELOCITIES[:3]:
-            return v[:, i] + (matrices(q[:, 3:])[:, i] * np.cross(v[:, 3:], pose[:3])).sum(axis=1)
-        row = matrices(q[:, 3:])[:, i]
+            return v[:, i] + (self._attitudes(q)[:, i] * np.cross(v[:, 3:], pose[:3])).sum(axis=1)
+        row = self._attitudes(q)[:, i]
         if key in VELOCITIES:
             return (row * v[:, 3:]).sum(axis=1)
         found = row @ np.array(pose[k - i : k - i + 3])
         return q[:, i] + found if k < 3 else found
+
+    def _attitudes(self, q: Array) -> Array:
+        """The rotation matrices (N, 3, 3) at coordinates q (N, 6); those of the last array are kept, unless it is long:
+        a frame in space has 18 coordinates."""
+        last, found = self._last
+        if last() is not q:
+            found = matrices(q[:, 3:])
+            if len(q) <= KEPT:
+                self._last = weakref.ref(q), found
+        return found
 
     def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array, Array]:
         """Derivatives of a frame's position and axes (12, 6) with respect to displacements of the body and rotations in

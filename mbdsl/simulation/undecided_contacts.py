@@ -24,7 +24,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import Expr, diff, leaves
 from mbdsl.integrators import Run
 from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations, solve_motion
+from mbdsl.system.accelerations import accelerations, equations, solve_motion
 from mbdsl.system.close_approaches import Approach, Approaches, of_positions
 from mbdsl.system.signals import gradients, values
 
@@ -130,7 +130,8 @@ def _with_reactions(
     at = [system.tables.multipliers[leaf.value] - system.n for leaf in reactions]  # type: ignore[index]
     unit = np.zeros(len(lam))
     np.add.at(unit, at, np.array(by) / max(float(np.square(by).sum()), 1e-300))
-    return [solve_motion(system, x.t, q, v, left_out, lam + (x.side * depth * k - g) * unit)[0] for k in PLACES]
+    motion = equations(system, x.t, q, v, left_out)
+    return [solve_motion(system, motion, lam + (x.side * depth * k - g) * unit)[0] for k in PLACES]
 
 
 def _dense(A: Array | csr_array) -> Array:

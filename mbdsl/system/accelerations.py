@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,12 +33,13 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
     InitialisationError
         If there is no solution.
     """
-    a, lam = solve_motion(system, t, q, v, left_out, np.zeros(system.m + system.p))
+    motion = equations(system, t, q, v, left_out)
+    a, lam = solve_motion(system, motion, np.zeros(system.m + system.p))
     if not system.of_multipliers:
         return a, lam
     size = np.abs(lam).max(initial=0.0)
     for _ in range(ITERATIONS):
-        a, found = solve_motion(system, t, q, v, left_out, lam)
+        a, found = solve_motion(system, motion, lam)
         change, lam = np.abs(found - lam).max(initial=0.0), found
         size = max(size, np.abs(lam).max(initial=0.0))
         if change <= CONVERGED * size:
@@ -47,34 +50,51 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
     )
 
 
-def solve_motion(
-    system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...], lam: Array
-) -> tuple[Array, Array]:
+class Equations(NamedTuple):
+    """What the equations contain at a state, whatever the multipliers are: the constraints kept, M, J, the right-hand
+    side (Q, gamma_c), and the scales of ``balance``."""
+
+    t: float
+    q: Array
+    v: Array
+    kept: NDArray[np.int64]
+    M: Any
+    J: Any
+    right: Array
+    d: Array
+
+
+def equations(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Equations:
+    kept, n = np.delete(np.arange(system.m + system.p), left_out), system.n
+    both = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)
+    M, J = both[:n, :n], both[n:, :n][kept]
+    right = np.concatenate([system.Q(t, q, v), system.gamma_c(t, q, v)[kept]])
+    with np.errstate(all="ignore"):  # entries that are not finite are reported later
+        d = balance(system, M.diagonal(), J)
+    return Equations(t, q, v, kept, M, J, right, d)
+
+
+def solve_motion(system: System, motion: Equations, lam: Array) -> tuple[Array, Array]:
     """a and lam with Q linearised about ``lam``.
 
     Rows and columns are balanced, because a mechanism of micrometres and micrograms has entries from 1 down to 1e-24,
     whose ratios do not show the rank.
     """
-    kept = np.delete(np.arange(system.m + system.p), left_out)
-    n, m = system.n, len(kept)
-    J = system.velocity_jacobian(t, q, v)[kept]
-    M = system.M(t, q)
-    diagonal = M.diagonal()
+    t, q, v, kept, M, J, right, d = motion
+    n, m, b = system.n, len(kept), right
+    derivatives = system.tangent(t, q, v, lam, cK=1.0, cD=1.0, cL=1.0, cV=1.0)
     U = J.T  # the matrix of the multipliers: J^T - Q_lam
-    force = system.Q(t, q, v)
     if system.of_multipliers:
-        Q_lam = system.Q_lam(t, q, v, lam)[:, kept]
-        U = U - Q_lam
-        force = system.evaluate(t, q, v, lam)[0] + U @ lam[kept]
-    b = np.concatenate([force, system.gamma_c(t, q, v)[kept]])
+        U = derivatives[:n, n:][:, kept]
+        b = np.concatenate([system.evaluate(t, q, v, lam)[0] + U @ lam[kept], right[n:]])
     if not np.isfinite(b).all():
         raise not_finite(system, t, q, v, "the forces", lam)
-    derivatives = system.tangent(t, q, v, lam, cK=1.0, cD=1.0)  # which every implicit method needs
-    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in (M, J, U, derivatives)):
+    # every implicit method needs the derivatives
+    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in (M, J, derivatives)):
         raise not_finite(system, t, q, v, "the derivatives of the forces or constraints", lam)
-    d = balance(system, diagonal, J)
     if isinstance(J, np.ndarray):
-        K = np.block([[M, U], [J, np.zeros((m, m))]])
+        K = np.zeros((n + m, n + m))
+        K[:n, :n], K[:n, n:], K[n:, :n] = M, U, J
         K, b = d[:, None] * K * d, d * b
         try:
             x = np.linalg.solve(K, b)

@@ -91,6 +91,12 @@ class Tape:
             self.code.append((OPCODE[node.op], target, a[0], a[1], a[2]))
         return self._where[root]
 
+    def take(self, leaves: list[Expr]) -> None:
+        """Append a register for each of ``leaves``, which the caller fills."""
+        for leaf in leaves:
+            self._where[leaf] = len(self.registers)
+            self.registers.append(0.0)
+
     def zero(self) -> int:
         return self.add(const(0.0))
 

@@ -12,17 +12,18 @@ four points: bounds on the products of nine components would be too wide to be u
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
-from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
+from mbdsl.expressions.interval_arithmetic import CONDITIONS, Jet
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der, evaluate, leaves, rebuild, walk
-from mbdsl.system.peaks_in_time import Function, Zone, hiding, monotone, terms, zones
+from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, der, leaves, rebuild, walk
+from mbdsl.system.paths import Paths, Program
+from mbdsl.system.peaks_in_time import Zone, hiding, terms, zones
 from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
@@ -32,15 +33,11 @@ Array = NDArray[np.float64]
 
 #: negligible height of a peak, relative to the term's value at both ends; relative to its largest value so far
 SLIGHT, TINY = 0.05, 1e-6
-#: an interval is not halved if the term changes in it by less than this part of the negligible height of a peak
-NEGLIGIBLE = 0.25
 #: shortest step that is searched, and shortest interval in it, relative to the shortest possible step
 SHORT, SHORTEST = 4.0, 0.1
 #: rounding error of positions, relative to them; if the displacement in a step differs by no more than that from the
 #: one with a linear velocity, the velocity is taken as linear
 LOST = 64.0 * np.finfo(float).eps
-#: most steps that are searched together
-TOGETHER = 64
 #: a smooth peak wider than this part of a step needs no zone, unless it is higher than this part of the largest value
 WIDE, HIGH = 0.4, 0.25
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
@@ -62,6 +59,19 @@ class Turns(NamedTuple):
 UNCOUNTED = Turns(0, {})
 
 
+class Looks(NamedTuple):
+    """What the bounds of R terms show in each of K steps; arrays (K, R).
+
+    The largest magnitude of each term so far, the negligible height of a peak, by how much the bounds exceed the values
+    at the ends, and whether a peak is possible.
+    """
+
+    size: Array
+    slight: Array
+    excess: Array
+    suspected: NDArray[np.bool_]
+
+
 class OnTheWay:
     """The terms of a system that may have a hidden peak between two states."""
 
@@ -75,7 +85,39 @@ class OnTheWay:
         self.terms = list(roots)
         self._roots = list(roots.values())
         self._jumps = [any(n.op in JUMPS for n in walk(x)) for x in self.terms]
-        self._leaves = leaves(*self.terms)
+        self._programs: dict[int, Program] = {}
+
+    @cached_property
+    def _summands(self) -> dict[Expr, Program]:
+        """In space: the terms that the law of each root is a sum of, as a program."""
+        laws = self._system.searched_laws
+        return {x: Program(terms(_with_counted_angles(laws[x]))) for x in self._roots if self._system.scene.spatial}
+
+    @cached_property
+    def _leaves(self) -> list[Expr]:
+        """The leaves of all programs."""
+        return leaves(*self.terms, *(x for program in self._summands.values() for x in program.roots))
+
+    @cached_property
+    def _program(self) -> Program:
+        """The program of all terms."""
+        return Program(self.terms)
+
+    @cached_property
+    def _joints(self) -> dict[Expr, Expr]:
+        """The leaves that stand for operations of joint coordinates, and these operations."""
+        found = [x for x in self._leaves if x.op == "coordinate" and x.value[1] == JOINT]  # type: ignore[index]
+        return {x: x.value[0] for x in found}  # type: ignore[index]
+
+    @cached_property
+    def _joint_program(self) -> Program:
+        return Program(self._joints.values())
+
+    @cached_property
+    def _motions(self) -> dict[Expr, tuple[Expr, Expr] | None]:
+        """The leaves that the states of a system determine, with their positions and rates; None of other leaves."""
+        own = [*(x for x in self._leaves if x not in self._joints), *leaves(*self._joints.values())]
+        return {x: _position(x) if x.op == "coordinate" else None for x in own if x.op != "input"}
 
     def first(
         self,
@@ -99,74 +141,61 @@ class OnTheWay:
         with np.errstate(all="ignore"):
             ways = self._ways(t, q, v, lam, turns)
             found: list[Zone] = []
-            resolved = h >= SHORT * least
-            suspected = self._suspected(_along(self.terms, ways, inputs), resolved, seen)
-            laws: dict[Expr, Array] = {}
-            for n, (size, slight, steps) in enumerate(suspected):
-                f = _only(_along(self.terms[n : n + 1], ways, inputs))
+            looks = self._suspected(self._program.of(ways, inputs), h >= SHORT * least, seen)
+            sizes: dict[Expr, Array] = {}
+            for n in np.flatnonzero(looks.suspected.any(axis=0)).tolist():
+                slight, steps = looks.slight[:, n].copy(), np.flatnonzero(looks.suspected[:count, n])
                 if self._system.scene.spatial and len(steps):
-                    slight = slight + TINY * self._sizes(self._roots[n], laws, t, q, v, lam, inputs)
-                    steps = steps[_excess(f, steps) > slight[steps]]
-                for some in np.split(steps, range(TOGETHER, len(steps), TOGETHER)):
-                    some = some[some < count]
-                    if hidden := self._hidden(n, f, some, least / h, size.copy(), slight):
-                        count, parts = hidden
-                        t0, dt = t[count], h[count]
-                        found = [Zone(t0 + dt * a, t0 + dt * b, self._roots[n]) for a, b in parts]
-                        break
+                    slight += TINY * self._size(self._roots[n], sizes, ways, inputs)
+                    steps = steps[looks.excess[steps, n] > slight[steps]]
+                f = self._alone(n).of(ways, inputs)
+                if hidden := self._hidden(n, f, steps, least / h, looks.size[:, n].copy(), slight):
+                    count, parts = hidden
+                    t0, dt = t[count], h[count]
+                    found = [Zone(t0 + dt * a, t0 + dt * b, self._roots[n]) for a, b in parts]
             if not found:
-                seen[:] = [size[-1] for size, *_ in suspected]
+                seen[:] = looks.size[-1]
         return found
 
-    def _sizes(
-        self,
-        root: Expr,
-        known: dict[Expr, Array],
-        t: Array,
-        q: Array,
-        v: Array,
-        lam: Array,
-        inputs: Mapping[str, float],
+    def _alone(self, n: int) -> Program:
+        """The program of term number n."""
+        if n not in self._programs:
+            self._programs[n] = Program(self.terms[n : n + 1])
+        return self._programs[n]
+
+    def _size(
+        self, root: Expr, known: dict[Expr, Array], ways: Mapping[Expr, Array], inputs: Mapping[str, float]
     ) -> Array:
         """The magnitude (K,) of the largest term of a law in each step.
 
         Products with a component of an axis that is zero are rounding relative to it; their peaks have no meaning."""
         if root not in known:
-            given = {name: np.full(len(t), x) for name, x in inputs.items()}
-            found = values(self._system, terms(root), t, q, v, lam, given)
-            y = np.nan_to_num(np.abs([np.broadcast_to(x, t.shape) for x in found]), posinf=0.0).max(axis=0)
-            known[root] = np.maximum(y[:-1], y[1:])
+            f = self._summands[root].of(ways, inputs)
+            k = np.arange(f.pieces)
+            ends = [f.at(k, np.full(f.pieces, s)) for s in (0.0, 1.0)]
+            known[root] = np.nan_to_num(np.abs(ends), posinf=0.0).max(axis=(0, 2))
         return known[root]
 
-    def _suspected(self, f: Functions, resolved: NDArray, seen: Array) -> list[tuple[Array, Array, NDArray]]:
-        """For every term: its largest magnitude so far (count,), the negligible height of a peak in each step (count,),
-        and the steps in which its bounds exceed its values at the ends by more than that."""
+    def _suspected(self, f: Paths, resolved: NDArray, seen: Array) -> Looks:
+        """The steps in which the bounds of terms exceed their values at the ends by more than a negligible height."""
         count = len(resolved)
         k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
-        found = []
-        states = f.at(np.append(k, count - 1), np.append(zero, 1.0))
-        for n, (y, jet) in enumerate(zip(states, f.values(k, zero, one), strict=True)):
-            y0, y1 = y[:-1], y[1:]
-            ends = np.abs(y0) + np.abs(y1)
-            size = np.maximum(seen[n], np.maximum.accumulate(np.where(resolved & np.isfinite(ends), ends, 0.0)))
-            slight = SLIGHT * ends + TINY * size
-            over = np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
-            steps = np.flatnonzero(resolved & (over > slight))
-            if len(steps):
-                slopes = f.jet(steps, zero[steps], one[steps])[n]
-                steps = steps[np.minimum(slopes.d_hi, -slopes.d_lo) > slight[steps]]
-            found.append((size, slight, steps))
-        return found
+        y, jet = f.at(np.append(k, count - 1), np.append(zero, 1.0)), f.jets(k, zero, one)
+        y0, y1 = y[:-1], y[1:]
+        ends = np.abs(y0) + np.abs(y1)
+        known = np.where(resolved[:, None] & np.isfinite(ends), ends, 0.0)
+        size = np.maximum(seen, np.maximum.accumulate(known, axis=0))
+        slight, excess = SLIGHT * ends + TINY * size, _excess(y0, y1, jet)
+        suspected = resolved[:, None] & (excess > slight) & (np.minimum(jet.d_hi, -jet.d_lo) > slight)
+        return Looks(size, slight, excess, suspected)
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array, turns: Turns) -> dict[Expr, Array]:
         """Coefficients (K, 4) of the polynomials for the leaves, over the completed part of a step (0 to 1)."""
-        joints = {x: x.value[0] for x in self._leaves if x.op == "coordinate" and x.value[1] == JOINT}  # type: ignore[index]
-        inner = leaves(*joints.values())
-        found = self._of_leaves([*(x for x in self._leaves if x not in joints), *inner], t, q, v, lam)
+        found, joints = self._of_states(t, q, v, lam), self._joints
         if joints:
             points, k = np.tile(np.arange(4) / 3.0, len(t) - 1), np.repeat(np.arange(len(t) - 1), 4)
-            for x, composite in joints.items():
-                (y,) = _values([composite], found, {}, k, points)
+            known = self._joint_program.of(found, {}).at(k, points)
+            for (x, composite), y in zip(joints.items(), known.T, strict=True):
                 if composite.op == "angle":
                     y = np.unwrap(y)
                     if composite in turns.angles:
@@ -174,51 +203,44 @@ class OnTheWay:
                 found[x] = y.reshape(-1, 4) @ THROUGH.T
         return found
 
-    def _of_leaves(self, variables: list[Expr], t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
-        wanted: dict[Expr, None] = {}
-        for x in variables:
-            if x.op == "coordinate":
-                wanted.update(dict.fromkeys(_position(x) or (x,)))
-            elif x.op == "multiplier":
-                wanted[x] = None
-        at = dict(zip(wanted, values(self._system, list(wanted), t, q, v, lam), strict=True))
-        h, found = np.diff(t), {}
-        for x in variables:
-            if x.op == "input":
-                continue
-            if x.op != "coordinate" or _position(x) is None:
-                y = t if x.op == "time" else at[x]
-                found[x] = _columns(y[:-1], np.diff(y))
-                continue
-            position, rate = _position(x)  # type: ignore[misc]
-            p, r = at[position], at[rate]
-            way, r0, r1 = np.diff(p), h * r[:-1], h * r[1:]
-            known = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(np.abs(p[:-1]), np.abs(p[1:]))
-            way = np.where(known, way, 0.5 * (r0 + r1))
-            c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
-            if x is position:
-                found[x] = _columns(p[:-1], r0, c2, c3)
+    def _of_states(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
+        """The same for the leaves that the states determine."""
+        moving = dict.fromkeys(x for x in self._motions.values() if x is not None)
+        others = [x for x, motion in self._motions.items() if motion is None and x.op != "time"]
+        known = values(self._system, [*(x for both in moving for x in both), *others], t, q, v, lam)
+        at = np.array(known).reshape(-1, len(t))
+        p, r, h = at[0 : 2 * len(moving) : 2], at[1 : 2 * len(moving) : 2], np.diff(t)
+        way, r0, r1 = np.diff(p, axis=1), h * r[:, :-1], h * r[:, 1:]
+        known_way = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(np.abs(p[:, :-1]), np.abs(p[:, 1:]))
+        way = np.where(known_way, way, 0.5 * (r0 + r1))
+        c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
+        nothing = np.zeros_like(c2)
+        positions = np.stack([p[:, :-1], r0, c2, c3], axis=-1)
+        rates = np.stack([r[:, :-1], 2.0 * c2 / h, 3.0 * c3 / h, nothing], axis=-1)
+        straight = {x: at[2 * len(moving) + i] for i, x in enumerate(others)} | {TIME: t}
+        number = {motion: i for i, motion in enumerate(moving)}
+        found = {}
+        for x, motion in self._motions.items():
+            if motion is not None:
+                found[x] = (positions if x is motion[0] else rates)[number[motion]]
             else:
-                found[x] = _columns(r[:-1], 2.0 * c2 / h, 3.0 * c3 / h)
+                y = straight[x]
+                found[x] = np.stack([y[:-1], np.diff(y), 0.0 * h, 0.0 * h], axis=-1)
         return found
 
     def _hidden(
-        self, n: int, f: Function, steps: NDArray, least: Array, size: Array, slight: Array
+        self, n: int, f: Paths, steps: NDArray, least: Array, size: Array, slight: Array
     ) -> tuple[int, list[tuple[float, float]]] | None:
         """The first of ``steps`` in which a term has peaks that the ends do not show, and their zones as parts of the
         step; None if there is no such step."""
-        if not len(steps):
-            return None
-        start, end = np.zeros(len(steps)), np.ones(len(steps))
-        points, over = monotone(f, steps, start, end, size, SHORTEST * least, NEGLIGIBLE * slight)
-        for k in steps.tolist():
-            if k in over:  # a shorter step needs fewer intervals
+        ends = np.tile([0.0, 1.0], (len(steps), 1))
+        for k, points in f.monotone(0, steps, ends, SHORTEST * least, size, slight):
+            if points is None:  # a shorter step needs fewer intervals
                 return k, [(0.25, 0.75)]
-            found = [(a, b) for a, b in zones(f, points, k, float(slight[k])).T.tolist() if a > 0.0 and b < 1.0]
+            found = [(a, b) for a, b in zones(f, k, points, float(slight[k])).T.tolist() if a > 0.0 and b < 1.0]
             if not found:
                 continue
-            height = np.ptp(points.y[points.k == k])
-            wide = len(found) == 1 and found[0][1] - found[0][0] >= WIDE and height <= HIGH * size[k]
+            wide = len(found) == 1 and found[0][1] - found[0][0] >= WIDE and np.ptp(points.y) <= HIGH * size[k]
             if self._jumps[n] or not wide:
                 return k, found
         return None
@@ -247,6 +269,15 @@ def _in_joint_coordinates(law: Expr) -> Expr:
     return new[law]
 
 
+def _with_counted_angles(law: Expr) -> Expr:
+    """``law`` with leaves in place of angles between axes."""
+    new: dict[Expr, Expr] = {}
+    for n in walk(law):
+        same = all(new[a] is a for a in n.args)
+        new[n] = coordinate(n, JOINT) if n.op == "angle" else n if same else rebuild(n, [new[a] for a in n.args])  # type: ignore[arg-type]
+    return new[law]
+
+
 def _factors(n: Expr, of: list[float]) -> float:
     """The degree of a polynomial in positions and velocities with products and quotients of components of axes as
     coefficients; infinite if ``n`` is no such polynomial."""
@@ -268,88 +299,6 @@ def _position(x: Expr) -> tuple[Expr, Expr] | None:
     return where, der(where)
 
 
-def _columns(*c: Array) -> Array:
-    found = np.zeros((len(c[0]), 4))
-    for n, x in enumerate(c):
-        found[:, n] = x
-    return found
-
-
-class Functions(NamedTuple):
-    """Several terms: as :class:`mbdsl.system.peaks_in_time.Function`, with a list of results."""
-
-    jet: Callable[[NDArray, Array, Array], list[Jet]]
-    values: Callable[[NDArray, Array, Array], list[Jet]]  #: the same, without bounds on slopes
-    over: Callable[[NDArray], list[Jet]]  #: bounds over all steps from each given one to the next given one
-    at: Callable[[NDArray, Array], list[Array]]
-
-
-def _excess(f: Function, steps: NDArray) -> Array:
-    """By how much the bounds of a term in each of these steps exceed its values at the ends."""
-    zero, one = np.zeros(len(steps)), np.ones(len(steps))
-    y0, y1, jet = f.at(steps, zero), f.at(steps, one), f.jet(steps, zero, one)
+def _excess(y0: Array, y1: Array, jet: Jet) -> Array:
+    """By how much bounds exceed the values y0 and y1 at both ends."""
     return np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
-
-
-def _only(f: Functions) -> Function:
-    return Function(lambda k, a, b: f.jet(k, a, b)[0], lambda k, s: f.at(k, s)[0])
-
-
-def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, float]) -> Functions:
-    """Terms along the paths of several steps."""
-
-    def jet(k: NDArray, a: Array, b: Array, sloped: bool = True) -> list[Jet]:
-        def leaf(x: Expr) -> Jet:
-            if x.op == "input":
-                return constant(inputs[str(x.value)])
-            c0, c1, c2, c3 = ways[x][k].T
-            w = b - a
-            d0 = c0 + a * (c1 + a * (c2 + a * c3))
-            d1, d2, d3 = w * (c1 + a * (2.0 * c2 + a * 3.0 * c3)), w * w * (c2 + 3.0 * a * c3), w * w * w * c3
-            # of Bernstein's form: the polynomial lies between its coefficients
-            lo, hi = _around(d0, d0 + d1 / 3.0, d0 + (2.0 * d1 + d2) / 3.0, d0 + d1 + d2 + d3)
-            slack = ROUNDING * np.maximum(np.abs(lo), np.abs(hi))
-            if not sloped:
-                return Jet(lo - slack, hi + slack, FLAT, FLAT)
-            d_lo, d_hi = _around(d1, d1 + d2, d1 + 2.0 * d2 + 3.0 * d3)
-            return Jet(lo - slack, hi + slack, d_lo / w, d_hi / w)
-
-        return enclose(terms, leaf)
-
-    def over(first: NDArray) -> list[Jet]:
-        def leaf(x: Expr) -> Jet:
-            if x.op == "input":
-                return constant(inputs[str(x.value)])
-            c0, c1, c2, c3 = ways[x].T
-            lo, hi = _around(c0, c0 + c1 / 3.0, c0 + (2.0 * c1 + c2) / 3.0, c0 + c1 + c2 + c3)
-            d_lo, d_hi = _around(c1, c1 + c2, c1 + 2.0 * c2 + 3.0 * c3)
-            lo, d_lo = np.minimum.reduceat(lo, first), np.minimum.reduceat(d_lo, first)
-            hi, d_hi = np.maximum.reduceat(hi, first), np.maximum.reduceat(d_hi, first)
-            slack = ROUNDING * np.maximum(np.abs(lo), np.abs(hi))
-            return Jet(lo - slack, hi + slack, d_lo, d_hi)
-
-        return enclose(terms, leaf)
-
-    return Functions(jet, lambda k, a, b: jet(k, a, b, False), over, lambda k, s: _values(terms, ways, inputs, k, s))
-
-
-def _values(
-    terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, float], k: NDArray, s: Array
-) -> list[Array]:
-    """Terms at the parts ``s`` of the steps ``k``."""
-
-    def leaf(x: Expr) -> Array:
-        if x.op == "input":
-            return np.full(len(k), inputs[str(x.value)])
-        c0, c1, c2, c3 = ways[x][k].T
-        return c0 + s * (c1 + s * (c2 + s * c3))
-
-    found = evaluate(terms, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
-    return [np.broadcast_to(y, k.shape) for y in found]
-
-
-def _around(*values: Array) -> Interval:
-    lo, hi = values[0], values[0]
-    for x in values[1:]:
-        lo, hi = np.minimum(lo, x), np.maximum(hi, x)
-    return lo, hi

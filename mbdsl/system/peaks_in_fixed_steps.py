@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.expressions.symbolic import leaves, walk
-from mbdsl.system.peaks_along_motion import JUMPS, SLIGHT, Functions, OnTheWay
+from mbdsl.expressions.symbolic import walk
+from mbdsl.system.peaks_along_motion import JUMPS, SLIGHT, Looks, OnTheWay, _excess
 from mbdsl.system.peaks_in_time import passable
 
 if TYPE_CHECKING:
     from mbdsl.expressions.symbolic import Expr
+    from mbdsl.system.paths import Paths
     from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -38,32 +39,29 @@ class InFixedSteps(OnTheWay):
                     self.terms.append(term)
                     self._roots.append(root)
                     self._jumps.append(any(n.op in JUMPS for n in walk(term)))
-        self._leaves = leaves(*self.terms)
 
     @property
     def roots(self) -> list[Expr]:
         """The expression of the model to which each term belongs."""
         return self._roots
 
-    def _suspected(self, f: Functions, resolved: NDArray, seen: Array) -> list[tuple[Array, Array, NDArray]]:
-        count = len(resolved)
+    def _suspected(self, f: Paths, resolved: NDArray, seen: Array) -> Looks:
+        count, terms = len(resolved), len(self.terms)
         first = np.arange(0, count, TOGETHER)
-        states = f.at(np.append(first, count - 1), np.append(np.zeros(len(first)), 1.0))
-        found = []
-        for n, (y, jet) in enumerate(zip(states, f.over(first), strict=True)):
-            size = max(seen[n], np.abs(y[np.isfinite(y)]).max(initial=0.0))
-            # a peak requires slopes of both signs, large enough to reach its height within a step
-            harmless = np.minimum(jet.d_hi, -jet.d_lo) <= SMALL * size
-            k = np.flatnonzero(resolved & np.repeat(~np.broadcast_to(harmless, first.shape), TOGETHER)[:count])
-            slight = np.zeros(count)
-            if len(k):
-                zero, one = np.zeros(len(k)), np.ones(len(k))
-                y0, y1 = f.at(k, zero)[n], f.at(k, one)[n]
-                ends = np.abs(y0) + np.abs(y1)
-                size = max(size, ends[np.isfinite(ends)].max(initial=0.0))
-                slight[k] = SLIGHT * ends + SMALL * size
-                jet = f.jet(k, zero, one)[n]
-                over = np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
-                k = k[np.minimum(over, np.minimum(jet.d_hi, -jet.d_lo)) > slight[k]]
-            found.append((np.full(count, size), slight, k))
-        return found
+        y = f.at(np.append(first, count - 1), np.append(np.zeros(len(first)), 1.0))
+        size = np.maximum(seen, np.abs(np.where(np.isfinite(y), y, 0.0)).max(axis=0))
+        jet = f.over(first)
+        # a peak requires slopes of both signs, large enough to reach its height within a step
+        harmless = np.minimum(jet.d_hi, -jet.d_lo) <= SMALL * size
+        suspected = resolved[:, None] & np.repeat(~harmless, TOGETHER, axis=0)[:count]
+        slight, excess = np.zeros((count, terms)), np.zeros((count, terms))
+        k = np.flatnonzero(suspected.any(axis=1))
+        if len(k):
+            zero, one = np.zeros(len(k)), np.ones(len(k))
+            y0, y1, jet = f.at(k, zero), f.at(k, one), f.jets(k, zero, one)
+            ends = np.abs(y0) + np.abs(y1)
+            known = np.where(suspected[k] & np.isfinite(ends), ends, 0.0)
+            size = np.maximum(size, known.max(axis=0))
+            slight[k], excess[k] = SLIGHT * ends + SMALL * size, _excess(y0, y1, jet)
+            suspected[k] &= np.minimum(excess[k], np.minimum(jet.d_hi, -jet.d_lo)) > slight[k]
+        return Looks(np.tile(size, (count, 1)), slight, excess, suspected)

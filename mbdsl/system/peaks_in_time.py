@@ -14,7 +14,7 @@ Sums are split into terms, so that large terms do not hide small ones; products 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Generic, NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
@@ -22,29 +22,24 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
-from mbdsl.expressions.interval_arithmetic import CONDITIONS, Jet, enclose
-from mbdsl.expressions.symbolic import TIME, Expr, diff, evaluate, is_const, leaves, walk
+from mbdsl.expressions.interval_arithmetic import CONDITIONS
+from mbdsl.expressions.symbolic import TIME, Expr, diff, is_const, leaves, walk
+from mbdsl.system.interval_tape import NEGLIGIBLE, NOTHING
+from mbdsl.system.paths import Paths, Points, over_time
 from mbdsl.system.time_events import is_linear
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-#: negligible change of a term, relative to its largest known value; and absolute [SI]
-NEGLIGIBLE, NOTHING = 1e-9, 1e-100
 #: extent of a zone, as a part of the difference from the next extremum; the same for the flanks of a narrow zone
 QUARTER, FLANK = 0.25, 0.98
 #: a zone is narrow if its width is below this part of the distance between the neighbouring extrema; then steps end in
 #: each third of it and on its flanks
 NARROW = 0.125
-#: tolerance of the ends of a zone, relative to its width
-CLOSE = 0.05
 #: width of a zone of a sine, as an angle [rad]
 HALF_WAVE = 2.0 * np.pi / 3.0
 #: shortest interval that is resolved, relative to the duration of the run
 SHORTEST = 1e-15
-#: most intervals that are evaluated together
-MOST = 2048
 #: samples for a first estimate of a term's largest value
 SAMPLES = 65
 #: most terms of a sum; larger products are not expanded
@@ -223,72 +218,7 @@ def passable(roots: Iterable[Expr], h: float) -> list[Expr]:
     return [x for x in found if not pace(x) * h < HALF_WAVE or any(n.op in JUMPS for n in walk(x))]
 
 
-# -- functions on paths ------------------------------------------------------------------------------------------------
-
-
-class Function(NamedTuple):
-    """A term along several paths: ``jet(k, a, b)`` encloses it on [a, b] of paths k, ``at(k, s)`` are values."""
-
-    jet: Callable[[NDArray, Array, Array], Jet]
-    at: Callable[[NDArray, Array], Array]
-
-
-def over_time(term: Expr) -> Function:
-    """A term that depends on time alone: one path, the time itself."""
-
-    def jet(k: NDArray, a: Array, b: Array) -> Jet:
-        one = np.ones_like(a)
-        return enclose([term], lambda leaf: Jet(a, b, one, one))[0]
-
-    def at(k: NDArray, t: Array) -> Array:
-        return evaluate([term], lambda leaf: t, ARRAY_OPERATIONS, table_value)[0]  # type: ignore[arg-type]
-
-    return Function(jet, at)
-
-
-class Points(NamedTuple):
-    """Values y at points s of paths k, between which a function is monotone."""
-
-    k: NDArray
-    s: Array
-    y: Array
-
-
-def monotone(
-    f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Array, slight: Array | float = NOTHING
-) -> tuple[Points, NDArray]:
-    """Ends of intervals on which f is monotone, within [a, b] of paths k; and the paths that have too many intervals.
-
-    ``size`` is the largest value of f on each path so far, and is updated. Intervals that are shorter than ``least``,
-    or on which f changes by less than ``slight``, are not halved.
-    """
-    slight = np.broadcast_to(slight, size.shape)
-    ya, yb = f.at(k, a), f.at(k, b)
-    done: list[tuple[NDArray, Array, Array]] = [(k, a, ya), (k, b, yb)]
-    count, over = np.bincount(k, minlength=len(size)), np.zeros(len(size), bool)
-    while len(k):
-        for y in (ya, yb):
-            np.maximum.at(size, k, np.where(np.isfinite(y), np.abs(y), 0.0))
-        lo, hi, d_lo, d_hi = (np.broadcast_to(x, a.shape) for x in f.jet(k, a, b))
-        change = np.fmin(hi - lo, np.maximum(-d_lo, d_hi) * (b - a))  # the second bound is tighter where terms cancel
-        wide = change > np.maximum(slight, NEGLIGIBLE * size + NOTHING)[k]
-        left = (d_lo < 0.0) & (d_hi > 0.0) & wide & (b - a > least[k])
-        count += np.bincount(k[left], minlength=len(size))
-        over |= count > MOST
-        left &= ~over[k]
-        k, a, b, ya, yb = k[left], a[left], b[left], ya[left], yb[left]
-        m = 0.5 * (a + b)
-        y = f.at(k, m)
-        done.append((k, m, y))
-        k, a, b = np.concatenate([k, k]), np.concatenate([a, m]), np.concatenate([m, b])
-        ya, yb = np.concatenate([ya, y]), np.concatenate([y, yb])
-    k, s, y = (np.concatenate(x) for x in zip(*done, strict=True))
-    order = np.lexsort((s, k))
-    first = np.ones(len(order), bool)
-    k, s, y = k[order], s[order], y[order]
-    first[1:] = (k[1:] != k[:-1]) | (s[1:] != s[:-1])
-    good = first & np.isfinite(y)
-    return Points(k[good], s[good], y[good]), np.flatnonzero(over)
+# -- zones on a path ---------------------------------------------------------------------------------------------------
 
 
 def turns(y: Array, least: float) -> list[int]:
@@ -312,10 +242,10 @@ def turns(y: Array, least: float) -> list[int]:
     return found
 
 
-def zones(f: Function, points: Points, path: int, least: float, edges: bool = False) -> Array:
-    """Starts and ends (2, number) of the zones around the extrema of f on one path; ``edges`` includes its ends."""
-    on = points.k == path
-    s, y = points.s[on], points.y[on]
+def zones(f: Paths, k: int, points: Points, least: float, edges: bool = False) -> Array:
+    """Starts and ends (2, number) of the zones around the extrema of the first root of f on piece k, from the points
+    between which it is monotone; ``edges`` includes its ends."""
+    s, y = points
     at = turns(y, least)
     if not at:  # finite nowhere
         return np.empty((2, 0))
@@ -336,13 +266,7 @@ def zones(f: Function, points: Points, path: int, least: float, edges: bool = Fa
             while j != other and abs(values[j + way] - values[i]) <= reach[n]:
                 j += way
             within[n], beyond[n] = s[j], s[j + way if j != other else j]
-        k = np.full(len(ends), path)
-        for _ in range(60):
-            if not (np.abs(beyond - within) > CLOSE * np.abs(beyond - where)).any():
-                break
-            middle = 0.5 * (within + beyond)
-            near = np.abs(f.at(k, middle) - y[ends[:, 0]]) <= reach
-            within, beyond = np.where(near, middle, within), np.where(near, beyond, middle)
+        f.narrow(0, k, y[ends[:, 0]], reach, where, within, beyond)
         found.append(within.reshape(-1, 2))
     every = []
     for (_, p, n), inner, outer in zip(ways, *found, strict=True):
@@ -368,23 +292,23 @@ def time_zones(roots: Iterable[Expr], t0: float, t1: float, longest: float) -> I
 
 
 def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
-    f = over_time(term)
-    path = np.zeros(1, int)
+    f, path = over_time(term), np.zeros(1, np.int64)
     with np.errstate(all="ignore"):
-        samples = f.at(path, np.linspace(t0, t1, SAMPLES))
-        lo, hi, *_ = f.jet(path, np.array([t0]), np.array([t1]))
+        samples = f.at(np.zeros(SAMPLES, np.int64), np.linspace(t0, t1, SAMPLES))[:, 0]
+        lo, hi, *_ = f.jets(path, np.array([t0]), np.array([t1]))
+        bound = float(np.maximum(-lo, hi)[0, 0])  # much larger than the term's values where its summands cancel
     largest = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)
-    bound = float(np.maximum(-lo, hi)[0])  # much larger than the term's values where its summands cancel
     size = np.array([max(largest, min(bound, CANCELLED * largest)) if np.isfinite(bound) else largest])
     least = max(SHORTEST * (t1 - t0), 4.0 * float(np.spacing(max(abs(t0), abs(t1)))))
-    shortest = np.full(1, least)
+    shortest, slight = np.full(1, least), np.full(1, NOTHING)
     rest, width = [(t0, t1)], t1 - t0
     while rest:
         a, b = rest.pop()
         with np.errstate(all="ignore"):
+            points = None
             if b - a <= 4.0 * width:
-                points, over = monotone(f, path, np.array([a]), np.array([b]), size, shortest)
-            if b - a > 4.0 * width or len(over):
+                _, points = next(f.monotone(0, path, np.array([[a, b]]), shortest, size, slight, every=True))
+            if points is None:
                 middle = 0.5 * (a + b)
                 if a < middle < b:
                     rest += [(middle, b), (a, middle)]
@@ -392,7 +316,7 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
                 continue
             width = b - a
             floor = 4.0 * NEGLIGIBLE * float(size[0]) + NOTHING
-            found = sorted(zones(f, points, 0, floor, a > t0 or b < t1).T.tolist(), key=lambda zone: zone[1])
+            found = sorted(zones(f, 0, points, floor, a > t0 or b < t1).T.tolist(), key=lambda zone: zone[1])
         for start, end in found:
             if t0 < start and end < t1:
                 yield Zone(start, end, term)

@@ -26,8 +26,19 @@ Matrix: TypeAlias = "Array | csr_array"
 Entries: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64], Array]
 
 
-def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
-    """Coordinate ``key`` of frame ``name`` for states q, v of shape (N, n) at times t (N,); shape (N,)."""
+def frame_coordinate(
+    system: System,
+    name: str,
+    key: str,
+    q: Array,
+    v: Array,
+    t: Array | None = None,
+    known: dict[str, tuple[Array, Array]] | None = None,
+) -> Array:
+    """Coordinate ``key`` of frame ``name`` for states q, v of shape (N, n) at times t (N,); shape (N,).
+
+    ``known``: q and v of bodies. With the same arrays, a body computes its attitudes once for all its frames.
+    """
     scene: Scene = system.scene
     frame = scene.frames[name]
     component = scene.components[frame.body]
@@ -35,7 +46,10 @@ def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array, t:
     if body is None:
         return np.full(len(q), at_rest(component, frame, key))
     d = system.tables.coordinates[frame.body]
-    return body.frame(body_pose(component, frame), key, q[:, d : d + body.n], v[:, d : d + body.n], t)
+    known = {} if known is None else known
+    if frame.body not in known:
+        known[frame.body] = q[:, d : d + body.n], v[:, d : d + body.n]
+    return body.frame(body_pose(component, frame), key, *known[frame.body], t)
 
 
 def values(
@@ -52,6 +66,8 @@ def values(
     Inputs that are not given have their start value.
     """
 
+    known: dict[str, tuple[Array, Array]] = {}
+
     def leaf(node: Expr) -> Array:
         if node.op == "time":
             return t
@@ -67,7 +83,7 @@ def values(
         if motion is not None:
             moved = motion[tuple(RATE).index(key)] if key in RATE else der(motion[_RATES.index(key)])
             return values(system, [moved], t, q, v)[0]
-        return frame_coordinate(system, name, key, q, v, t)
+        return frame_coordinate(system, name, key, q, v, t, known)
 
     def angle(node: Expr, y: Array, x: Array) -> Array:
         (rate,) = values(system, [node.value], t, q, v, lam, inputs)  # type: ignore[list-item]

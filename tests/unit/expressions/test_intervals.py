@@ -7,10 +7,9 @@ from hypothesis import strategies as some
 from scipy.interpolate import BPoly, PPoly
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
-from mbdsl.expressions.interval_arithmetic import Jet, enclose
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
 from mbdsl.mechanism.scene import Table
-from mbdsl.system.peaks_along_motion import _along
+from mbdsl.system.paths import Program, over_time
 
 U, Y = (-1.0, 0.0, 0.5, 2.0), (0.0, 1.0, -1.0, 0.0)
 TABLES = [
@@ -54,10 +53,9 @@ def sampled(root, t):
 
 
 def bounds(root, a, b):
-    one = np.ones(1)
     with np.errstate(all="ignore"):
-        found = enclose([root], lambda leaf: Jet(a * one, b * one, one, one))[0]
-    return [float(np.broadcast_to(x, 1)[0]) for x in found]
+        found = over_time(root).jets(np.zeros(1, int), np.array([a]), np.array([b]))
+    return [float(x[0, 0]) for x in found]
 
 
 @given(expressions(), NUMBERS, some.floats(-7.0, 0.5))
@@ -118,28 +116,33 @@ def test_bounds_of_waves_are_sharp_in_all_periods(name):
             assert bounds(call(name, TIME), a, b)[:2] == pytest.approx([lo, hi], abs=1e-12)
 
 
+def one_of(jet):
+    """The bounds of the only root."""
+    return type(jet)(*(x[:, 0] for x in jet))
+
+
 def test_ways_lie_within_their_bounds():
     """Cubic polynomials with random coefficients, one or all at a time, over whole steps, parts of them, and several
     steps."""
     x = coordinate("b", "x")
     ways = np.concatenate([np.eye(4), -np.eye(4), np.random.default_rng(5).normal(size=(40, 4))])
     k, s = np.arange(len(ways)), np.linspace(0.0, 1.0, 33)
-    f = _along([x], {x: ways}, {})
+    f = Program([x]).of({x: ways}, {})
     y = np.array([c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in ways])
     slopes = np.diff(y) / np.diff(s)
-    assert pytest.approx(y, abs=1e-14) == np.array([f.at(k, np.full(len(k), at))[0] for at in s]).T
+    assert pytest.approx(y, abs=1e-14) == np.array([f.at(k, np.full(len(k), at))[:, 0] for at in s]).T
     for a, b in ((0, 32), (0, 8), (8, 32)):
-        jet = f.jet(k, np.full(len(k), s[a]), np.full(len(k), s[b]))[0]
+        jet = one_of(f.jets(k, np.full(len(k), s[a]), np.full(len(k), s[b])))
         assert (jet.lo <= y[:, a : b + 1].min(axis=1)).all() and (y[:, a : b + 1].max(axis=1) <= jet.hi).all()
         slope = slopes[:, a:b]
         assert (jet.d_lo <= slope.min(axis=1) + 1e-12).all() and (slope.max(axis=1) <= jet.d_hi + 1e-12).all()
     # as tight as SciPy's coefficients in Bernstein's form
     coefficients = BPoly.from_power_basis(PPoly(ways.T[::-1, None, :], [0.0, 1.0])).c[:, 0, :]
-    for jet in (f.over(k)[0], f.jet(k, np.zeros(len(k)), np.ones(len(k)))[0]):
+    for jet in (one_of(f.over(k)), one_of(f.jets(k, np.zeros(len(k)), np.ones(len(k))))):
         assert np.asarray(jet.lo) == pytest.approx(coefficients.min(axis=0), abs=1e-13)
         assert np.asarray(jet.hi) == pytest.approx(coefficients.max(axis=0), abs=1e-13)
     first = np.arange(0, len(ways), 3)
-    jet = f.over(first)[0]
+    jet = one_of(f.over(first))
     assert (jet.lo <= np.minimum.reduceat(y.min(axis=1), first)).all()
     assert (np.maximum.reduceat(y.max(axis=1), first) <= jet.hi).all()
     assert (jet.d_lo <= np.minimum.reduceat(slopes.min(axis=1), first) + 1e-12).all()
