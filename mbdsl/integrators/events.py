@@ -32,6 +32,7 @@ from mbdsl.system.switches import Switch, combined
 
 Array = NDArray[np.float64]
 States = NDArray[np.int64]
+EPS = float(np.finfo(float).eps)
 Way = Callable[[float], tuple[Array, Array]]  #: time from the end of a step -> q, v
 
 #: largest remaining time to a switch, relative to the last step
@@ -87,12 +88,16 @@ class Events:
     ----------
     times : list of float
         Times [s] of the events so far: changes of switches at which the run was restarted.
+    rounding : list of float
+        The change of a scaled velocity [1/s] at each of them that is due to rounding of its time: decimals of a model
+        are rounded, and so is the width of a window between two of them.
     """
 
     def __init__(self, run: RunState) -> None:
         self.run = run
         self.system: System = run.system
         self.times: list[float] = []
+        self.rounding: list[float] = []
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
         self._cut: list[float] = []
@@ -188,6 +193,7 @@ class Events:
                 s = found
             else:
                 way = self._way(q, v, a)
+            old_a = a
             t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
@@ -197,11 +203,21 @@ class Events:
         integers[loop_state.SIGNATURE] = combined(new)
         integers[loop_state.EVENTS] += 1
         self.times.append(t)
+        self.rounding.append(self._of_rounding(t, q, v, a - old_a, known))
         longest = min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t)
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         status = self._known_progress(t) if timed else self._progress(t, new)
         return status, Restart(t, q, v, a, lam, longest)
+
+    def _of_rounding(self, t: float, q: Array, v: Array, jump: Array, known: bool) -> float:
+        """The effect on a scaled velocity of rounding the time of an event with a jump of accelerations: of decimals
+        of times, and if it is not ``known`` in advance, of positions at the present speed."""
+        scale = self.system.tables.scale
+        late = float(np.spacing(abs(t)))
+        if not known and (speed := np.abs(v * scale).max(initial=0.0)) > 0.0:
+            late += EPS * float(np.abs(q * scale).max(initial=0.0) / speed)
+        return float(np.abs(jump * scale).max(initial=0.0)) * late
 
     def _way(self, q: Array, v: Array, a: Array, c: Array | float = 0.0) -> Way:
         """q and v after the time s, with the accelerations a + 2 c s."""

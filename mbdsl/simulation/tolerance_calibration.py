@@ -432,6 +432,17 @@ class Ladder:
             return np.full(len(trial.t), unit)
         return unit * np.exp(np.minimum(self.growth.at(trial.t), 700.0))
 
+    def _of_times(self, trial: Trial) -> Array:
+        """The error (N,) along a run because times and places of its events are rounded, as decimals of a model are:
+        the width of a short window is a difference of two of them."""
+        found = np.zeros(len(trial.t))
+        speed = error_norm.fastest(self.motion.system.tables.scale, trial.v, self.span)
+        for run in trial.kept.integrations:
+            if (events := getattr(run, "events", None)) is not None and events.times:
+                sums = np.append(0.0, np.cumsum(events.rounding)) / speed
+                found = np.maximum(found, sums[np.searchsorted(events.times, trial.t, side="right")])
+        return found
+
     def _of_rounding(self) -> str:
         assert self.growth is not None
         factor = np.exp(min(self.growth.log.max(), 700.0))
@@ -476,7 +487,7 @@ class Ladder:
             motion.trial_steps += self.lost - lost
             status = loop_state.RUNNING if self.interrupted else status
         n = min(len(best.claim), len(best.t))
-        claim = np.maximum(best.claim[:n], self._rounding(best)[:n])
+        claim = np.maximum(best.claim[:n], np.maximum(self._rounding(best), self._of_times(best))[:n])
         if claim[-1] <= self.tol:
             return status, Found(float(claim[-1]))
         kept = np.flatnonzero(~(claim <= self.tol))[0]

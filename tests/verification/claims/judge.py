@@ -54,7 +54,7 @@ def error(claim: Claim, run, until: float = math.inf) -> float:
 def judge(claim: Claim, run, asked: float | None, said: float | None, until: float = math.inf) -> Verdict:
     """Whether the run kept its promise."""
     truth = error(claim, run, until)
-    floor = max(FLOOR, SAID * claim.stored["agrees"])
+    floor = max(FLOOR, claim.stored["agrees"])
     if asked is not None and not truth <= ASKED * max(asked, floor):
         return Verdict(LIE, asked, said, truth, "more than three times what was asked for")
     if said is None:
@@ -71,7 +71,7 @@ def stopped(claim: Claim, run, asked: float | None, reason: str) -> Verdict:
     if until is None or asked is None:
         return Verdict(STOPPED, asked, reason=reason)
     truth = error(claim, run, until)
-    floor = max(FLOOR, SAID * claim.stored["agrees"])
+    floor = max(FLOOR, claim.stored["agrees"])
     if truth > ASKED * max(asked, floor):
         return Verdict(LIE, asked, asked, truth, f"kept until t = {until:g} s, it says, but it is not")
     return Verdict(STOPPED, asked, reason=reason)

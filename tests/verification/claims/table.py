@@ -234,11 +234,12 @@ def page(results: dict[tuple, dict], limit: float) -> str:
     for name in (x for x in CLAIMS if x in names):
         found = [(job, x) for job, x in results.items() if job[0] == name and x["truth"] is not None]
         asked = max((x["truth"] / x["asked"] for _, x in found if x["asked"]), default=None)
-        said = max((x["truth"] / max(x["said"], judge.FLOOR) for _, x in found if x["said"] is not None), default=None)
+        floor = max(judge.FLOOR, CLAIMS[name].stored["agrees"])
+        said = max((x["truth"] / max(x["said"], floor) for _, x in found if x["said"] is not None), default=None)
         lies = [job for job, x in results.items() if job[0] == name and x["verdict"] == judge.LIE]
         lie_text = ", ".join(f"{m or w} {a:g}" if a else m for _, w, m, a in lies) or "none"
         agrees = CLAIMS[name].stored["agrees"]
-        source = "closed form" if CLAIMS[name].exact else f"{agrees:.0e}"
+        source = f"closed form, {agrees:.0e}" if CLAIMS[name].exact else f"{agrees:.0e}"
         lines.append(f"| {name} | {CLAIMS[name].family} | {source} | {number(asked)} | {number(said)} | {lie_text} |")
     return "\n".join(lines) + "\n"
 
@@ -255,7 +256,9 @@ difference from a second solver.
 The rule: the true error is at most 3 times the requested error, and at most 10 times the stated error
 (`stats["error"]`, `stats["accuracy"]["estimated"]`, the difference that `--verify` shows, the error that `recommend`
 shows). Errors are the largest over all outputs: positions relative to the mechanism's size, angles in radians,
-velocities also relative to the largest of the run.
+velocities also relative to the largest of the run. Statements below the digits to which the answer is known (the
+column `answer`; at least 1e-13) are raised to these: below, an error
+cannot be judged.
 
 - *true*: the rule holds, and the stated error is at most 10 times the true error.
 - *pessimistic*: the rule holds, and the stated error is more than 10 times the true error.
