@@ -94,8 +94,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _answer(argv: list[str]) -> int:
+    heard: list[int] = []
     try:
-        with terminated():
+        with terminated() as heard:
             return _run(argv)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
@@ -108,6 +109,9 @@ def _answer(argv: list[str]) -> int:
     except Exception as problem:
         if "--debug" in argv:
             _print_traceback()
+        if heard:  # a consequence of the interruption
+            print("interrupted", file=sys.stderr)
+            return INTERRUPTED
         if found := _of_a_method(problem):
             print(found.render(), file=sys.stderr)
             return found.exit_code

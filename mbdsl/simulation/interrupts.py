@@ -47,15 +47,25 @@ def deferred(most: int | None = None, note: str = "") -> Iterator[list[int]]:
 
 
 @contextmanager
-def terminated() -> Iterator[None]:
-    """SIGTERM and SIGHUP act like Ctrl-C, unless the program handles or ignores them itself."""
+def terminated() -> Iterator[list[int]]:
+    """SIGTERM and SIGHUP act like Ctrl-C, unless the program handles or ignores them itself.
+
+    All three are appended to the list that the context returns: an extension that is being imported turns
+    KeyboardInterrupt into an ImportError of its own.
+    """
+    heard: list[int] = []
+
+    def interrupt(number, frame) -> None:
+        heard.append(number)
+        raise KeyboardInterrupt
+
     former = {}
     if threading.current_thread() is threading.main_thread():
-        for number in ENDS:
-            if signal.getsignal(number) == signal.SIG_DFL:
-                former[number] = signal.signal(number, signal.default_int_handler)
+        for number in SIGNALS:
+            if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+                former[number] = signal.signal(number, interrupt)
     try:
-        yield
+        yield heard
     finally:
         for number, handler in former.items():
             signal.signal(number, handler)

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import signal
 import re
 import subprocess
 import sys
@@ -297,6 +298,26 @@ def raiser(problem):
 def test_problems_have_their_codes(say, simulation, problem, code, message):
     simulation.act = raiser(problem)
     assert say("simulate", "m.mbd") == (code, "", message)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no signals to send to a process")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_an_interruption_turns_into_is_an_interruption(say, simulation, number):
+    """Extensions that are imported while a signal comes raise ImportError."""
+
+    def act(**given):
+        try:
+            os.kill(os.getpid(), number)
+            signal.pause()
+        except KeyboardInterrupt:
+            raise ImportError("Importing the numpy C-extensions failed") from None
+
+    before = signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    try:
+        simulation.act = act
+        assert say("simulate", "m.mbd") == (130, "", "interrupted\n")
+    finally:
+        signal.signal(number, before)
 
 
 def test_a_defect_is_one_line_and_a_request(say, simulation):
