@@ -34,7 +34,7 @@ from mbdsl.integrators.loop.loop_state import (
 )
 from mbdsl.integrators.run_state import RunState
 from mbdsl.system.close_approaches import Approach, Approaches
-from mbdsl.system.peaks_along_motion import OPERATIONS, OnTheWay
+from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Landings:
             run.reals = np.concatenate([run.reals, np.zeros(batch * width)])
         #: after the next search, the number of steps that are searched together is twice the first of these at most;
         #: in the next one it is the second
-        self._together = (int(run.integers[NOTES]),) * 2
+        self._together = FEW, FEW
         self._tries, self._from = 0, -np.inf
 
     def begin(self, t: float) -> None:
@@ -118,9 +118,10 @@ class Landings:
             while (status := call(steps)) == LOOK:
                 self.refill()
             return status
-        status, enough = RUNNING, run.searched[OPERATIONS] + PAUSE
+        status, begun = RUNNING, self._looks.spent
         most, batch = self._together
-        while steps > 0 and status == RUNNING and run.searched[OPERATIONS] < enough:
+        while steps > 0 and status == RUNNING and self._looks.spent - begun < PAUSE:
+            spent = self._looks.spent
             before, t = _copied(run), run.time
             first = np.concatenate([[t], *run.state()])
             run.integers[NOTED] = 0
@@ -146,7 +147,8 @@ class Landings:
             if changing := self._chattering(rows):
                 self._blame(changing)
                 return SLIDING
-            most = min(2 * most, int(run.integers[NOTES]))
+            quick = self._looks.spent - spent < PAUSE
+            most = min(2 * most, int(run.integers[NOTES])) if quick else max(1, most // 4)
             steps, batch = steps - max(1, len(rows)), most
             self._together = most, batch
             if status == LOOK:

@@ -73,7 +73,7 @@ class Looks(NamedTuple):
 
 
 #: operations that the search of any run may take
-LEAST = 2e6
+LEAST = 1e6
 #: what a run keeps of its search: the number of operations, of steps, and the time since which it is given up [s]
 OPERATIONS, STEPS, GIVEN_UP = range(3)
 
@@ -90,7 +90,7 @@ class OnTheWay:
     as a unit; laws with jumps and narrow windows take a hundredth of that. An operation takes 20 ns to 50 ns.
     """
 
-    AT_ONCE, A_STEP = 3e3, 1e2
+    AT_ONCE, A_STEP = 1e3, 1e2
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -103,6 +103,7 @@ class OnTheWay:
         self._roots = list(roots.values())
         self._jumps = [any(n.op in JUMPS for n in walk(x)) for x in self.terms]
         self._programs: dict[int, Program] = {}
+        self.spent = 0  #: operations so far, of all searches of all runs
 
     @cached_property
     def _summands(self) -> dict[Expr, Program]:
@@ -178,6 +179,7 @@ class OnTheWay:
                     count, parts = hidden
                     t0, dt = t[count], h[count]
                     found = [Zone(t0 + dt * a, t0 + dt * b, self._roots[n]) for a, b in parts]
+        self.spent += int(work.each.sum())
         if found and count < work.until:
             searched[OPERATIONS] += work.each[count]
             return found
