@@ -85,10 +85,10 @@ class Watch:
     def doubts(self) -> list[str]:
         """Warnings about a run with fixed steps, or by a backend that does not search its steps for peaks of laws."""
         motion = self._motion
+        peak = _first_peak(motion) if motion.plan.tol is None else None
         found = [_not_searched(motion), _given_up(motion)]
         if motion.plan.tol is not None:
             return [text for text in found if text]
-        peak = _first_peak(motion)
         found += [turns.warning() for turns in self._turns if turns is not None]
         if self._rows >= 3:
             found.append(None if self._energy is None else _growth(self._energy, motion))
