@@ -28,7 +28,7 @@ from mbdsl.messages import install
 from mbdsl.numerics.hermite import between
 from mbdsl.system import System
 from mbdsl.system.index1 import Index1
-from mbdsl.system.peaks_along_motion import OnTheWay
+from mbdsl.system.peaks_along_motion import OnTheWay, not_searched
 
 if TYPE_CHECKING:
     from mbdsl.system.close_approaches import Approach
@@ -79,6 +79,8 @@ class Problem:
         "factorisations", "evaluations" (of the equations), and "events" (jumps encountered).
     approaches : list of Approach
         The backend fills in states at which a condition almost changes (:mod:`mbdsl.system.close_approaches`).
+    searched : (3,)
+        What the search for peaks keeps (:mod:`mbdsl.system.peaks_along_motion`).
     """
 
     system: System
@@ -98,6 +100,7 @@ class Problem:
     longest: float = np.inf
     counts: Counter[str] = field(default_factory=Counter)
     approaches: list[Approach] = field(default_factory=list)
+    searched: Array = field(default_factory=not_searched)
 
     @property
     def peaks(self) -> OnTheWay:
@@ -154,6 +157,7 @@ class External:
         self.reason, self.hint = "", ""
         self.cause: Exception | None = None
         self.approaches: list[Approach] = []
+        self.searched = not_searched()
         self._counts: Counter[str] = Counter()
         system.kernels(self._backend.METHOD.sets)
 
@@ -174,7 +178,7 @@ class External:
         zones = self.system.time_zones(*span, longest=span[1] - span[0])
         given = {**self._given, "breaks": Kept(self.system.time_events(*span)), "zones": zones}
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
-        self.approaches = problem.approaches
+        self.approaches, self.searched = problem.approaches, problem.searched
         self._q, self._v, self._lam = q, v, lam
         self._index1 = Index1(self.system, left_out)
         for name, body in self.system.tables.models.items():

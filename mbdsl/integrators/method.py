@@ -154,6 +154,8 @@ class Run(Protocol):
         The output times; if every step is output, the times at the ends of the steps.
     pivoting_from : float or None
         Time since which the linear solver searches for pivots.
+    searched : (3,)
+        What the search for peaks keeps (:mod:`mbdsl.system.peaks_along_motion`).
     """
 
     system: System
@@ -161,6 +163,7 @@ class Run(Protocol):
     out: Array
     times: Array
     pivoting_from: float | None
+    searched: Array
 
     @property
     def time(self) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 from mbdsl.compilation.buffer_layout import POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.integrators.loop.loop_state import NOTED, NOTES, REALS, RUNNING
 from mbdsl.integrators.run_state import RunState
+from mbdsl.system.peaks_along_motion import GIVEN_UP, not_searched
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Overlooked:
     def __init__(self, run: RunState) -> None:
         system, self._run = run.system, run
         self._looks = InFixedSteps(system, run.h)
-        run.seen, run.missed = np.zeros(len(self._looks.terms)), []
+        run.seen, run.searched, run.missed = np.zeros(len(self._looks.terms)), not_searched(), []
         self._least = max(SHORTEST * run.h, 16.0 * float(np.spacing(max(abs(run.start), abs(run.stop)))))
         if self._looks.terms:
             self._width = 1 + system.n + system.unknowns
@@ -89,13 +90,15 @@ class Overlooked:
             return
         inputs = {name: float(run.numbers[at]) for name, at in run.system.tables.inputs.items()}
         t, q, v, lam = noted[:, 0], noted[:, 1 : 1 + n], noted[:, 1 + n : 1 + 2 * n], noted[:, 1 + 2 * n :]
-        found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen, run.turns)
+        found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen, run.searched, run.turns)
         if found:
             k = int(np.searchsorted(t, found[0].start, side="right")) - 1
             shortest = min(zone.end - zone.start for zone in found)
             number = run.system.tables.values.index(found[0].term)
             middle = 0.5 * (found[0].start + found[-1].end)
             run.missed = [number, float(middle), float(t[k]), float(t[k + 1]), float(shortest)]
+            run.integers[NOTES] = 0
+        if run.searched[GIVEN_UP] < np.inf:
             run.integers[NOTES] = 0
         rows[0] = noted[-1]
         run.integers[NOTED] = 1

@@ -51,6 +51,8 @@ BATCH, NUMBERS = 1024, 400_000
 #: a motion slides if MANY successive steps advance the run by less than STANDSTILL of its length, and a switch changes
 #: in more than the fraction OFTEN of them
 MANY, STANDSTILL, OFTEN = 256, 1e-6, 0.125
+#: number of operations of a search after which the run returns to its caller, which handles interruptions: 0.1 s
+PAUSE = 3e6
 #: number of steps searched after a peak was found; it then doubles with each search
 FEW = 8
 #: largest number of returns for peaks within one interval, and its length relative to the run; the number has a limit
@@ -74,6 +76,9 @@ class Landings:
             width = 1 + run.system.n + run.system.unknowns
             run.integers[NOTES] = batch = max(16, min(BATCH, NUMBERS // width))
             run.reals = np.concatenate([run.reals, np.zeros(batch * width)])
+        #: after the next search, the number of steps that are searched together is twice the first of these at most;
+        #: in the next one it is the second
+        self._together = FEW, FEW
         self._tries, self._from = 0, -np.inf
 
     def begin(self, t: float) -> None:
@@ -113,9 +118,10 @@ class Landings:
             while (status := call(steps)) == LOOK:
                 self.refill()
             return status
-        status, most = RUNNING, int(run.integers[NOTES])
-        batch = most
-        while steps > 0 and status == RUNNING:
+        status, begun = RUNNING, self._looks.spent
+        most, batch = self._together
+        while steps > 0 and status == RUNNING and self._looks.spent - begun < PAUSE:
+            spent = self._looks.spent
             before, t = _copied(run), run.time
             first = np.concatenate([[t], *run.state()])
             run.integers[NOTED] = 0
@@ -135,14 +141,16 @@ class Landings:
                 batch = max(1, int((rows[:, 0] <= zones[0].start).sum()))  # the steps before it passed the search
                 most = batch + FEW  # where there is one peak, another may follow
                 self.insert(zones)
-                status = RUNNING
+                status, self._together = RUNNING, (most, batch)
                 continue
             self._note_approaches(states)
             if changing := self._chattering(rows):
                 self._blame(changing)
                 return SLIDING
-            most = min(2 * most, int(run.integers[NOTES]))
+            quick = self._looks.spent - spent < PAUSE
+            most = min(2 * most, int(run.integers[NOTES])) if quick else max(1, most // 4)
             steps, batch = steps - max(1, len(rows)), most
+            self._together = most, batch
             if status == LOOK:
                 self.refill()
                 status = RUNNING
@@ -174,7 +182,8 @@ class Landings:
         run = self._run
         if len(states[0]) < 2 or not self._looks.terms:
             return []
-        return self._looks.first(*states, self._inputs, float(run.reals[LEAST_H]), run.seen, run.turns)
+        given = float(run.reals[LEAST_H]), run.seen, run.searched, run.turns
+        return self._looks.first(*states, self._inputs, *given)
 
     def _note_approaches(self, states: States) -> None:
         run = self._run

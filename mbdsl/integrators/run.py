@@ -30,7 +30,7 @@ from mbdsl.integrators.start_values import applied, check_stiffness, first_step,
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.massless import massless
-from mbdsl.system.peaks_along_motion import OnTheWay
+from mbdsl.system.peaks_along_motion import OnTheWay, not_searched
 
 Array = NDArray[np.float64]
 
@@ -115,6 +115,7 @@ class Integration(RunState):
         self.landings = Landings(self, self.events.blame)
         self.standstill = Standstill(self)
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
+        self.searched = not_searched()
         reals, integers, span = self.reals, self.integers, self.stop - self.start
         integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT] = self.every, np.inf
         reals[loop_state.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)

@@ -18,7 +18,7 @@ from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
-from mbdsl.system.peaks_along_motion import Turns
+from mbdsl.system.peaks_along_motion import Turns, not_searched
 
 Array = NDArray[np.float64]
 
@@ -51,6 +51,7 @@ class RunState:
 
     def __post_init__(self) -> None:
         self.seen = np.zeros(0)  # largest values so far of the terms searched for peaks
+        self.searched = not_searched()
         self.missed: list[float] = []
         self.approaches: list[Approach] = []
         self.approaching = np.zeros((5, 0))  # see Approaches.add

@@ -20,7 +20,7 @@ from mbdsl.system.close_approaches import Approach
 from mbdsl.system.switches import PRIME
 
 #: buffers of real numbers that are read
-BUFFERS = ("vectors", "frames", "gradients", "numbers", "memory", "reals", "seen", "approaching")
+BUFFERS = ("vectors", "frames", "gradients", "numbers", "memory", "reals", "seen", "searched", "approaching")
 #: integers and real numbers of a run that follow from its settings
 SETTINGS = [
     *(loop_state.LAST_STEP, loop_state.STABILISED, loop_state.CONTROLLED, loop_state.EVERY, loop_state.LANDING),

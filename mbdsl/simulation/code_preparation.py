@@ -18,7 +18,7 @@ from mbdsl.integrators.loop import compiled_loop
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import reduce
 from mbdsl.mechanism.scene import Scene
-from mbdsl.system import System, build
+from mbdsl.system import System, build, paths
 
 PAUSE = 0.05  #: seconds between two checks of the other processes
 
@@ -97,6 +97,7 @@ def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> l
     for whose, system in _systems(scenes):
         found += [structure_code(system, sets, whose) for sets in numbers]
     found += [structure_code(system, 1, whose) for whose, system in _assembled(scenes)]
+    found.append(Code("bounds of laws", paths.NAME, paths.kernels, lambda: None))
     return list({code.name: code for code in found}.values())
 
 

@@ -9,7 +9,7 @@ for bodies that make half a turn in a step.
 from __future__ import annotations
 
 from itertools import pairwise
-from math import pi
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.peaks_along_motion import GIVEN_UP
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 from mbdsl.system.signals import values
 from mbdsl.system.structure import by_law, law_expressions
@@ -84,10 +85,10 @@ class Watch:
     def doubts(self) -> list[str]:
         """Warnings about a run with fixed steps, or by a backend that does not search its steps for peaks of laws."""
         motion = self._motion
-        found = [_not_searched(motion)]
+        peak = _first_peak(motion) if motion.plan.tol is None else None
+        found = [_not_searched(motion), _given_up(motion)]
         if motion.plan.tol is not None:
             return [text for text in found if text]
-        peak = _first_peak(motion)
         found += [turns.warning() for turns in self._turns if turns is not None]
         if self._rows >= 3:
             found.append(None if self._energy is None else _growth(self._energy, motion))
@@ -146,6 +147,18 @@ def _not_searched(motion: Motion) -> str | None:
                 "of a step may be missed; compare with a method that searches, such as hht-si2 with a tolerance"
             )
     return None
+
+
+def _given_up(motion: Motion) -> str | None:
+    """A warning about laws whose search for peaks has taken too many operations."""
+    since = min((float(p.integration.searched[GIVEN_UP]) for p in motion.parts), default=inf)
+    if since == inf:
+        return None
+    remedy = "a smaller tolerance shortens the steps" if motion.plan.tol is not None else "try smaller steps"
+    return (
+        f"the search for peaks of laws between the ends of steps was given up at t = {since:.6g} s, because it takes "
+        f"too many operations for these laws: from then on, a peak within a step may be missed; {remedy}"
+    )
 
 
 def _first_peak(motion: Motion) -> Peak | None:

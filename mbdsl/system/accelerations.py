@@ -68,7 +68,7 @@ def equations(system: System, t: float, q: Array, v: Array, left_out: tuple[int,
     kept, n = np.delete(np.arange(system.m + system.p), left_out), system.n
     both = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)
     M, J = both[:n, :n], both[n:, :n][kept]
-    right = np.concatenate([system.Q(t, q, v), system.gamma_c(t, q, v)[kept]])
+    right = np.concatenate([system.force(), system.gamma_c(t, q, v)[kept]])
     with np.errstate(all="ignore"):  # entries that are not finite are reported later
         d = balance(system, M.diagonal(), J)
     return Equations(t, q, v, kept, M, J, right, d)
@@ -86,7 +86,7 @@ def solve_motion(system: System, motion: Equations, lam: Array) -> tuple[Array, 
     U = J.T  # the matrix of the multipliers: J^T - Q_lam
     if system.of_multipliers:
         U = derivatives[:n, n:][:, kept]
-        b = np.concatenate([system.evaluate(t, q, v, lam)[0] + U @ lam[kept], right[n:]])
+        b = np.concatenate([system.force() + U @ lam[kept], right[n:]])
     if not np.isfinite(b).all():
         raise not_finite(system, t, q, v, "the forces", lam)
     # every implicit method needs the derivatives

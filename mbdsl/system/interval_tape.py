@@ -330,30 +330,33 @@ def halved(k, root, least, largest, slight, room, way, code):
 
 
 @kernel
-def bisect(every, work, root, tried, ends, least, largest, slight, state, room, way, code):
+def bisect(every, root, tried, ends, least, largest, slight, credit, spent, state, room, way, code):
     """Search the pieces ``tried`` from number state[0] on, each from ends[:, 0] to ends[:, 1], for one on which the
     root has extrema; with ``every``, for the next piece.
 
-    Returns FINISHED, FOUND, TOO_MANY intervals, or TIRED after more than ``work`` operations. state[1] is the number of
-    points (s, f) between which f is monotone, state[2] the number of operations.
+    Returns FINISHED, FOUND, TOO_MANY intervals, or TIRED if all pieces so far took more operations than the ``credit``
+    (N,) of the last one; ``spent`` (N,) are those of each piece, and state[2] their sum. state[1] is the number of
+    points (s, f) between which f is monotone.
     """
     points = room.points
     while state[0] < len(tried):
-        k = tried[state[0]]
-        for i in range(2):
-            points[i, 0] = ends[state[0], i]
-            valued(way, k, points[i, 0], code)
-            points[i, 1] = code.numbers[code.layout[REGISTERS] + root]
+        i = state[0]
+        k = tried[i]
+        for side in range(2):
+            points[side, 0] = ends[i, side]
+            valued(way, k, ends[i, side], code)
+            points[side, 1] = code.numbers[code.layout[REGISTERS] + root]
         count = halved(k, root, least[k], largest, PART * slight[k], room, way, code)
+        spent[i] = 3 * abs(count) * code.layout[TAPE_LENGTH]  # two intervals and a value for each point
         state[0] += 1
         state[1] = abs(count)
-        state[2] += 2 * abs(count) * code.layout[TAPE_LENGTH]
+        state[2] += spent[i]
+        if state[2] > credit[i]:
+            return TIRED
         if count < 0:
             return TOO_MANY
         if every == 1 or turns(points, room.links, slight[k]):
             return FOUND
-        if state[2] > work:
-            return TIRED
     return FINISHED
 
 

@@ -19,8 +19,8 @@ from mbdsl.system.expression_tape import TABLE, Tape
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 EMPTY = np.zeros((0, 4))
-#: most operations of one call of compiled code: 0.1 s to 0.5 s
-WORK = 5_000_000
+#: more operations than a search takes
+ENDLESS = 2**62
 EXTRAPOLATION = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}
 _WAY, _CODE = ("int", "matrix"), ("ints", "ints", "vector", "vector", "matrix")
 _GROUPS: dict[str, Any] = {"room": interval_tape.Room, "way": interval_tape.Way, "code": interval_tape.Code}
@@ -30,7 +30,7 @@ SIGNATURES = {
     "at": code_cache.Signature(("ints", "vector", "ints", "matrix", *_WAY, *_CODE)),
     "bisect": code_cache.Signature(
         (
-            *("int", "int", "int", "ints", "matrix", "vector", "vector", "vector", "ints"),
+            *("int", "int", "ints", "matrix", "vector", "vector", "vector", "ints", "ints", "ints"),
             *("matrix", "ints", "int matrix", *_WAY, *_CODE),
         ),
         gives="int",
@@ -146,7 +146,6 @@ class Paths:
             numbers[register] = jets[4 * register] = jets[4 * register + 1] = inputs[name]
         self._way = self.pieces, self._ways
         self._kernels = program.kernels
-        self.work = 0  #: operations of searches so far
 
     def at(self, k: Ints, s: Array) -> Array:
         """Values (N, R) at the places s (N,) of pieces k (N,)."""
@@ -186,36 +185,67 @@ class Paths:
         least: Array,
         largest: Array,
         slight: Array,
-        every: bool = False,
+        work: Work | None = None,
     ) -> Iterator[tuple[int, Points | None]]:
         """Points between which root number ``root`` is monotone, for those of the pieces ``tried`` on which it has
-        extrema (``every``: for all of them).
+        extrema; without ``work``, for all of them.
 
         On piece k the root is searched from ends[i, 0] to ends[i, 1], where k = tried[i]. Intervals that are shorter
         than ``least`` (K,), or on which it changes by a negligible part of ``slight`` (K,), the negligible height of a
         peak, or of its largest value, are not halved; ``largest`` (K,) is a lower bound of that, and is updated. None
-        in place of points: there are too many.
+        in place of points: there are too many. The search ends where its ``work`` exceeds the credit.
         """
         state, most = np.zeros(3, np.int64), interval_tape.MOST
         points = np.empty((2 + most, 2))
         room = points, np.empty(2 + most, np.int64), np.empty((2, 2 * most), np.int64)
-        given = _ints(tried), _floats(ends), _floats(least), _floats(largest), _floats(slight), state
+        tried, spent = _ints(tried), np.zeros(len(tried), np.int64)
+        credit = np.full(len(tried), ENDLESS) if work is None else work.left[tried]
+        given = tried, _floats(ends), _floats(least), _floats(largest), _floats(slight), credit, spent, state
         register = int(self.program.registers[root])
-        while True:
-            state[2] = 0
-            found = self._kernels.bisect(int(every), WORK, register, *given, *room, *self._way, *self._code)
-            self.work += int(state[2])
-            if found == interval_tape.FINISHED:
-                return
-            if found != interval_tape.TIRED:
-                many = found == interval_tape.TOO_MANY
-                yield int(tried[state[0] - 1]), None if many else Points.of(points[: state[1]])
+        try:
+            while True:
+                found = self._kernels.bisect(int(work is None), register, *given, *room, *self._way, *self._code)
+                if found == interval_tape.FINISHED:
+                    return
+                k = int(tried[state[0] - 1])
+                if found == interval_tape.TIRED and work is not None:
+                    work.until = k
+                    return
+                yield k, None if found == interval_tape.TOO_MANY else Points.of(points[: state[1]])
+        finally:
+            if work is not None:
+                work.add(tried, spent)
 
     def narrow(self, root: int, k: int, peak: Array, reach: Array, where: Array, within: Array, beyond: Array) -> None:
         """Move ``within`` and ``beyond`` (N,) to the places on piece k where root number ``root`` differs from ``peak``
         (N,), its value at ``where`` (N,), by ``reach`` (N,); the values at ``within`` differ less."""
         given = k, int(self.program.registers[root]), peak, reach, where, within, beyond
         self._kernels.narrow(*given, *self._way, *self._code)
+
+
+class Work:
+    """The operations of a search in K pieces that follow each other.
+
+    Attributes
+    ----------
+    left : (K,)
+        How many operations may still be added to those of each piece and all pieces before it.
+    each : (K,)
+        Those of each piece so far.
+    until : int
+        The first piece that takes more; K: there is none.
+    """
+
+    def __init__(self, left: Array) -> None:
+        self.left = left.astype(np.int64)
+        self.each, self.until = np.zeros(len(left), np.int64), len(left)
+
+    def add(self, pieces: Ints, spent: Ints) -> None:
+        """Count the operations spent on pieces."""
+        self.each[pieces] += spent
+        more = np.zeros(len(self.left), np.int64)
+        more[pieces] = spent
+        self.left -= np.cumsum(more)
 
 
 class Points(NamedTuple):

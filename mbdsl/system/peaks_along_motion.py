@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, Jet
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, der, leaves, rebuild, walk
-from mbdsl.system.paths import Paths, Program
+from mbdsl.system.paths import Paths, Program, Work
 from mbdsl.system.peaks_in_time import Zone, hiding, terms, zones
 from mbdsl.system.signals import values
 
@@ -72,8 +72,25 @@ class Looks(NamedTuple):
     suspected: NDArray[np.bool_]
 
 
+#: operations that the search of any run may take
+LEAST = 1e6
+#: what a run keeps of its search: the number of operations, of steps, and the time since which it is given up [s]
+OPERATIONS, STEPS, GIVEN_UP = range(3)
+
+
+def not_searched() -> Array:
+    """The same at the start of a run."""
+    return np.array([0.0, 0.0, np.inf])
+
+
 class OnTheWay:
-    """The terms of a system that may have a hidden peak between two states."""
+    """The terms of a system that may have a hidden peak between two states.
+
+    The search of a run may take ``AT_ONCE`` operations and ``A_STEP`` more in each step, with the program of all terms
+    as a unit; laws with jumps and narrow windows take a hundredth of that. An operation takes 20 ns to 50 ns.
+    """
+
+    AT_ONCE, A_STEP = 1e3, 1e2
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -86,6 +103,7 @@ class OnTheWay:
         self._roots = list(roots.values())
         self._jumps = [any(n.op in JUMPS for n in walk(x)) for x in self.terms]
         self._programs: dict[int, Program] = {}
+        self.spent = 0  #: operations so far, of all searches of all runs
 
     @cached_property
     def _summands(self) -> dict[Expr, Program]:
@@ -128,6 +146,7 @@ class OnTheWay:
         inputs: Mapping[str, float],
         least: float,
         seen: Array,
+        searched: Array,
         turns: Turns = UNCOUNTED,
     ) -> list[Zone]:
         """Zones (in time) of the first step in which a term has a hidden peak.
@@ -135,27 +154,41 @@ class OnTheWay:
         States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
         Angles in space that count turns have the values ``turns`` at one of the ends; q contains them up to turns.
         ``seen`` is the largest magnitude of each term at the ends of steps so far, which the run keeps; it is updated
-        if nothing is found. The result does not depend on how many steps are searched together.
+        if nothing is found. ``searched`` (3,), which the run keeps too, counts the operations and steps so far, and is
+        updated; where the operations exceed the credit, the search is given up, and its last entry is that time. The
+        result does not depend on how many steps are searched together.
         """
+        if t[0] >= searched[GIVEN_UP]:
+            return []
         h, count = np.diff(t), len(t) - 1
         with np.errstate(all="ignore"):
             ways = self._ways(t, q, v, lam, turns)
             found: list[Zone] = []
             looks = self._suspected(self._program.of(ways, inputs), h >= SHORT * least, seen)
             sizes: dict[Expr, Array] = {}
+            granted = self.AT_ONCE + self.A_STEP * (searched[STEPS] + np.arange(1.0, count + 1.0))
+            work = Work(LEAST + self._program.length * granted - searched[OPERATIONS])
             for n in np.flatnonzero(looks.suspected.any(axis=0)).tolist():
-                slight, steps = looks.slight[:, n].copy(), np.flatnonzero(looks.suspected[:count, n])
+                until = min(count, work.until)
+                slight, steps = looks.slight[:, n].copy(), np.flatnonzero(looks.suspected[:until, n])
                 if self._system.scene.spatial and len(steps):
                     slight += TINY * self._size(self._roots[n], sizes, ways, inputs)
                     steps = steps[looks.excess[steps, n] > slight[steps]]
                 f = self._alone(n).of(ways, inputs)
-                if hidden := self._hidden(n, f, steps, least / h, looks.size[:, n].copy(), slight):
+                if hidden := self._hidden(n, f, steps, least / h, looks.size[:, n].copy(), slight, work):
                     count, parts = hidden
                     t0, dt = t[count], h[count]
                     found = [Zone(t0 + dt * a, t0 + dt * b, self._roots[n]) for a, b in parts]
-            if not found:
-                seen[:] = looks.size[-1]
-        return found
+        self.spent += int(work.each.sum())
+        if found and count < work.until:
+            searched[OPERATIONS] += work.each[count]
+            return found
+        searched[OPERATIONS] += work.each.sum()
+        searched[STEPS] += len(h)
+        if work.until < len(h):
+            searched[GIVEN_UP] = t[work.until]
+        seen[:] = looks.size[-1]
+        return []
 
     def _alone(self, n: int) -> Program:
         """The program of term number n."""
@@ -229,12 +262,12 @@ class OnTheWay:
         return found
 
     def _hidden(
-        self, n: int, f: Paths, steps: NDArray, least: Array, size: Array, slight: Array
+        self, n: int, f: Paths, steps: NDArray, least: Array, size: Array, slight: Array, work: Work
     ) -> tuple[int, list[tuple[float, float]]] | None:
         """The first of ``steps`` in which a term has peaks that the ends do not show, and their zones as parts of the
         step; None if there is no such step."""
         ends = np.tile([0.0, 1.0], (len(steps), 1))
-        for k, points in f.monotone(0, steps, ends, SHORTEST * least, size, slight):
+        for k, points in f.monotone(0, steps, ends, SHORTEST * least, size, slight, work):
             if points is None:  # a shorter step needs fewer intervals
                 return k, [(0.25, 0.75)]
             found = [(a, b) for a, b in zones(f, k, points, float(slight[k])).T.tolist() if a > 0.0 and b < 1.0]

@@ -31,6 +31,8 @@ TOGETHER = 16
 class InFixedSteps(OnTheWay):
     """The terms of a system that may have a hidden peak within a step h [s]."""
 
+    A_STEP = 10.0  # fixed steps are short
+
     def __init__(self, system: System, h: float) -> None:
         super().__init__(system)
         for root, law in system.searched_laws.items():

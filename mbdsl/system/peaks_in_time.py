@@ -307,7 +307,7 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
         with np.errstate(all="ignore"):
             points = None
             if b - a <= 4.0 * width:
-                _, points = next(f.monotone(0, path, np.array([[a, b]]), shortest, size, slight, every=True))
+                _, points = next(f.monotone(0, path, np.array([[a, b]]), shortest, size, slight))
             if points is None:
                 middle = 0.5 * (a + b)
                 if a < middle < b:

@@ -424,6 +424,11 @@ class System:
             W[d : d + 3, d : d + 3] = work.numbers[at : at + 9].reshape(3, 3)
         return csr_array(W.T @ A @ W.tocsr())
 
+    def force(self) -> Array:
+        """f = Q - Phi_q^T lam - Gam_v^T nu (n,) at the state of the last tangent."""
+        assert self._work is not None
+        return self._work.vectors[buffer_layout.FORCE, : self.n].copy()
+
     def Phi_q(self, t: float, q) -> Array | csr_array:
         """Constraint Jacobian (m, n)."""
         return self.tangent(t, q, cP=1.0)[self.n : self.n + self.m, : self.n]
