@@ -21,6 +21,8 @@ from mbdsl.system import expression_tape as tape
 
 #: negligible change of a term, relative to its largest known value; and absolute [SI]
 NEGLIGIBLE, NOTHING = 1e-9, 1e-100
+#: negligible height of a peak, relative to the term's value at both ends; relative to its largest value so far
+SLIGHT, TINY = 0.05, 1e-6
 #: an interval is not halved if the term changes in it by less than this part of the negligible height of a peak
 PART = 0.25
 #: most intervals of one piece that are halved
@@ -264,6 +266,37 @@ def at(k, s, roots, out, way, code):
 def ranges(record, order, offset, code):
     """Write the ranges of a table."""
     bounds.ranges(record, order, offset, code.notes, code.numbers)
+
+
+@kernel
+def look(resolved, roots, largest, y, size, slight, excess, suspected, way, code):
+    """Whether bounds allow a hidden peak; the number of pieces and roots where they do.
+
+    Of each of K pieces and R roots: ``size`` is the largest magnitude at the ends of ``resolved`` pieces so far, from
+    that of earlier ones in ``largest`` (R,) on; ``slight`` the negligible height of a peak, and ``excess`` by how much
+    the bounds exceed the values at the ends (K, R); ``suspected`` (K, R) is 1 where they exceed them by more, and where
+    the slopes have both signs. ``y`` (K + 1, R) are the values at the ends.
+    """
+    count, found = way.pieces, 0
+    for i in range(count + 1):
+        valued(way, min(i, count - 1), 0.0 if i < count else 1.0, code)
+        for j in range(len(roots)):
+            y[i, j] = code.numbers[code.layout[REGISTERS] + roots[j]]
+    for i in range(count):
+        bounded(way, i, 0.0, 1.0, code)
+        for j in range(len(roots)):
+            r, y0, y1 = 4 * roots[j], y[i, j], y[i + 1, j]
+            ends = abs(y0) + abs(y1)
+            if resolved[i] == 1 and ends < inf:
+                largest[j] = max(largest[j], ends)
+            least = SLIGHT * ends + TINY * largest[j]
+            above, below = code.jets[r + 1] - max(y0, y1), min(y0, y1) - code.jets[r]
+            beyond = above if above > below or above != above else below
+            size[i, j], slight[i, j], excess[i, j] = largest[j], least, beyond
+            both = code.jets[r + 3] > least and -code.jets[r + 2] > least
+            suspected[i, j] = 1 if resolved[i] == 1 and beyond > least and both else 0
+            found += suspected[i, j]
+    return found
 
 
 @kernel

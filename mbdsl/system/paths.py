@@ -35,6 +35,7 @@ SIGNATURES = {
         ),
         gives="int",
     ),
+    "look": code_cache.Signature(("ints", "ints", "vector", *["matrix"] * 4, "int matrix", *_WAY, *_CODE), gives="int"),
     "ranges": code_cache.Signature(("int", "int", "int", *_CODE)),
     "narrow": code_cache.Signature(("int", "int", *["vector"] * 5, *_WAY, *_CODE)),
 }
@@ -62,6 +63,7 @@ class Kernels(NamedTuple):
     along: Callable
     at: Callable
     bisect: Callable
+    look: Callable
     ranges: Callable
     narrow: Callable
 
@@ -131,6 +133,20 @@ class Program:
         return Paths(self, np.concatenate([ways[x] for x in self.leaves] or [EMPTY]), inputs)
 
 
+class Looks(NamedTuple):
+    """What bounds show of R roots on each of K pieces; arrays (K, R).
+
+    The largest magnitude of each root so far, the negligible height of a peak, by how much the bounds exceed the values
+    at the ends, and whether a peak is possible; and whether it is possible anywhere.
+    """
+
+    size: Array
+    slight: Array
+    excess: Array
+    suspected: NDArray[np.bool_]
+    any: bool
+
+
 class Paths:
     """A program along paths of K pieces; ``ways`` (leaves*K, 4) holds the coefficients of leaf after leaf.
 
@@ -166,6 +182,16 @@ class Paths:
         given = np.ascontiguousarray(leaves.reshape(len(leaves), -1))
         self._kernels.enclose(given, self.program.registers, out, *self._code)
         return Jet(*out.reshape(len(leaves), -1, 4).transpose(2, 0, 1))
+
+    def look(self, resolved: NDArray[np.bool_], seen: Array) -> Looks:
+        """What bounds show of all pieces, of which those that are not ``resolved`` (K,) are not searched; ``seen`` (R,)
+        are the largest magnitudes of the roots so far."""
+        shape = self.pieces, len(self.program.roots)
+        y, size, slight, excess = np.empty((shape[0] + 1, shape[1])), *(np.empty(shape) for _ in range(3))
+        suspected = np.empty(shape, np.int64)
+        given = resolved.astype(np.int64), self.program.registers, seen.copy()
+        count = self._kernels.look(*given, y, size, slight, excess, suspected, *self._way, *self._code)
+        return Looks(size, slight, excess, suspected == 1, count > 0)
 
     def over(self, first: Ints) -> Jet:
         """Bounds (N, R) over all pieces from each of ``first`` (N,) to the next one."""

@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.expressions.interval_arithmetic import CONDITIONS, Jet
+from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, der, leaves, rebuild, walk
-from mbdsl.system.paths import Paths, Program, Work
+from mbdsl.system.interval_tape import TINY
+from mbdsl.system.paths import Looks, Paths, Program, Work
 from mbdsl.system.peaks_in_time import Zone, hiding, terms, zones
 from mbdsl.system.signals import values
 
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: negligible height of a peak, relative to the term's value at both ends; relative to its largest value so far
-SLIGHT, TINY = 0.05, 1e-6
 #: shortest step that is searched, and shortest interval in it, relative to the shortest possible step
 SHORT, SHORTEST = 4.0, 0.1
 #: rounding error of positions, relative to them; if the displacement in a step differs by no more than that from the
@@ -57,19 +56,6 @@ class Turns(NamedTuple):
 
 
 UNCOUNTED = Turns(0, {})
-
-
-class Looks(NamedTuple):
-    """What the bounds of R terms show in each of K steps; arrays (K, R).
-
-    The largest magnitude of each term so far, the negligible height of a peak, by how much the bounds exceed the values
-    at the ends, and whether a peak is possible.
-    """
-
-    size: Array
-    slight: Array
-    excess: Array
-    suspected: NDArray[np.bool_]
 
 
 #: operations that the search of any run may take
@@ -137,6 +123,14 @@ class OnTheWay:
         own = [*(x for x in self._leaves if x not in self._joints), *leaves(*self._joints.values())]
         return {x: _position(x) if x.op == "coordinate" else None for x in own if x.op != "input"}
 
+    @cached_property
+    def _states(self) -> tuple[list[tuple[Expr, Expr]], list[Expr], dict[Expr, int]]:
+        """Positions and rates, other leaves except time, and the place of each leaf in the list of all, time last."""
+        moving = list(dict.fromkeys(x for x in self._motions.values() if x is not None))
+        others = [x for x, motion in self._motions.items() if motion is None and x.op != "time"]
+        known = [*(x for both in moving for x in both), *others, TIME]
+        return moving, others, {x: known.index(x) for x in self._motions}
+
     def first(
         self,
         t: Array,
@@ -168,7 +162,7 @@ class OnTheWay:
             sizes: dict[Expr, Array] = {}
             granted = self.AT_ONCE + self.A_STEP * (searched[STEPS] + np.arange(1.0, count + 1.0))
             work = Work(LEAST + self._program.length * granted - searched[OPERATIONS])
-            for n in np.flatnonzero(looks.suspected.any(axis=0)).tolist():
+            for n in np.flatnonzero(looks.suspected.any(axis=0)).tolist() if looks.any else ():
                 until = min(count, work.until)
                 slight, steps = looks.slight[:, n].copy(), np.flatnonzero(looks.suspected[:until, n])
                 if self._system.scene.spatial and len(steps):
@@ -211,16 +205,7 @@ class OnTheWay:
 
     def _suspected(self, f: Paths, resolved: NDArray, seen: Array) -> Looks:
         """The steps in which the bounds of terms exceed their values at the ends by more than a negligible height."""
-        count = len(resolved)
-        k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
-        y, jet = f.at(np.append(k, count - 1), np.append(zero, 1.0)), f.jets(k, zero, one)
-        y0, y1 = y[:-1], y[1:]
-        ends = np.abs(y0) + np.abs(y1)
-        known = np.where(resolved[:, None] & np.isfinite(ends), ends, 0.0)
-        size = np.maximum(seen, np.maximum.accumulate(known, axis=0))
-        slight, excess = SLIGHT * ends + TINY * size, _excess(y0, y1, jet)
-        suspected = resolved[:, None] & (excess > slight) & (np.minimum(jet.d_hi, -jet.d_lo) > slight)
-        return Looks(size, slight, excess, suspected)
+        return f.look(resolved, seen)
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array, turns: Turns) -> dict[Expr, Array]:
         """Coefficients (K, 4) of the polynomials for the leaves, over the completed part of a step (0 to 1)."""
@@ -238,28 +223,21 @@ class OnTheWay:
 
     def _of_states(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
         """The same for the leaves that the states determine."""
-        moving = dict.fromkeys(x for x in self._motions.values() if x is not None)
-        others = [x for x, motion in self._motions.items() if motion is None and x.op != "time"]
+        moving, others, places = self._states
         known = values(self._system, [*(x for both in moving for x in both), *others], t, q, v, lam)
-        at = np.array(known).reshape(-1, len(t))
-        p, r, h = at[0 : 2 * len(moving) : 2], at[1 : 2 * len(moving) : 2], np.diff(t)
+        at, count = np.array([*known, t]), 2 * len(moving)
+        p, r, h = at[0:count:2], at[1:count:2], np.diff(t)
         way, r0, r1 = np.diff(p, axis=1), h * r[:, :-1], h * r[:, 1:]
-        known_way = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(np.abs(p[:, :-1]), np.abs(p[:, 1:]))
+        sizes = np.abs(p)
+        known_way = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(sizes[:, :-1], sizes[:, 1:])
         way = np.where(known_way, way, 0.5 * (r0 + r1))
         c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
-        nothing = np.zeros_like(c2)
-        positions = np.stack([p[:, :-1], r0, c2, c3], axis=-1)
-        rates = np.stack([r[:, :-1], 2.0 * c2 / h, 3.0 * c3 / h, nothing], axis=-1)
-        straight = {x: at[2 * len(moving) + i] for i, x in enumerate(others)} | {TIME: t}
-        number = {motion: i for i, motion in enumerate(moving)}
-        found = {}
-        for x, motion in self._motions.items():
-            if motion is not None:
-                found[x] = (positions if x is motion[0] else rates)[number[motion]]
-            else:
-                y = straight[x]
-                found[x] = np.stack([y[:-1], np.diff(y), 0.0 * h, 0.0 * h], axis=-1)
-        return found
+        found = np.zeros((len(at), len(h), 4))  # positions and rates in turn, then straight lines
+        found[:, :, 0] = at[:, :-1]
+        found[0:count:2, :, 1], found[0:count:2, :, 2], found[0:count:2, :, 3] = r0, c2, c3
+        found[1:count:2, :, 1], found[1:count:2, :, 2] = 2.0 * c2 / h, 3.0 * c3 / h
+        found[count:, :, 1] = np.diff(at[count:], axis=1)
+        return {x: found[place] for x, place in places.items()}
 
     def _hidden(
         self, n: int, f: Paths, steps: NDArray, least: Array, size: Array, slight: Array, work: Work
@@ -330,8 +308,3 @@ def _position(x: Expr) -> tuple[Expr, Expr] | None:
         return None
     where = coordinate(frame, str(POSITION.get(key, key)))
     return where, der(where)
-
-
-def _excess(y0: Array, y1: Array, jet: Jet) -> Array:
-    """By how much bounds exceed the values y0 and y1 at both ends."""
-    return np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)

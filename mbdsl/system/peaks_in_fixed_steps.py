@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import walk
-from mbdsl.system.peaks_along_motion import JUMPS, SLIGHT, Looks, OnTheWay, _excess
+from mbdsl.system.interval_tape import SLIGHT
+from mbdsl.system.paths import Looks, Paths
+from mbdsl.system.peaks_along_motion import JUMPS, OnTheWay
 from mbdsl.system.peaks_in_time import passable
 
 if TYPE_CHECKING:
     from mbdsl.expressions.symbolic import Expr
-    from mbdsl.system.paths import Paths
     from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -64,6 +65,7 @@ class InFixedSteps(OnTheWay):
             ends = np.abs(y0) + np.abs(y1)
             known = np.where(suspected[k] & np.isfinite(ends), ends, 0.0)
             size = np.maximum(size, known.max(axis=0))
-            slight[k], excess[k] = SLIGHT * ends + SMALL * size, _excess(y0, y1, jet)
+            slight[k] = SLIGHT * ends + SMALL * size
+            excess[k] = np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
             suspected[k] &= np.minimum(excess[k], np.minimum(jet.d_hi, -jet.d_lo)) > slight[k]
-        return Looks(np.tile(size, (count, 1)), slight, excess, suspected)
+        return Looks(np.tile(size, (count, 1)), slight, excess, suspected, bool(suspected.any()))
