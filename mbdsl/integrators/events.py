@@ -24,6 +24,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.switch_location import LEFT
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.system import System
@@ -35,8 +36,6 @@ States = NDArray[np.int64]
 EPS = float(np.finfo(float).eps)
 Way = Callable[[float], tuple[Array, Array]]  #: time from the end of a step -> q, v
 
-#: largest remaining time to a switch, relative to the last step
-LEFT = 1e-3
 #: order above which the acceleration is not constant over the remaining time
 PRECISE = 5
 #: a run makes no progress if more than this number of events lie within this part of its length

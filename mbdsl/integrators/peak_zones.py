@@ -58,6 +58,8 @@ FEW = 8
 #: largest number of returns for peaks within one interval, and its length relative to the run; the number has a limit
 #: because a force may change sign with the velocity that it causes in every step, however short
 MOST, PLACE = 40, 1e-9
+#: no zones are due
+NOTHING: tuple[int, list[Zone]] = 0, []
 
 
 class Landings:
@@ -80,6 +82,8 @@ class Landings:
         #: in the next one it is the second
         self._together = FEW, FEW
         self._tries, self._from = 0, -np.inf
+        #: number of steps that come before zones that were found, and these zones
+        self._due = NOTHING
 
     def begin(self, t: float) -> None:
         """Generate the zones from t on, at the start of the run."""
@@ -111,6 +115,19 @@ class Landings:
         self._pending += [(a, b) for a, b in known.tolist()] + [(z.start, z.end) for z in zones]
         self.refill()
 
+    def _insert_due(self, taken: int) -> int:
+        """Add the zones that were found, if the steps before them have been taken again; else their number.
+
+        A zone that is known earlier may shorten an attempt of one of these steps. The steps would then depend on how
+        many of them are searched together, and thus on the clock.
+        """
+        left, zones = self._due
+        self._due = max(0, left - taken), zones
+        if self._due[0] == 0 and zones:
+            self.insert(zones)
+            self._due = NOTHING
+        return self._due[0]
+
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most ``steps`` steps in the compiled loop, search them for hidden peaks, and return a status."""
         run = self._run
@@ -130,6 +147,7 @@ class Landings:
             states = self._states(np.vstack([first, rows]))
             zones = self._unseen(states)
             if zones:
+                passed = int((rows[:, 0] <= zones[0].start).sum())  # steps that are taken again as they were
                 _restore(run, before)
                 if zones[0].start - self._from > PLACE * (run.stop - run.start):
                     self._tries, self._from = 0, zones[0].start
@@ -138,10 +156,10 @@ class Landings:
                     changing = within(zones[0].term, run.system.tables.switches)
                     self._blame(changing)
                     return SLIDING if changing else TOO_SMALL
-                batch = max(1, int((rows[:, 0] <= zones[0].start).sum()))  # the steps before it passed the search
+                self._due = passed, zones
+                status, batch = RUNNING, self._insert_due(0) or FEW
                 most = batch + FEW  # where there is one peak, another may follow
-                self.insert(zones)
-                status, self._together = RUNNING, (most, batch)
+                self._together = most, batch
                 continue
             self._note_approaches(states)
             if changing := self._chattering(rows):
@@ -149,7 +167,7 @@ class Landings:
                 return SLIDING
             quick = self._looks.spent - spent < PAUSE
             most = min(2 * most, int(run.integers[NOTES])) if quick else max(1, most // 4)
-            steps, batch = steps - max(1, len(rows)), most
+            steps, batch = steps - max(1, len(rows)), self._insert_due(len(rows)) or most
             self._together = most, batch
             if status == LOOK:
                 self.refill()

@@ -14,7 +14,7 @@ import numpy as np
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.integrators.events import Events
-from mbdsl.integrators.loop import linear_solve, loop_state, newton, step_control
+from mbdsl.integrators.loop import driver, linear_solve, loop_state, newton, step_control
 from mbdsl.integrators.run_state import RunState
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.switches import PRIME
@@ -141,7 +141,12 @@ def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
     most |= {s.FRESH: 1, s.HISTORY: buffer_layout.PAST + int(found[s.OLDER])}
     most |= {s.ORDER: buffer_layout.PAST - 1 + int(found[s.OLDER]), s.CUT: CUTS, s.SIGNATURE: PRIME - 1}
     most |= {s.DAMPED: step_control.SELDOM, s.TRUSTED: step_control.TRUST, s.ROUNDING: newton.LONG}
-    most |= {s.ZONES: s.ROOM, s.NEXT_ZONE: int(found[s.ZONES]), s.NOTED: int(found[s.NOTES])}
+    most |= {
+        s.PASSED: driver.MOST_PASSED,
+        s.ZONES: s.ROOM,
+        s.NEXT_ZONE: int(found[s.ZONES]),
+        s.NOTED: int(found[s.NOTES]),
+    }
     most |= {s.COUPLED: 1, s.SOFT: 1, s.OUTPUT: rows, s.OTHERS: matrices, s.DAMPERS: matrices}
     least = {s.OUTPUT: rows, s.DAMPERS: -matrices}
     for k, high in most.items():

@@ -30,8 +30,8 @@ from mbdsl.simulation.tolerance_calibration import Ladder
 CANDIDATES = {"hht-si2": 0.0, "radau5": 3e4, "dop853": 2e5}
 #: cost [us] of an iteration, or of an evaluation of an explicit method, for each unknown
 WORK = {"hht-si2": 0.05, "radau5": 0.17, "dop853": 0.09}
-#: cost [us] of an event, at which a run restarts, and of a rejected step of a model with switches
-EVENT, SEARCH = 3000.0, 1000.0
+#: cost [us] of an event, at which a run restarts, and of a search for a switch within a step
+EVENT, SEARCH = 3000.0, 50.0
 #: iterations, or evaluations, of a typical step
 TYPICAL = {"hht-si2": 2.0, "radau5": 5.0, "dop853": 18.0}
 #: a run is ended if it costs this many times as much as another method is expected to cost

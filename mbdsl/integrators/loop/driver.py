@@ -31,6 +31,7 @@ from mbdsl.integrators.loop.loop_state import (
     NOW,
     OLDER,
     OUTPUT,
+    PASSED,
     RETRY,
     RUNNING,
     STEP,
@@ -39,8 +40,12 @@ from mbdsl.integrators.loop.loop_state import (
 )
 from mbdsl.integrators.loop.rotation_chart import leave_chart, move_charts
 from mbdsl.integrators.loop.step_times import finished, start_of_step
+from mbdsl.integrators.loop.switch_location import near_switch
 from mbdsl.integrators.loop.turn_counting import count_turns
 from mbdsl.integrators.loop.zone_landing import note, until_zone
+
+#: most successive steps that end before a switch without an event; after these, events look for a standstill
+MOST_PASSED = 20
 
 
 @rare
@@ -95,6 +100,11 @@ def advance(step, formulas, steps, times, out, run):
         integers[HISTORY], integers[STEP] = min(integers[HISTORY] + 1, PAST + integers[OLDER]), integers[STEP] + 1
         reals[NOW] = reals[STEP_END]
         step.next_length(error, h, times, formulas, run)
-        if integers[CUT] > 0 or reals[NOW] >= reals[NEXT_EVENT]:
+        if reals[NOW] >= reals[NEXT_EVENT]:
             return EVENT
+        if integers[CUT] > 0:
+            if integers[PASSED] == MOST_PASSED or near_switch(h, run):
+                integers[PASSED] = 0
+                return EVENT
+            integers[PASSED], integers[CUT] = integers[PASSED] + 1, 0
     return DONE if finished(run) else RUNNING

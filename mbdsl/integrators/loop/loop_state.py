@@ -57,7 +57,8 @@ TRUSTED = 31  #: number of further steps for which the part that counts may be t
 OTHERS, DAMPERS = 32, 33
 COUPLED = 34  #: whether corrections are those of the full system (:mod:`mbdsl.integrators.loop.coupled_correction`)
 SOFT = 35  #: whether matrices of Radau IIA correct little along nearly dependent constraints
-INTEGERS = 36
+PASSED = 36  #: successive steps that were cut short before a switch which is farther away than expected
+INTEGERS = 37
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,

@@ -47,6 +47,8 @@ CLOSE = 1e-6
 JUMP = 1e-4
 #: a rejected step ends at a corner if at least this part of the step lies before it
 WORTH = 0.01
+#: largest remaining time to a switch, relative to the last step, at which it is an event
+LEFT = 1e-3
 #: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
 ON, BETWEEN = 0, 1
 
@@ -163,3 +165,29 @@ def length_before_switch(part, h, run):
     integers[REJECTED] += 1
     integers[CUT] += 1
     return new
+
+
+@rare
+def near_switch(h, run):
+    """Whether a switch changes at the end of a step of length h, which is the last one of the history, or soon after.
+
+    The switch that the step was cut short for is located by extrapolation from the start of the step.
+    """
+    reals, vectors, layout = run.reals, run.vectors, run.layout
+    n, size, row, old = layout[N_Q], layout[N_ALL], layout[LAW_ROW], run.integers[SIGNATURE]
+    for i in range(size):
+        vectors[BEFORE, i], vectors[BEFORE2, i] = (
+            vectors[POSITION, i] if i < n else vectors[row, i],
+            vectors[VELOCITY, i],
+        )
+        vectors[E_V, i], vectors[TEMPORARY2, i] = vectors[FORCE, i], vectors[FORCE2, i]
+    near = look(ON, 0.0, h, run) != old or look(ON, LEFT, h, run) != old
+    for i in range(size):
+        if i < n:
+            vectors[POSITION, i], vectors[VELOCITY, i] = vectors[BEFORE, i], vectors[BEFORE2, i]
+        else:
+            vectors[row, i] = vectors[BEFORE, i]
+    evaluate(reals[NOW], run)
+    for i in range(size):
+        vectors[FORCE, i], vectors[FORCE2, i] = vectors[E_V, i], vectors[TEMPORARY2, i]
+    return near
