@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
+from warnings import warn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -212,11 +213,12 @@ def linearise(
     model: Scene | Builder | str | PathLike,
     at: str | float | Mapping[str, Any] = "static",
     inputs: Sequence[str] | None = None,
-    outputs: Sequence[str] | None = None,
+    signals: str | Sequence[str] | None = None,
     *,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
     announce: Callable[[str], None] | None = None,
+    outputs: str | Sequence[str] | None = None,
 ) -> Linearisation:
     """Compute a linear state-space model about a state, in minimal coordinates.
 
@@ -230,10 +232,12 @@ def linearise(
         ``{"pin.phi": "80 deg"}``: the initial state with these values, as with ``initial`` of ``mbdsl.simulate``.
     inputs : sequence of str, optional
         Names of inputs of the model, which act by forces. Default: all.
-    outputs : sequence of str, optional
-        Names and patterns of signals, also reactions and accelerations. Default: the states.
+    signals : str or sequence of str, optional
+        The outputs: names and patterns of signals, also reactions and accelerations. Default: the states.
     without, parameters, announce : optional
         As for ``mbdsl.simulate``.
+    outputs : optional
+        The former name of ``signals``.
 
     Returns
     -------
@@ -246,17 +250,20 @@ def linearise(
     EquilibriumError, InitialisationError, IntegrationError
         If the state is not found.
     """
+    if outputs is not None:
+        warn("`outputs` of linearise is called `signals` now, as in other functions", DeprecationWarning, stacklevel=2)
+        signals = outputs
     scene = as_scene(model, parameters, without)
     if isinstance(at, Mapping):
         scene, at = with_initial(scene, at), "start"
     _inputs(scene, inputs)
-    if outputs is not None:
-        _outputs(scene, SignalNames(scene), outputs)
-    return linearised(operating_points.find(scene, at, (), None, announce), inputs, outputs)
+    if signals is not None:
+        _outputs(scene, SignalNames(scene), signals)
+    return linearised(operating_points.find(scene, at, (), None, announce), inputs, signals)
 
 
 def linearised(
-    point: OperatingPoint, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None
+    point: OperatingPoint, inputs: Sequence[str] | None = None, signals: str | Sequence[str] | None = None
 ) -> Linearisation:
     """The linear model about a state; see :func:`linearise`."""
     system, t, q, v, a, lam = point.system, point.t, point.q, point.v, point.a, point.lam
@@ -267,7 +274,7 @@ def linearised(
         )
     chosen = _inputs(system.scene, inputs)
     known = SignalNames(system.scene)
-    wanted = None if outputs is None else _outputs(system.scene, known, outputs)
+    wanted = None if signals is None else _outputs(system.scene, known, signals)
     basis = AtRest(system, t, q, a) if AtRest.suits(system, v, a) else Named(system, t, q, v, a)
     forces = input_forces(system, chosen, t, q, v, lam)
     equations = _Equations(point, basis, forces)
@@ -298,7 +305,7 @@ def _inputs(scene: Scene, names: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _outputs(scene: Scene, known: SignalNames, patterns: Sequence[str]) -> list[str]:
+def _outputs(scene: Scene, known: SignalNames, patterns: str | Sequence[str]) -> list[str]:
     """The signals that patterns select; only those with exact derivatives."""
     found = known.select(patterns)
     for name in found:
