@@ -163,7 +163,7 @@ def simulation(monkeypatch):
     """Replaces loading and simulating; ``act`` determines the result."""
     double = types.SimpleNamespace(act=Trajectory)
     monkeypatch.setitem(sys.modules, "mbdsl.api", types.SimpleNamespace(simulated=lambda scene, **given: double.act()))
-    monkeypatch.setattr("mbdsl.lang.load.load", lambda path: Scene("Crank", {}, {}))
+    monkeypatch.setattr("mbdsl.lang.load.load", lambda path, *given, **named: Scene("Crank", {}, {}))
     return double
 
 
