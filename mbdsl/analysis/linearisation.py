@@ -28,9 +28,10 @@ from mbdsl.analysis.linear_responses import FrequencyResponse, StepResponse
 from mbdsl.analysis.named_basis import AtRest, Named
 from mbdsl.analysis.operating_points import OperatingPoint
 from mbdsl.errors import UsageError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
+from mbdsl.mechanism.signal_names import ACCELERATIONS
 from mbdsl.messages import did_you_mean
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import Array, dense
@@ -258,7 +259,7 @@ def linearise(
         scene, at = with_initial(scene, at), "start"
     _inputs(scene, inputs)
     if signals is not None:
-        _outputs(scene, SignalNames(scene), signals)
+        _outputs(scene, AskedSignals(scene), signals)
     return linearised(operating_points.find(scene, at, (), None, announce), inputs, signals)
 
 
@@ -273,7 +274,7 @@ def linearised(
             hint=f"up to {LARGEST_MOVING}; `mbdsl eigen` finds the lowest modes of large models",
         )
     chosen = _inputs(system.scene, inputs)
-    known = SignalNames(system.scene)
+    known = AskedSignals(system.scene)
     wanted = None if signals is None else _outputs(system.scene, known, signals)
     basis = AtRest(system, t, q, a) if AtRest.suits(system, v, a) else Named(system, t, q, v, a)
     forces = input_forces(system, chosen, t, q, v, lam)
@@ -305,10 +306,12 @@ def _inputs(scene: Scene, names: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _outputs(scene: Scene, known: SignalNames, patterns: str | Sequence[str]) -> list[str]:
+def _outputs(scene: Scene, known: AskedSignals, patterns: str | Sequence[str]) -> list[str]:
     """The signals that patterns select; only those with exact derivatives."""
     found = known.select(patterns)
     for name in found:
+        if name not in known.formulas and (entry := known.entry(name)) is not None and not known.computed_in(entry[0]):
+            known.formulas.entries[name] = entry
         owner, _, key = name.rpartition(".")
         rigid = key in (IN_SPACE if scene.spatial else ACCELERATIONS) and owner not in known.flexible
         if name not in known.formulas and not (name in known.computed and rigid):
@@ -317,7 +320,7 @@ def _outputs(scene: Scene, known: SignalNames, patterns: str | Sequence[str]) ->
     return found
 
 
-def _values(known: SignalNames, point: OperatingPoint, names: Sequence[str]) -> Array:
+def _values(known: AskedSignals, point: OperatingPoint, names: Sequence[str]) -> Array:
     """Values of signals at a state; nan for other names."""
     roots = {name: known.formulas[name][0] for name in names if name in known.formulas}
     state = np.array([point.t]), point.q[None], point.v[None], point.lam[None]
@@ -386,7 +389,7 @@ class _Equations:
         turned = np.cross(self.dq.x[own].T, a[own]).T
         return R @ (self.da.x[own] + turned), R @ self.da.u[own], float(R @ a[own])
 
-    def outputs(self, known: SignalNames, names: Sequence[str], inputs: Sequence[str]) -> tuple[Array, Array, Array]:
+    def outputs(self, known: AskedSignals, names: Sequence[str], inputs: Sequence[str]) -> tuple[Array, Array, Array]:
         """C (o, r), D (o, i) and values (o,) of signals."""
         point, system = self.point, self.system
         C, D, y0 = np.zeros((len(names), len(self.A))), np.zeros((len(names), len(inputs))), np.zeros(len(names))

@@ -69,8 +69,8 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.results.stored import of_trajectory
 
     failure: BaseException | None = None
-    sources = [source(name) for name in args.results]
     patterns = values.patterns(args.signals) if args.signals else None
+    sources = [source(name, patterns) for name in args.results]
     if not args.list:
         check_plotted(sources, args.results, patterns, args.against, args.spectrum)
     opened = []
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
                 raise problem
             failure = failure or problem
             print_warnings(trajectory, quiet=True)
-            found = of_trajectory(trajectory, name)
+            found = of_trajectory(trajectory, name, patterns or ())
         opened.append(found)
     if args.list:
         _list(opened)

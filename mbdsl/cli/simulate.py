@@ -239,9 +239,9 @@ def check_signals(scene: Scene, patterns: list[str]) -> None:
     UsageError
         If one matches none.
     """
-    from mbdsl.mechanism.signal_names import SignalNames
+    from mbdsl.lang.asked_signals import AskedSignals
 
-    SignalNames(scene).select(patterns)
+    AskedSignals(scene).select(patterns)
 
 
 def print_warnings(trajectory: Trajectory, quiet: bool) -> None:

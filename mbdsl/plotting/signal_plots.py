@@ -126,8 +126,9 @@ def plot(
     results : sequence of Result
         The results.
     patterns : sequence of str, optional
-        Names and glob patterns of signals. Default: the coordinates of the first three bodies, without constant ones;
-        if no signal is named as a coordinate, the first six signals.
+        Names and glob patterns of signals; the results have the expressions among them as columns. Default: the
+        coordinates of the first three bodies, without constant ones; if no signal is named as a coordinate, the first
+        six signals.
     against : str, optional
         Name of the signal on the horizontal axis. Default: the time.
     difference : bool, optional
@@ -150,7 +151,8 @@ def plot(
     known = list(dict.fromkeys(name for result in results for name in result.names))
     if against is not None and against.lower() == "time":
         against = None
-    asked = check_names([r.names for r in results], labels, patterns, against, spectrum)
+    files = all(r.is_file for r in results)
+    asked = check_names([r.names for r in results], labels, patterns, against, spectrum, files)
     usual = [name for result in results for name in result.defaults]
     chosen = [name for name in asked or default_signals(usual) if name != against]
     if not chosen:
@@ -175,8 +177,9 @@ def check_names(
     patterns: Sequence[str] | None,
     against: str | None,
     spectrum: bool,
+    of_files: bool = False,
 ) -> list[str]:
-    """The signals that patterns select from the ``names`` of several results.
+    """The signals that patterns select from the ``names`` of several results, or of result files.
 
     Raises
     ------
@@ -184,7 +187,7 @@ def check_names(
         If a pattern matches none of them, or a result lacks the signal on the horizontal axis.
     """
     known = list(dict.fromkeys(name for own in names for name in own))
-    chosen = select(patterns, known, few(labels)) if patterns else []
+    chosen = select(patterns, known, few(labels), of_files) if patterns else []
     if against is None or against.lower() == "time":
         return chosen
     if spectrum:
@@ -196,7 +199,7 @@ def check_names(
                 f"the horizontal axis needs the name of one signal, and `{against}` is a pattern",
                 hint=f"it matches {few(found)}",
             )
-        raise unknown(against, known, few(lacking))
+        raise unknown(against, known, few(lacking), of_files)
     return chosen
 
 

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mbdsl import results as files
 from mbdsl.errors import IntegrationError, ModelWarning, UsageError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.assembly_need import has_to_be_assembled
 from mbdsl.mechanism.graph import MechanismGraph, build
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.results.selection import matching
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
@@ -197,15 +198,15 @@ def plot(
         suffix_of(out)
         output_files.check([out])
     changes = _changes(run)
-    opened = [source(item, **changes) for item in given]
+    patterns = None if signals is None else [signals] if isinstance(signals, str) else list(signals)
+    opened = [source(item, patterns, **changes) for item in given]
     if (changes or run) and not any(isinstance(item, Scene) for item in opened):
         raise _needs_no_run(changes | run)
     labels = [str(x) if isinstance(x, (str, PathLike)) else o.name if isinstance(o, Scene) else o.label
               for x, o in zip(given, opened, strict=True)]  # fmt: skip
-    patterns = None if signals is None else [signals] if isinstance(signals, str) else list(signals)
     check_plotted(opened, labels, patterns, against, spectrum)
     failures: list[IntegrationError] = []
-    shown = [_result(o, label, run, failures) if isinstance(o, Scene) else o
+    shown = [_result(o, label, patterns, run, failures) if isinstance(o, Scene) else o
              for o, label in zip(opened, labels, strict=True)]  # fmt: skip
     found = plot(shown, patterns, against=against, difference=difference, spectrum=spectrum)
     if out is not None:
@@ -215,8 +216,13 @@ def plot(
     return found
 
 
-def source(given: Model | Trajectory, parameters: Changes = None, without: Sequence[str] = ()) -> Result | Scene:
-    """The result of a trajectory or in a file, or a model.
+def source(
+    given: Model | Trajectory,
+    patterns: Sequence[str] | None = None,
+    parameters: Changes = None,
+    without: Sequence[str] = (),
+) -> Result | Scene:
+    """The result of a trajectory or in a file, with the expressions among names of signals, or a model.
 
     Raises
     ------
@@ -224,10 +230,11 @@ def source(given: Model | Trajectory, parameters: Changes = None, without: Seque
         If a file is neither a result nor a model.
     """
     from mbdsl.results.stored import of_trajectory, open_result
+    from mbdsl.simulation.result_expressions import with_expressions
     from mbdsl.simulation.trajectory import Trajectory
 
     if isinstance(given, Trajectory):
-        return of_trajectory(given, given.scene.name)
+        return of_trajectory(given, given.scene.name, patterns or ())
     suffix = Path(given).suffix.lower() if isinstance(given, (str, PathLike)) else SUFFIX
     if suffix == SUFFIX:
         return as_scene(given, parameters, without)
@@ -236,7 +243,7 @@ def source(given: Model | Trajectory, parameters: Changes = None, without: Seque
         raise UsageError(
             f"`{given}` is neither a result file nor a model", hint=f"known suffixes are {', '.join(sorted(known))}"
         )
-    return open_result(given)  # type: ignore[arg-type]
+    return with_expressions(open_result(given), patterns)  # type: ignore[arg-type]
 
 
 def check_plotted(
@@ -250,16 +257,26 @@ def check_plotted(
     from mbdsl.plotting.signal_plots import check_names
 
     if any(isinstance(item, Scene) for item in opened):
-        known = [SignalNames(x).names[1:] if isinstance(x, Scene) else x.names for x in opened]
+        known = [_known(AskedSignals(x), patterns) if isinstance(x, Scene) else x.names for x in opened]
         check_names(known, labels, patterns, against, spectrum)
 
 
-def _result(scene: Scene, label: str, run: dict[str, Any], failures: list[IntegrationError]) -> Result:
+def _known(names: AskedSignals, patterns: Sequence[str] | None) -> list[str]:
+    """The signals of a model, and the expressions among the patterns."""
+    return [
+        *names.names[1:],
+        *(text for text in patterns or () if not matching(text, names.names) and names.asked(text)),
+    ]
+
+
+def _result(
+    scene: Scene, label: str, patterns: Sequence[str] | None, run: dict[str, Any], failures: list[IntegrationError]
+) -> Result:
     from mbdsl.results.stored import of_trajectory
 
     trajectory, failure = _simulated(scene, run)
     failures += [] if failure is None else [failure]
-    return of_trajectory(trajectory, label)
+    return of_trajectory(trajectory, label, patterns or ())
 
 
 def report(
@@ -416,7 +433,7 @@ def check_ghost(ghost: Trajectory | str | PathLike | None) -> None:
 def check_shown(scene: Scene, patterns: Iterable[str] | None, traces: Sequence[str]) -> None:
     """Check the names of signals and traced frames before a model is simulated."""
     if patterns is not None:
-        SignalNames(scene).select(patterns)
+        AskedSignals(scene).select(patterns)
     if traces:
         from mbdsl.viewing.animation import traced_point
 

@@ -341,15 +341,16 @@ class Trajectory(StateSignals):
         """
         from mbdsl.plotting.signal_plots import plot
         from mbdsl.results.stored import of_trajectory, open_result
+        from mbdsl.simulation.result_expressions import with_expressions
 
-        results = [of_trajectory(self, self.scene.name)]
-        for other in others:
-            if isinstance(other, Trajectory):
-                results.append(of_trajectory(other, other.scene.name))
-            else:
-                results.append(open_result(other))
         patterns = self._chosen if patterns is None else patterns
         chosen = [patterns] if isinstance(patterns, str) else None if patterns is None else list(patterns)
+        results = [of_trajectory(self, self.scene.name, chosen or ())]
+        for other in others:
+            if isinstance(other, Trajectory):
+                results.append(of_trajectory(other, other.scene.name, chosen or ()))
+            else:
+                results.append(with_expressions(open_result(other), chosen))
         found = plot(results, chosen, against=against, difference=difference, spectrum=spectrum)
         if out is not None:
             found.save(out)

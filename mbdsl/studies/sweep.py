@@ -10,6 +10,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.given_values import mapping, optional, seconds
 from mbdsl.lang.library import allowed_now
@@ -18,7 +19,6 @@ from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.overrides import merged
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.scene import ParameterValue, Scene
-from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.plan import DEFAULT_METHOD, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
@@ -210,7 +210,7 @@ def _readable(
     for values in dict.fromkeys((points[0], points[-1], points[len(points) // 2])):
         try:
             scene = read(dict(values))
-            names = SignalNames(scene)
+            names = AskedSignals(scene)
             return scene, measuring.read(asked or measuring.usual(names), names)
         except MbdslError as problem:
             first = first or problem

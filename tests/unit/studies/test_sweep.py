@@ -19,6 +19,7 @@ import mbdsl
 from mbdsl.errors import UsageError
 from mbdsl.integrators import declared
 from mbdsl.lang import parser
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.studies import measures as measuring
@@ -163,6 +164,24 @@ def test_texts_of_measures():
         with pytest.raises(UsageError) as error:
             read([text], names)
         assert says in error.value.render(), text
+
+
+def test_expressions_as_measures(store):
+    """The tension is largest at the lowest point, 3 m g, and so is the speed: v^2 = 2 g L."""
+    names = AskedSignals(mbdsl.load(PENDULUM))
+    asked = "max(hypot(rod.fx, rod.fy)), max(rod.f), max(mass.v^2), maxabs(mass.m*mass.a), abs(mass.vx - 1 m/s)"
+    found = read(split(asked), names)
+    assert [m.unit for m in found] == ["N", "N", "m2/s2", "N", "m/s"]
+    assert str(found[-1]) == "final(abs(mass.vx - 1 m/s))"
+    runs = mbdsl.sweep(PENDULUM, {"m": [2.0, 3.0]}, asked, store=store, workers=1, **RUN)
+    for text in ("max(hypot(rod.fx, rod.fy))", "max(rod.f)"):
+        np.testing.assert_allclose(runs[text], 3.0 * 9.81 * np.array([2.0, 3.0]), rtol=2e-4)
+    np.testing.assert_allclose(runs["max(mass.v^2)"], 2.0 * 9.81 * 1.0, rtol=2e-4)
+    for text in ("max(rod.f) - min(rod.f)", "max(rod.fx, rod.fy)"):
+        with pytest.raises(UsageError, match="one signal in the parentheses"):
+            read([text], names)
+    with pytest.raises(UsageError, match=r"no signal `rod\.fq`"):
+        read(["max(hypot(rod.fx, rod.fq))"], names)
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------
