@@ -42,7 +42,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="signals to plot (globs); default: coordinates of the first three bodies, without constant ones",
+        help="signals to plot (globs, expressions); default: coordinates of joints, drivers, free bodies that change",
     )
     parser.add_argument("--against", metavar="SIGNAL", help="signal on the horizontal axis; default: the time")
     parser.add_argument(

@@ -29,7 +29,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="signals to plot (globs); default: coordinates of the first three bodies, without constant ones",
+        help="signals to plot (globs); default: coordinates of joints, drivers and free bodies that change",
     )
     parser.add_argument("--eigen", action="store_true", help="include the eigenmodes and their shapes")
     parser.add_argument(

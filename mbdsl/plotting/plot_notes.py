@@ -21,13 +21,16 @@ def short_labels(labels: Sequence[str]) -> list[str]:
     return [label if labels.count(label) == 1 else f"{label} ({k + 1})" for k, label in enumerate(labels)]
 
 
-def of_choice(chosen: Sequence[str], constant: Collection[str], known: Collection[str]) -> Iterator[str]:
+def of_choice(
+    shown: Sequence[str], constant: Sequence[str], same: Sequence[str], known: Collection[str]
+) -> Iterator[str]:
     """How the default signals were chosen from the ``known`` ones."""
-    if len(chosen) < len(known):
-        shown = count(len(chosen) - len(constant), "signal")
-        yield f"{shown} of {len(known)}; --signals chooses others, --list lists them."
+    if len(shown) < len(known):
+        yield f"{count(len(shown), 'signal')} of {len(known)}; --signals chooses others, --list lists them."
     if constant:
         yield f"Constant, and left out: {few(constant)}."
+    if same:
+        yield f"Equal to others, and left out: {few(same)}."
 
 
 def of_results(results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str]) -> Iterator[str]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import few
 from mbdsl.plotting import curves
 from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Page, Panels
 from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
@@ -19,11 +20,7 @@ from mbdsl.results.stored import Result
 from mbdsl.storage import output_files
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
-BODIES = 3  #: number of bodies of which the default signals are
 WIDE, TALLEST = 780, 900  #: largest size of the page in a notebook, which scrolls further [px]
-FEW = 6  #: number of default signals if no name is that of a coordinate
-COORDINATES = ("x", "y", "phi")
-CONSTANT = 1e-9  #: default signals that vary by less than this part of the largest value of their unit are left out
 
 
 class Plot(Panels):
@@ -126,8 +123,9 @@ def plot(
     results : sequence of Result
         The results.
     patterns : sequence of str, optional
-        Names and glob patterns of signals; the results have the expressions among them as columns. Default: the
-        coordinates of the first three bodies, without constant ones; if no signal is named as a coordinate, the first
+        Names and glob patterns of signals; the results have the expressions among them as columns. Default: up to nine
+        coordinates of joints, drivers and free bodies, without those that are constant or equal to others; those of the
+        first three bodies if these move alone or no joint is known; if no signal is named as a coordinate, the first
         six signals.
     against : str, optional
         Name of the signal on the horizontal axis. Default: the time.
@@ -153,20 +151,33 @@ def plot(
         against = None
     files = all(r.is_file for r in results)
     asked = check_names([r.names for r in results], labels, patterns, against, spectrum, files)
-    usual = [name for result in results for name in result.defaults]
-    chosen = [name for name in asked or default_signals(usual) if name != against]
+    sizes = {unit: size for result in results for unit, size in result.sizes.items()}
+    chosen: list[str] = []
+    constant: list[str] = []
+    same: list[str] = []
+    for group in [asked] if patterns else default_groups(results):
+        chosen = [name for name in group if name != against]
+        units = {name: _unit(name, results) for name in chosen}
+        found = list(_curves(results, labels, chosen, against, spectrum))
+        if patterns:
+            break
+        constant, same = left_out(found, units, sizes)
+        if len(constant) < len(chosen):
+            break
     if not chosen:
         raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
-    units = {name: _unit(name, results) for name in chosen}
-    found = list(_curves(results, labels, chosen, against, spectrum))
     if not any(len(curve.x) for curve in found):
         raise UsageError(f"{few(labels)} {'has' if len(results) == 1 else 'have'} no rows")
-    constant = [] if patterns else _constant(found, units)
+    if not patterns:
+        moving = [name for name in chosen if name not in {*constant, *same}]
+        chosen = (moving or chosen)[:MOST]
+        found = [curve for curve in found if curve.name in chosen]
+        constant = constant if moving else []
     x = Horizontal("frequency", "Hz") if spectrum else Horizontal("time", "s")
     if against is not None:
         x = Horizontal(against, _unit(against, results), signal=True)
-    figures, looks = panels([c for c in found if c.name not in constant], units, x, len(results) > 1)
-    notes = [] if patterns else list(of_choice(chosen, constant, known))
+    figures, looks = panels(found, units, x, len(results) > 1)
+    notes = [] if patterns else list(of_choice(chosen, constant, same, known))
     notes += [*of_results(results, labels, chosen), *of_curves(found)]
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
 
@@ -203,20 +214,6 @@ def check_names(
     return chosen
 
 
-def default_signals(names: Sequence[str]) -> list[str]:
-    """The coordinates of the first bodies; if no name is that of a coordinate, the first few names."""
-    owners: dict[str, list[str]] = {}
-    known = dict.fromkeys(names)
-    for name in known:
-        owner, _, key = name.rpartition(".")
-        if key in COORDINATES and owner and "." not in owner:
-            owners.setdefault(owner, []).append(name)
-    # Bodies have accelerations; frames have none, and joints only an angle.
-    bodies = [owned for owner, owned in owners.items() if f"{owner}.ax" in known]
-    bodies = bodies or [owned for owned in owners.values() if len(owned) > 1] or list(owners.values())
-    return [name for owned in bodies[:BODIES] for name in owned] or list(known)[:FEW]
-
-
 def _compared(results: Sequence[Result]) -> list[Result]:
     if len(results) < 2:
         raise UsageError("a difference needs two results", hint="give both: mbdsl plot a.csv b.csv --difference")
@@ -245,12 +242,3 @@ def _curves(
         else:
             found = curves.in_plane(result, against, names)
         yield from (replace(curve, result=k, label=label) for curve in found)
-
-
-def _constant(found: Sequence[Curve], units: Mapping[str, str]) -> list[str]:
-    """Default signals that are constant in all results; none if all are."""
-    size: dict[str, float] = {}
-    for curve in found:
-        size[units[curve.name]] = max(size.get(units[curve.name], 0.0), curve.largest)
-    moves = {c.name for c in found if c.spread > CONSTANT * size[units[c.name]]}
-    return [name for name in units if name not in moves] if moves else []

@@ -65,10 +65,12 @@ class Result:
     ----------
     names : list of str
         Names of the signals, without the time.
-    defaults : list of str
-        The signals from which those of a plot are chosen by default.
+    groups : list of list of str, or None
+        Signals from which those of a plot are chosen by default; None: by their names.
     time : str
         Name of the column of the times.
+    sizes : dict of str to float
+        Unit -> usual size of signals, beside which others are rounding errors; empty if it is unknown.
     is_file : bool
         Whether it may lack signals of the model.
     """
@@ -82,7 +84,8 @@ class Result:
             )
         self.time = times[0]
         self.names = [name for name in layout.names if name != self.time]
-        self.defaults = self.names
+        self.groups: list[list[str]] | None = None
+        self.sizes: dict[str, float] = {}
         self.is_file = True
 
     def unit(self, name: str) -> str:
@@ -169,7 +172,8 @@ def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> 
     known = dict.fromkeys(trajectory.select(["*"]))
     known |= dict.fromkeys(text for text in patterns if text not in known and text in trajectory)
     found = of_columns(label, [*known], trajectory.unit, trajectory.__getitem__)
-    found.defaults, found.is_file = trajectory.default_names, False
+    found.groups, found.is_file = trajectory.shown_names, False
+    found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found
 
@@ -208,7 +212,7 @@ def with_columns(result: Result, made: Mapping[str, Made]) -> Result:
 
     names = [*result.layout.names, *made]
     found = Result(result.label, Layout(names, _Units(names, unit), chunks, result.layout.meta))
-    found.defaults, found.is_file = result.defaults, result.is_file
+    found.groups, found.sizes, found.is_file = result.groups, result.sizes, result.is_file
     return found
 
 

@@ -14,6 +14,7 @@ from mbdsl.errors import UsageError
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
 from mbdsl.simulation import result_file, time_slices
+from mbdsl.simulation.shown_signals import shown
 from mbdsl.simulation.state_signals import StateSignals
 
 if TYPE_CHECKING:
@@ -94,6 +95,14 @@ class Trajectory(StateSignals):
     def default_names(self) -> list[str]:
         """Names of the coordinates and velocities of all bodies, or of the signals of a selection."""
         return self._names.defaults if self._chosen is None else [*self._chosen]
+
+    @property
+    def shown_names(self) -> list[list[str]]:
+        """The signals that plots show by default, of which the first group is that of joints, drivers and free bodies.
+
+        Of a selection, there is one group: its signals.
+        """
+        return [list(self._chosen)] if self._chosen is not None else shown(self.system.graph)
 
     @property
     def elastic_names(self) -> list[str]:
@@ -315,8 +324,7 @@ class Trajectory(StateSignals):
         Parameters
         ----------
         patterns : str or iterable of str, optional
-            As for ``select``. Default: the coordinates of the first three bodies, without constant ones, or the
-            signals of a selection.
+            As for ``select``. Default: up to nine of ``shown_names`` that change, or the signals of a selection.
         others : iterable of Trajectory or path, optional
             Further results and result files in the same plot.
         against : str, optional

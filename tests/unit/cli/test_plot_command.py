@@ -144,7 +144,8 @@ def test_a_terminal_gets_colours_and_its_width():
 
 class Trajectory:
     names = ("time", "crank.x", "crank.phi", "pin.fx")
-    default_names = ("crank.x", "crank.phi")
+    shown_names = (("crank.x", "crank.phi"),)
+    system = types.SimpleNamespace(tables=types.SimpleNamespace(size=1.0))
     scene, t = Scene("Crank", {}, {}), T
     status, message = "done", "the tolerance was not reached"
     undetermined = ()
