@@ -144,6 +144,7 @@ class Landings:
                 status, self._together = RUNNING, (most, batch)
                 continue
             self._note_approaches(states)
+            run.keep_ends(rows)
             if changing := self._chattering(rows):
                 self._blame(changing)
                 return SLIDING

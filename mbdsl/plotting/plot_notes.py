@@ -10,6 +10,7 @@ from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.differences import Difference
 from mbdsl.results.stored import Result
 
+MOST = 3  #: number of peaks between outputs that are named
 NARROW_SPACE = "\u202f"  #: between groups of three digits
 
 
@@ -47,6 +48,9 @@ def of_results(results: Sequence[Result], labels: Sequence[str], chosen: Sequenc
                 yield from _mark(source, short_labels([source.label])[0])
         else:
             yield from _mark(result, label)
+            yield from (
+                f"Between outputs: {peak}." for peak in result.cut_peaks([x for x in chosen if x in have])[:MOST]
+            )
 
 
 def of_curves(curves: Sequence[Curve]) -> Iterator[str]:

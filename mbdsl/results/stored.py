@@ -71,6 +71,8 @@ class Result:
         Name of the column of the times.
     sizes : dict of str to float
         Unit -> usual size of signals, beside which others are rounding errors; empty if it is unknown.
+    cut_peaks : callable
+        Returns the peaks of signals, given by their names, that its rows cut.
     is_file : bool
         Whether it may lack signals of the model.
     """
@@ -86,6 +88,7 @@ class Result:
         self.names = [name for name in layout.names if name != self.time]
         self.groups: list[list[str]] | None = None
         self.sizes: dict[str, float] = {}
+        self.cut_peaks: Callable[[Sequence[str]], Sequence[object]] = lambda names: ()
         self.is_file = True
 
     def unit(self, name: str) -> str:
@@ -174,6 +177,7 @@ def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> 
     found = of_columns(label, [*known], trajectory.unit, trajectory.__getitem__)
     found.groups, found.is_file = trajectory.shown_names, False
     found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}
+    found.cut_peaks = trajectory.cut_peaks
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found
 

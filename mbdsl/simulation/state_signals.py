@@ -48,6 +48,7 @@ class StateSignals:
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
         #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
         self._whole: tuple[StateSignals, slice] | None = None
+        self.ends: StateSignals | None = None  #: the same run at the ends of its steps, if it knows more than outputs
         self._from_start = True  #: whether the first state is that of the run
 
     @property
@@ -66,7 +67,7 @@ class StateSignals:
         Reference angles remain: those of a part between two times depend on the states before it.
         """
         computed = {k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)} - {"turns"}
-        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}}
+        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}, "ends": None}
 
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property

@@ -14,6 +14,7 @@ from mbdsl.errors import UsageError
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
 from mbdsl.simulation import result_file, time_slices
+from mbdsl.simulation.cut_peaks import CutPeak, cut_peaks
 from mbdsl.simulation.shown_signals import shown
 from mbdsl.simulation.state_signals import StateSignals
 
@@ -127,7 +128,9 @@ class Trajectory(StateSignals):
         if isinstance(key, slice):
             kept = time_slices.rows(self.t, key)
             whole = (self, kept) if self.turns or self.scene.spatial else None
-            return self._with({**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole})
+            return self._with(
+                {**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole, "ends": self.ends}
+            )
         if isinstance(key, (list, tuple)) and all(isinstance(name, str) for name in key):
             return self._selected(key)
         hint = "`trajectory.q[k]` is row k of the coordinates; `trajectory.state(time)` is the state at a time"
@@ -164,6 +167,29 @@ class Trajectory(StateSignals):
         """
         k = int(np.abs(self.t - seconds(time, "time")).argmin())
         return self.q[k], self.v[k]
+
+    def cut_peaks(self, patterns: str | Iterable[str] | None = None) -> list[CutPeak]:
+        """Return the peaks of signals that the outputs cut.
+
+        A run keeps the ends of its steps if its laws have conditions, thresholds or narrow peaks: contacts, stops,
+        friction, pulses. A peak is above the outputs by more than 2 % of the range of the signal.
+
+        Parameters
+        ----------
+        patterns : str or iterable of str, optional
+            As for ``to_dict``.
+
+        Returns
+        -------
+        list of CutPeak
+            With the signal, its value and the time; empty if the steps are not known.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
+        return cut_peaks(self, self.select(patterns) if patterns is not None else self.default_names)
 
     # -- other forms -------------------------------------------------------------------------------------------
     def to_dict(self, patterns: str | Iterable[str] | None = None) -> dict[str, Array]:
