@@ -113,6 +113,12 @@ def test_files(run, suffix, tmp_path, capsys):
     np.testing.assert_allclose(panel.series[0].y, run["rod.f"] - 2.0 * np.abs(run["rod.fx"]), atol=1e-12)
     assert cli.main(["plot", *words]) == 0
     assert "mass.x*(1 N/m) + rod.fx" in capsys.readouterr().out
+    assert cli.main(["info", str(path), "--signals", "abs(rod.fx)"]) == 0
+    assert f"{np.abs(run['rod.fx']).max():.4g}" in capsys.readouterr().out
+    some = str(tmp_path / "some.npz")
+    assert cli.main(["convert", str(path), "--out", some, "--signals", "hypot(rod.fx, rod.f), mass.x"]) == 0
+    columns, _ = results.read(some)
+    np.testing.assert_allclose(columns["hypot(rod.fx, rod.f)"], np.hypot(run["rod.fx"], run["rod.f"]), rtol=1e-14)
 
 
 def test_stepping_and_linear_models():
