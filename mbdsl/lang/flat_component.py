@@ -453,9 +453,7 @@ class Part:
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""
-        return (
-            isinstance(self.kind, BodyKind) and bool(self.kind.coordinates) and name in ("a", *accelerations(self.kind))
-        )
+        return isinstance(self.kind, BodyKind) and bool(self.kind.coordinates) and name in accelerations(self.kind)
 
     def forget(self) -> None:
         """Discard values and signals, because the effects to leave out have changed."""
