@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     from mbdsl.lang.load import parse_text as parse
     from mbdsl.lang.spatial_builder import SpatialBuilder as SpatialBuilder
     from mbdsl.mechanism.scene import Scene as Scene
+    from mbdsl.reporting.views import animate as animate
+    from mbdsl.reporting.views import check as check
+    from mbdsl.reporting.views import graph as graph
+    from mbdsl.reporting.views import plot as plot
+    from mbdsl.reporting.views import report as report
     from mbdsl.simulation.checkpoint import Checkpoint as Checkpoint
     from mbdsl.simulation.interactive import Simulation as Simulation
     from mbdsl.simulation.resume import resume as resume
@@ -48,6 +53,11 @@ _PUBLIC = {
     "linearise": ("mbdsl.analysis.linearisation", "linearise"),
     "sweep": ("mbdsl.studies.sweep", "sweep"),
     "simulate": ("mbdsl.api", "simulate"),
+    "check": ("mbdsl.reporting.views", "check"),
+    "graph": ("mbdsl.reporting.views", "graph"),
+    "plot": ("mbdsl.reporting.views", "plot"),
+    "report": ("mbdsl.reporting.views", "report"),
+    "animate": ("mbdsl.reporting.views", "animate"),
     "resume": ("mbdsl.simulation.resume", "resume"),
     "Checkpoint": ("mbdsl.simulation.checkpoint", "Checkpoint"),
     "explain": ("mbdsl.explanation.receipt", "explain"),
@@ -85,13 +95,18 @@ __all__ = [
     "Trajectory",
     "UsageError",
     "__version__",
+    "animate",
+    "check",
     "eigen",
     "explain",
+    "graph",
     "linearise",
     "load",
     "methods",
     "parse",
+    "plot",
     "recommend",
+    "report",
     "results",
     "resume",
     "simulate",

@@ -10,10 +10,10 @@ from warnings import warn
 from numpy.typing import ArrayLike
 
 from mbdsl.errors import AccuracyWarning, IntegrationError, Interrupted, UsageError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import optional, seconds, values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation import simulate as simulation
 from mbdsl.simulation.checkpoint import Checkpoint
 from mbdsl.simulation.given_initial_values import with_initial
@@ -151,7 +151,7 @@ def simulate(
         given["model"] = model = with_inputs(scene, inputs, begin, end)
         given["parameters"] = parameters = None
         given["without"] = without = ()
-    chosen = None if signals is None else SignalNames(as_scene(model, parameters, without)).select(signals)
+    chosen = None if signals is None else AskedSignals(as_scene(model, parameters, without)).select(signals)
     try:
         found = simulated(**given)
         if found.status == "interrupted":

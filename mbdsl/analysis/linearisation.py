@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
+from warnings import warn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,9 +28,10 @@ from mbdsl.analysis.linear_responses import FrequencyResponse, StepResponse
 from mbdsl.analysis.named_basis import AtRest, Named
 from mbdsl.analysis.operating_points import OperatingPoint
 from mbdsl.errors import UsageError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
+from mbdsl.mechanism.signal_names import ACCELERATIONS
 from mbdsl.messages import did_you_mean
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import Array, dense
@@ -212,11 +214,12 @@ def linearise(
     model: Scene | Builder | str | PathLike,
     at: str | float | Mapping[str, Any] = "static",
     inputs: Sequence[str] | None = None,
-    outputs: Sequence[str] | None = None,
+    signals: str | Sequence[str] | None = None,
     *,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
     announce: Callable[[str], None] | None = None,
+    outputs: str | Sequence[str] | None = None,
 ) -> Linearisation:
     """Compute a linear state-space model about a state, in minimal coordinates.
 
@@ -230,10 +233,12 @@ def linearise(
         ``{"pin.phi": "80 deg"}``: the initial state with these values, as with ``initial`` of ``mbdsl.simulate``.
     inputs : sequence of str, optional
         Names of inputs of the model, which act by forces. Default: all.
-    outputs : sequence of str, optional
-        Names and patterns of signals, also reactions and accelerations. Default: the states.
+    signals : str or sequence of str, optional
+        The outputs: names and patterns of signals, also reactions and accelerations. Default: the states.
     without, parameters, announce : optional
         As for ``mbdsl.simulate``.
+    outputs : optional
+        The former name of ``signals``.
 
     Returns
     -------
@@ -246,17 +251,20 @@ def linearise(
     EquilibriumError, InitialisationError, IntegrationError
         If the state is not found.
     """
+    if outputs is not None:
+        warn("`outputs` of linearise is called `signals` now, as in other functions", DeprecationWarning, stacklevel=2)
+        signals = outputs
     scene = as_scene(model, parameters, without)
     if isinstance(at, Mapping):
         scene, at = with_initial(scene, at), "start"
     _inputs(scene, inputs)
-    if outputs is not None:
-        _outputs(scene, SignalNames(scene), outputs)
-    return linearised(operating_points.find(scene, at, (), None, announce), inputs, outputs)
+    if signals is not None:
+        _outputs(scene, AskedSignals(scene), signals)
+    return linearised(operating_points.find(scene, at, (), None, announce), inputs, signals)
 
 
 def linearised(
-    point: OperatingPoint, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None
+    point: OperatingPoint, inputs: Sequence[str] | None = None, signals: str | Sequence[str] | None = None
 ) -> Linearisation:
     """The linear model about a state; see :func:`linearise`."""
     system, t, q, v, a, lam = point.system, point.t, point.q, point.v, point.a, point.lam
@@ -266,8 +274,8 @@ def linearised(
             hint=f"up to {LARGEST_MOVING}; `mbdsl eigen` finds the lowest modes of large models",
         )
     chosen = _inputs(system.scene, inputs)
-    known = SignalNames(system.scene)
-    wanted = None if outputs is None else _outputs(system.scene, known, outputs)
+    known = AskedSignals(system.scene)
+    wanted = None if signals is None else _outputs(system.scene, known, signals)
     basis = AtRest(system, t, q, a) if AtRest.suits(system, v, a) else Named(system, t, q, v, a)
     forces = input_forces(system, chosen, t, q, v, lam)
     equations = _Equations(point, basis, forces)
@@ -298,10 +306,12 @@ def _inputs(scene: Scene, names: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _outputs(scene: Scene, known: SignalNames, patterns: Sequence[str]) -> list[str]:
+def _outputs(scene: Scene, known: AskedSignals, patterns: str | Sequence[str]) -> list[str]:
     """The signals that patterns select; only those with exact derivatives."""
     found = known.select(patterns)
     for name in found:
+        if name not in known.formulas and (entry := known.entry(name)) is not None and not known.computed_in(entry[0]):
+            known.formulas.entries[name] = entry
         owner, _, key = name.rpartition(".")
         rigid = key in (IN_SPACE if scene.spatial else ACCELERATIONS) and owner not in known.flexible
         if name not in known.formulas and not (name in known.computed and rigid):
@@ -310,7 +320,7 @@ def _outputs(scene: Scene, known: SignalNames, patterns: Sequence[str]) -> list[
     return found
 
 
-def _values(known: SignalNames, point: OperatingPoint, names: Sequence[str]) -> Array:
+def _values(known: AskedSignals, point: OperatingPoint, names: Sequence[str]) -> Array:
     """Values of signals at a state; nan for other names."""
     roots = {name: known.formulas[name][0] for name in names if name in known.formulas}
     state = np.array([point.t]), point.q[None], point.v[None], point.lam[None]
@@ -379,7 +389,7 @@ class _Equations:
         turned = np.cross(self.dq.x[own].T, a[own]).T
         return R @ (self.da.x[own] + turned), R @ self.da.u[own], float(R @ a[own])
 
-    def outputs(self, known: SignalNames, names: Sequence[str], inputs: Sequence[str]) -> tuple[Array, Array, Array]:
+    def outputs(self, known: AskedSignals, names: Sequence[str], inputs: Sequence[str]) -> tuple[Array, Array, Array]:
         """C (o, r), D (o, i) and values (o,) of signals."""
         point, system = self.point, self.system
         C, D, y0 = np.zeros((len(names), len(self.A))), np.zeros((len(names), len(inputs))), np.zeros(len(names))

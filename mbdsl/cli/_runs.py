@@ -4,51 +4,53 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
-from mbdsl.cli.simulate import check_signals, print_warnings
+from mbdsl.cli.simulate import print_warnings
 from mbdsl.errors import IntegrationError, Interrupted
+from mbdsl.messages import once
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
+    from mbdsl.mechanism.scene import Scene
     from mbdsl.simulation.trajectory import Trajectory
 
 
-def simulated(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseException | None]:
+def of_arguments(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseException | None]:
     """The trajectory of a model, and the error that ended the run early; ``out`` is the file that will be written."""
+    from mbdsl.reporting.views import check_shown
+
     options = values.numbers(args.option)
     scene = values.load_model(args)
     output_files.check([out], scene.files)
-    if args.signals:
-        check_signals(scene, values.patterns(args.signals))
-    if getattr(args, "trace", None):
-        from mbdsl.viewing.animation import traced_point
+    traces = getattr(args, "trace", None)
+    check_shown(scene, values.patterns(args.signals) if args.signals else None, values.names(traces) if traces else ())
+    given = {name: getattr(args, name) for name in ("method", "step", "tol", "start", "stop", "interval")}
+    trajectory, failure = kept(scene, args.quiet, options=options, **given)
+    print_warnings(trajectory, args.quiet)
+    return trajectory, failure
 
-        for name in values.names(args.trace):
-            traced_point(scene, name)
 
-    from mbdsl import api
+def kept(scene: Scene, quiet: bool, **given: Any) -> tuple[Trajectory, BaseException | None]:
+    """The results of a run with a display of its progress, also of one that ends early, and the error that ended it.
 
-    display = None if args.quiet else Display(sys.stderr)
+    Raises
+    ------
+    IntegrationError
+        If there are no results.
+    """
+    from mbdsl.api import simulated
+
+    display = None if quiet else Display(sys.stderr)
     failure: BaseException | None = None
     try:
-        trajectory = api.simulated(
-            scene,
-            method=args.method,
-            step=args.step,
-            tol=args.tol,
-            start=args.start,
-            stop=args.stop,
-            interval=args.interval,
-            options=options,
-            progress=display,
-            announce=display.say if display else None,
-        )
+        announce = once(display.say, set()) if display else None
+        trajectory = simulated(scene, progress=display, announce=announce, **given)
     except IntegrationError as problem:
         found = getattr(problem, "trajectory", None)
-        if found is None or not len(found):
+        if found is None or not len(found.t):
             raise
         trajectory, failure = found, problem
     except Interrupted as problem:
@@ -59,5 +61,4 @@ def simulated(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseExcep
             display.close()
     if trajectory.status == "interrupted":
         failure = KeyboardInterrupt()
-    print_warnings(trajectory, args.quiet)
     return trajectory, failure

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.numerics.tolerance import misfit
+from mbdsl.results.selection import split
 
 if TYPE_CHECKING:
     from mbdsl.mechanism.scene import Scene
@@ -100,8 +100,8 @@ def numbers(assignments: list[tuple[str, str]]) -> dict[str, float]:
 
 
 def patterns(text: str) -> list[str]:
-    """Patterns of signals, separated by commas; a comma in brackets belongs to a name."""
-    return [pattern.strip() for pattern in re.split(r",(?![^\[]*\])", text)]
+    """Patterns and expressions of signals, separated by commas."""
+    return split(text)
 
 
 def names(text: str) -> list[str]:

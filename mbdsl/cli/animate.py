@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
-from mbdsl.cli._runs import simulated
+from mbdsl.cli._runs import of_arguments
 from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
@@ -70,6 +70,7 @@ def _arrows(text: str) -> tuple[str, ...]:
 
 
 def run(args: argparse.Namespace) -> int:
+    from mbdsl.reporting.views import check_ghost
     from mbdsl.viewing.saved_page import check_suffix
     from mbdsl.viewing.stored_result import is_result
 
@@ -78,9 +79,7 @@ def run(args: argparse.Namespace) -> int:
     values.size_of(args, out)
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)
-    if args.ghost and not is_result(args.ghost):
-        hint = "write one: mbdsl simulate MODEL --output X.npz"
-        raise UsageError(f"--ghost `{args.ghost}` is not a result", hint=hint)
+    check_ghost(args.ghost)
     if stored and args.result:
         raise UsageError(f"`{args.model}` and `{args.result}` are both results", hint="give the model and one result")
     if stored or args.result:
@@ -88,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         trajectory, names = _stored(args, stored)
         failure = None
     else:
-        trajectory, failure = simulated(args, out)
+        trajectory, failure = of_arguments(args, out)
         names = None
     _write(args, trajectory, names, out)
     if failure is not None:
@@ -97,27 +96,19 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | None, out: str) -> None:
+    from mbdsl.reporting.views import pale
     from mbdsl.viewing.animation import animate
     from mbdsl.viewing.saved_page import PAGES
 
     patterns = values.patterns(args.signals) if args.signals else names
     traces = values.names(args.trace) if args.trace else ()
-    page = animate(trajectory, patterns, traces, _ghost(args, trajectory), args.arrows, args.view)
+    page = animate(trajectory, patterns, traces, pale(args.ghost, trajectory.scene), args.arrows, args.view)
     page.save(out, values.size_of(args, out))
     if not args.quiet:
         motion = page.motion
         written = values.file_size(out)
         frames = f"{count(len(motion.t), 'frame')} of " if Path(out).suffix.lower() in PAGES else ""
         print(f"{visible(out, line=True)}: {written}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
-
-
-def _ghost(args: argparse.Namespace, trajectory: Trajectory) -> Trajectory | None:
-    """The other motion; a result that does not contain its model belongs to that of the first."""
-    if not args.ghost:
-        return None
-    from mbdsl.viewing.stored_result import has_model, stored_trajectory
-
-    return stored_trajectory(args.ghost, None if has_model(args.ghost) else trajectory.scene)[0]
 
 
 def _refuse(args: argparse.Namespace, stored: bool) -> None:

@@ -23,17 +23,14 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.mechanism.assembly_need import has_to_be_assembled
     from mbdsl.mechanism.graph import build
+    from mbdsl.reporting.views import Check
 
-    graph = build(load_model(args))
-    for warning in graph.warnings:
+    found = Check(build(load_model(args)), args.quick)
+    for warning in found.graph.warnings:
         print_problem(warning)
-    print(graph.summary())
-    if args.quick or not has_to_be_assembled(graph):  # numerics take longer to load than everything before
-        return 0
-    sys.stdout.flush()
-    from mbdsl.initial.start_check import check_start
-
-    print("\n".join(check_start(graph)))
+    print(found.graph.summary())
+    sys.stdout.flush()  # the assembly may fail
+    for line in found.assembly:
+        print(line)
     return 0

@@ -53,15 +53,17 @@ def _whole(text: str) -> int:
 def run(args: argparse.Namespace) -> int:
     from mbdsl.results.rows_file import RowsFile
     from mbdsl.results.stored import open_result
+    from mbdsl.simulation.result_expressions import with_expressions
 
     results.format_of(args.out)
     output_files.check([args.out], [args.result])
     if args.start is not None and args.stop is not None and args.stop < args.start:
         raise UsageError(f"--stop {args.stop:g} s is before --start {args.start:g} s")
-    result = open_result(args.result)
+    patterns = values.patterns(args.signals) if args.signals else []
+    result = with_expressions(open_result(args.result), patterns)
     names = result.names
     if args.signals:
-        names = [name for name in select(values.patterns(args.signals), names, args.result) if name != result.time]
+        names = [name for name in select(patterns, names, args.result, of_file=True) if name != result.time]
     units = {"time": "s", **{name: result.unit(name) for name in names}}
     about = dict(result.layout.meta)
     if not getattr(results.format_of(args.out), "KEEPS_MODEL", False):

@@ -60,11 +60,13 @@ class Content:
 
 def run(args: argparse.Namespace) -> int:
     from mbdsl.results.stored import open_result
+    from mbdsl.simulation.result_expressions import with_expressions
 
-    result = open_result(args.result)
+    patterns = values.patterns(args.signals) if args.signals else []
+    result = with_expressions(open_result(args.result), patterns)
     chosen = result.names[:MOST]
     if args.signals:
-        chosen = [x for x in select(values.patterns(args.signals), result.names, args.result) if x != result.time]
+        chosen = [x for x in select(patterns, result.names, args.result, of_file=True) if x != result.time]
     content = _content(result, chosen)
     for line in [*_head(args.result, result, content), *_table(result, content)]:
         print(line)

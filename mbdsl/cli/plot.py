@@ -11,16 +11,13 @@ from typing import TYPE_CHECKING
 
 from mbdsl import results
 from mbdsl.cli import _values as values
-from mbdsl.cli._progress import Display
-from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import once, visible
+from mbdsl.messages import visible
 from mbdsl.plotting.terminal_text import coloured
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.results.stored import Result
 
@@ -45,7 +42,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="signals to plot (globs); default: coordinates of the first three bodies, without constant ones",
+        help="signals to plot (globs, expressions); default: coordinates of joints, drivers, free bodies that change",
     )
     parser.add_argument("--against", metavar="SIGNAL", help="signal on the horizontal axis; default: the time")
     parser.add_argument(
@@ -66,80 +63,36 @@ def run(args: argparse.Namespace) -> int:
         output_files.check([args.out])
     if args.model_name and not any(Path(name).suffix.lower() == MODEL for name in args.results):
         raise UsageError("--model belongs to a model, and these are results", hint="omit --model")
-    failure: IntegrationError | None = None
-    sources = [_source(name) for name in args.results]
+    from mbdsl.cli._runs import kept
+    from mbdsl.cli.simulate import print_warnings
+    from mbdsl.reporting.views import check_plotted, source
+    from mbdsl.results.stored import of_trajectory
+
+    failure: BaseException | None = None
+    patterns = values.patterns(args.signals) if args.signals else None
+    sources = [source(name, patterns) for name in args.results]
     if not args.list:
-        _check_names(args, sources)
+        check_plotted(sources, args.results, patterns, args.against, args.spectrum)
     opened = []
-    for name, source in zip(args.results, sources, strict=True):
-        result, problem = _simulated(source, name) if isinstance(source, Scene) else (source, None)
-        opened.append(result)
-        failure = failure or problem
+    for name, found in zip(args.results, sources, strict=True):
+        if isinstance(found, Scene):
+            trajectory, problem = kept(found, quiet=False)
+            if isinstance(problem, KeyboardInterrupt):
+                raise problem
+            failure = failure or problem
+            print_warnings(trajectory, quiet=True)
+            found = of_trajectory(trajectory, name, patterns or ())
+        opened.append(found)
     if args.list:
         _list(opened)
     else:
         from mbdsl.plotting.signal_plots import plot
 
-        patterns = values.patterns(args.signals) if args.signals else None
-        found = plot(opened, patterns, against=args.against, difference=args.difference, spectrum=args.spectrum)
-        _show(found, args.out)
+        shown = plot(opened, patterns, against=args.against, difference=args.difference, spectrum=args.spectrum)
+        _show(shown, args.out)
     if failure:
         raise failure
     return 0
-
-
-def _source(name: str) -> Result | Scene:
-    """The result in a file, or the model in it."""
-    if Path(name).suffix.lower() == MODEL:
-        from mbdsl.lang.load import load
-
-        return load(name)
-    from mbdsl.results.stored import open_result
-
-    known = {MODEL, *results.formats()}
-    if Path(name).suffix.lower() not in known:
-        raise UsageError(
-            f"`{name}` is neither a result file nor a model", hint=f"known suffixes are {', '.join(sorted(known))}"
-        )
-    return open_result(name)
-
-
-def _check_names(args: argparse.Namespace, sources: Sequence[Result | Scene]) -> None:
-    """Check the names of signals before models are simulated."""
-    if any(isinstance(source, Scene) for source in sources):
-        from mbdsl.mechanism.signal_names import SignalNames
-        from mbdsl.plotting.signal_plots import check_names
-
-        known = [SignalNames(x).names[1:] if isinstance(x, Scene) else x.names for x in sources]
-        patterns = values.patterns(args.signals) if args.signals else None
-        check_names(known, args.results, patterns, args.against, args.spectrum)
-
-
-def _simulated(scene: Scene, name: str) -> tuple[Result, IntegrationError | None]:
-    """The result of a model that is simulated, and the failure of its integration.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If the simulation is interrupted.
-    """
-    from mbdsl.api import simulated
-    from mbdsl.cli.simulate import print_warnings
-    from mbdsl.results.stored import of_trajectory
-
-    display, failure = Display(sys.stderr), None
-    try:
-        trajectory = simulated(scene, progress=display, announce=once(display.say, set()))
-    except IntegrationError as problem:
-        if problem.trajectory is None or not len(problem.trajectory.t):
-            raise
-        trajectory, failure = problem.trajectory, problem
-    finally:
-        display.close()
-    if trajectory.status == "interrupted":
-        raise KeyboardInterrupt
-    print_warnings(trajectory, quiet=True)
-    return of_trajectory(trajectory, name), failure
 
 
 def _list(opened: list[Result]) -> None:

@@ -29,7 +29,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="signals to plot (globs); default: coordinates of the first three bodies, without constant ones",
+        help="signals to plot (globs); default: coordinates of joints, drivers and free bodies that change",
     )
     parser.add_argument("--eigen", action="store_true", help="include the eigenmodes and their shapes")
     parser.add_argument(
@@ -44,7 +44,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.cli._runs import simulated
+    from mbdsl.cli._runs import of_arguments
     from mbdsl.reporting.report import check_suffix, report
 
     out = args.out or f"{values.stem(args)}-report.html"
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     output_files.check([out], [args.model])
     if args.at is not None and not args.eigen:
         raise UsageError("--at belongs to --eigen", hint="add --eigen")
-    trajectory, failure = simulated(args, out)
+    trajectory, failure = of_arguments(args, out)
     say = None if args.quiet else (lambda line: print(line, file=sys.stderr))
     signals = values.patterns(args.signals) if args.signals else None
     eigen = (args.at if args.at is not None else "static") if args.eigen else None

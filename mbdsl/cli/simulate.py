@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from mbdsl.studies.verify import Verification
 
 
+MOST_PEAKS = 3  #: number of peaks between outputs that are printed
+
+
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "simulate",
@@ -239,9 +242,9 @@ def check_signals(scene: Scene, patterns: list[str]) -> None:
     UsageError
         If one matches none.
     """
-    from mbdsl.mechanism.signal_names import SignalNames
+    from mbdsl.lang.asked_signals import AskedSignals
 
-    SignalNames(scene).select(patterns)
+    AskedSignals(scene).select(patterns)
 
 
 def print_warnings(trajectory: Trajectory, quiet: bool) -> None:
@@ -415,6 +418,10 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         f"{error(stats)}",
         f"{visible(output, line=True)}: {count(rows, 'row')}, time and {count(len(names), 'signal')}",
     ]
+    peaks = trajectory.cut_peaks(names)
+    lines += [f"note: {peak} (--interval 0 writes every step)" for peak in peaks[:MOST_PEAKS]]
+    if len(peaks) > MOST_PEAKS:
+        lines.append(f"note: outputs cut {len(peaks) - MOST_PEAKS} more peaks")
     if chosen := stats.get("chosen"):
         lines[0] += f"; {chosen}"
     if stats["pivoting_from"] is not None:

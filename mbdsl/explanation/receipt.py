@@ -199,8 +199,8 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
     notes = motion.reduction.notes
     found = Receipt(scene, motion.plan, entries, notes, sizes, len(motion.parts), used, _hoisted(motion))
     if signals is not None:
-        names = SignalNames(scene).select(signals)
-        found.outputs = [(name, _takes(motion, name)) for name in names if name != "time"]
+        names = SignalNames(scene)
+        found.outputs = [(name, _takes(motion, names, name)) for name in names.select(signals) if name != "time"]
     if measured and motion.parts and all(backend(method) is None for method in used):
         _share(motion, found)
     return found
@@ -403,17 +403,18 @@ def _hoisted(motion: Motion) -> list[str]:
     return found
 
 
-def _takes(motion: Motion, name: str) -> str:
+def _takes(motion: Motion, names: SignalNames, name: str) -> str:
     """The computation that a signal requires."""
     scene = motion.system.scene
     key = name.rsplit(".", 1)[-1]
-    if key in ACCELERATIONS or key in ACCELERATIONS_IN_SPACE:
+    if key in (*ACCELERATIONS, *ACCELERATIONS_IN_SPACE, "a") and name not in names.expressions:
         return "accelerations: a linear solve at every output point"
     if "Phi[" in key or "Gam[" in key:
         return "residuals of constraints: an evaluation at every output point"
     if name.startswith("energy."):
         return "a formula of coordinates and velocities"
-    reads = [leaf.value for leaf in leaves(scene.signal(name)) if leaf.op == "multiplier"]
+    root = names.expressions[name][0] if name in names.expressions else scene.signal(name)
+    reads = [leaf.value for leaf in leaves(root) if leaf.op == "multiplier"]
     rows = [motion.system.tables.multipliers[key] - motion.system.n for key in reads]  # type: ignore[index]
     if not rows:
         return "a formula of coordinates and velocities"

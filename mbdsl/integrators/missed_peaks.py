@@ -71,11 +71,15 @@ class Overlooked:
                 self._search()
         return call(steps) if steps > 0 and status == RUNNING else status
 
+    def finish(self) -> None:
+        """Search the steps since the last search."""
+        if self._run.integers[NOTES] > 0:
+            self._search()
+
     def peak(self) -> Peak | None:
         """The first peak so far that the ends of its step do not show."""
         run = self._run
-        if run.integers[NOTES] > 0:
-            self._search()
+        self.finish()
         if not run.missed:
             return None
         number, *times = run.missed
@@ -88,6 +92,7 @@ class Overlooked:
         noted = rows[: run.integers[NOTED]]
         if len(noted) < 2:
             return
+        run.keep_ends(noted[1:])
         inputs = {name: float(run.numbers[at]) for name, at in run.system.tables.inputs.items()}
         t, q, v, lam = noted[:, 0], noted[:, 1 : 1 + n], noted[:, 1 + n : 1 + 2 * n], noted[:, 1 + 2 * n :]
         found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen, run.searched, run.turns)

@@ -162,6 +162,7 @@ class Landings:
                 self._together = most, batch
                 continue
             self._note_approaches(states)
+            run.keep_ends(rows)
             if changing := self._chattering(rows):
                 self._blame(changing)
                 return SLIDING

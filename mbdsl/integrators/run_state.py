@@ -23,6 +23,10 @@ from mbdsl.system.peaks_along_motion import Turns, not_searched
 Array = NDArray[np.float64]
 
 
+#: largest number of floats that a run keeps of the states at the ends of its steps
+MOST_ENDS = 2_000_000
+
+
 def _pattern(system: System) -> sparse_lu.Pattern:
     return sparse_lu.analyse(system.unknowns, *system.tables.pattern, system.elimination_order())
 
@@ -72,6 +76,8 @@ class RunState:
         self.reals = reals = np.zeros(loop_state.REALS)
         self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
         self.released = 0  #: rows of output that were taken from the run
+        self.ends: list[Array] = []  #: (N, 1 + n + unknowns): t, q, v, lam at the ends of steps; see keep_ends
+        self._room = MOST_ENDS
         if self.rows is not None:
             self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
@@ -149,6 +155,12 @@ class RunState:
                 self.layout[self.layout[buffer_layout.PAIRS] + buffer_layout.PAIR * row + buffer_layout.LEFT_OUT] = 1
             else:
                 self.layout[self.layout[self.layout[buffer_layout.GAMMAS] + row - m] + 3] = 1
+
+    def keep_ends(self, rows: Array) -> None:
+        """Keep recorded states at the ends of steps, which outputs pass over, until they need too much memory."""
+        self._room -= rows.size
+        if self._room >= 0:
+            self.ends.append(rows.copy())
 
     def synchronise(self) -> None:
         """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import JointKind
@@ -19,6 +19,7 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.signal_names import SIZES
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
@@ -254,6 +255,8 @@ class Scope:
                 return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
             if name in ACCELERATIONS:
                 raise _output_only(f"{owner}.{name}", step.at)
+            if name in SIZES and f"{name}x" in coordinates:
+                raise _size(f"{owner}.{name}", coordinates, name, step.at)
             hint = self._in_space(name) or foreign_names.MEMBERS.get(name)
             hint = hint or did_you_mean(name, coordinates, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
@@ -269,6 +272,8 @@ class Scope:
             return found
         if part.output_only(name):
             raise _output_only(f"{owner}.{name}", step.at)
+        if name in SIZES and f"{name}x" in part.signal_names():
+            raise _size(f"{owner}.{name}", part.signal_names(), name, step.at)
         if is_body(part) and part.kind.is_frame and name in self.namespace.assembly.coordinates:  # type: ignore[attr-defined]
             frame = part.frames["c"]
             return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
@@ -405,6 +410,14 @@ def _output_only(name: str, at: At) -> ModelError:
         span_of(at),
         "accelerations can be written out, but laws may depend on positions, velocities and reactions only",
     )
+
+
+def _size(name: str, known: Collection[str], vector: str, at: At) -> ModelError:
+    """The error of a size in a law, with the expression of the components."""
+    found = [f"{name}{i}" for i in "xyz" if f"{vector}{i}" in known]
+    written = f"hypot({', '.join(found)})" if len(found) == 2 else f"sqrt({' + '.join(f'{x}^2' for x in found)})"
+    message = f"`{name}` is a result of the simulation, it cannot be used in the model"
+    return ModelError(message, span_of(at), f"write `{written}`")
 
 
 def _disabled(entity: Disabled, name: str) -> ModelError:

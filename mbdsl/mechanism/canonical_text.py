@@ -61,6 +61,8 @@ class _Lines:
             return self.number(x)
         if isinstance(x, tuple | list):
             return self.row(x)
+        if isinstance(x, frozenset):
+            return self.row(sorted(x))
         if isinstance(x, Mapping):  # of values and ports: by name
             return "{" + ", ".join(f"{key!r}: {self.text(x[key])}" for key in sorted(x)) + "}"
         if isinstance(x, Kind):

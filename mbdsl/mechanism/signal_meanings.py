@@ -23,6 +23,10 @@ MEANINGS = {
     "q": "elastic coordinate",
     "dq": "elastic coordinate, its rate",
     "friction": "friction",
+    "f": "size of the force",
+    "t": "size of the torque",
+    "v": "size of the velocity",
+    "a": "size of the acceleration",
 }
 IN_SPACE = spatial_coordinates.MEANINGS | {f"a{i}": f"acceleration along {i}" for i in "xyz"}
 IN_SPACE |= {f"alpha{i}": f"angular acceleration about the {i} axis of the world" for i in "xyz"}

@@ -9,7 +9,7 @@ from typing import Any
 from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.symbolic import Expr, coordinate
+from mbdsl.expressions.symbolic import Expr, call, coordinate
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene import ENERGIES, Component, Description, Scene
 from mbdsl.messages import did_you_mean
@@ -21,7 +21,8 @@ ACCELERATIONS_IN_SPACE = {f"a{i}": "m/s2" for i in "xyz"} | {f"alpha{i}": "rad/s
 #: coordinates of frames in space among the signals: without the components of axes
 SPATIAL_UNITS = {k: unit for k, unit in spatial_coordinates.UNITS.items() if k not in spatial_coordinates.AXES}
 QUATERNION = spatial_coordinates.QUATERNION
-
+#: sizes of vectors whose components are signals with an axis behind the letter: of forces, torques and velocities
+SIZES = ("f", "t", "v")
 
 #: an expression and its unit, or what makes them: a function, its two arguments, and the unit
 Entry = tuple[Expr, str] | tuple[Callable, Any, str, str]
@@ -83,12 +84,23 @@ class SignalNames:
             for key, unit in units.items():
                 if key not in QUATERNION:
                     found.setdefault(f"{name}.{key}", (of_frame, frame, key, unit))
+        for name in [name for name in found if name.endswith(tuple(f".{size}x" for size in SIZES))]:
+            vector, unit = name[:-1], found[name][-1]
+            if f"{vector}y" in found:
+                found.setdefault(vector, (self._size, vector, "xyz", unit))
         for name, expression in scene.variables.items():
             found.setdefault(name, (expression, scene.descriptions.get(name, Description()).unit))
         if not self.flexible:
             for name, energy in zip(ENERGIES, energies(scene), strict=True):
                 found[name] = (energy, "J")
         return Expressions(found)
+
+    def _size(self, vector: str, axes: str) -> Expr:
+        """The size of a vector, from its components: ``A.f`` from A.fx, A.fy and, if there is one, A.fz."""
+        x, *others = (self.expressions[f"{vector}{i}"][0] for i in axes if f"{vector}{i}" in self.expressions)
+        for component in others:
+            x = call("hypot", x, component)
+        return x
 
     @cached_property
     def formulas(self) -> Expressions:
@@ -121,6 +133,7 @@ class SignalNames:
         for c in self.scene.components.values():
             if isinstance(c.kind, BodyKind) and c.kind.coordinates:
                 found |= {f"{c.name}.{key}": unit for key, unit in accelerations(c.kind).items()}
+                found[f"{c.name}.a"] = ACCELERATIONS["ax"]
                 if c.kind.spatial and len(c.kind.coordinates) > 3:
                     found |= {f"{c.name}.p{k}": "1" for k in range(4)}
                 if c.deforms:
@@ -181,11 +194,19 @@ class SignalNames:
         for pattern in [patterns] if isinstance(patterns, str) else patterns:
             if not isinstance(pattern, str):
                 raise UsageError(f"found {pattern!r} among the names of signals, expected a text")
-            found = [pattern] if pattern in known else matching(pattern, names)
+            found = [pattern] if pattern in known else matching(pattern, names) or self.asked(pattern)
             if not found:
                 raise self.unknown(pattern)
             chosen.update(dict.fromkeys(found))
         return list(chosen)
+
+    def asked(self, text: str) -> list[str]:
+        """The names that a pattern without a match stands for: none here."""
+        return []
+
+    def entry(self, name: str) -> tuple[Expr, str] | None:
+        """The expression and the unit of a signal; None if it has none."""
+        return self.expressions.get(name)
 
     def unknown(self, name: str) -> UsageError:
         """The error of a name or pattern without a match, with similar names."""

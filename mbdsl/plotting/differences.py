@@ -58,7 +58,8 @@ class Difference(Result):
         self.result, self.base, self.interpolated = result, base, False
         label = f"{result.label} − {base.label}"
         super().__init__(label, Layout([base.time, *names], {base.time: "s", **units}, self._parts))
-        self.defaults = [name for name in base.defaults if name in known]
+        if base.groups is not None:
+            self.groups = [[name for name in group if name in known] for group in base.groups]
 
     def rates(self, names: Sequence[str]) -> list[str]:
         """The signals of ``names`` that are interpolated with their derivatives."""

@@ -10,6 +10,7 @@ from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.differences import Difference
 from mbdsl.results.stored import Result
 
+MOST = 3  #: number of peaks between outputs that are named
 NARROW_SPACE = "\u202f"  #: between groups of three digits
 
 
@@ -21,13 +22,16 @@ def short_labels(labels: Sequence[str]) -> list[str]:
     return [label if labels.count(label) == 1 else f"{label} ({k + 1})" for k, label in enumerate(labels)]
 
 
-def of_choice(chosen: Sequence[str], constant: Collection[str], known: Collection[str]) -> Iterator[str]:
+def of_choice(
+    shown: Sequence[str], constant: Sequence[str], same: Sequence[str], known: Collection[str]
+) -> Iterator[str]:
     """How the default signals were chosen from the ``known`` ones."""
-    if len(chosen) < len(known):
-        shown = count(len(chosen) - len(constant), "signal")
-        yield f"{shown} of {len(known)}; --signals chooses others, --list lists them."
+    if len(shown) < len(known):
+        yield f"{count(len(shown), 'signal')} of {len(known)}; --signals chooses others, --list lists them."
     if constant:
         yield f"Constant, and left out: {few(constant)}."
+    if same:
+        yield f"Equal to others, and left out: {few(same)}."
 
 
 def of_results(results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str]) -> Iterator[str]:
@@ -44,6 +48,9 @@ def of_results(results: Sequence[Result], labels: Sequence[str], chosen: Sequenc
                 yield from _mark(source, short_labels([source.label])[0])
         else:
             yield from _mark(result, label)
+            yield from (
+                f"Between outputs: {peak}." for peak in result.cut_peaks([x for x in chosen if x in have])[:MOST]
+            )
 
 
 def of_curves(curves: Sequence[Curve]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The panels of a plot of signals: one figure a unit, with a shared horizontal axis and the looks of the curves."""
+"""The panels of a plot: one figure a unit, several for angles that turn and others; axis and looks."""
 
 from __future__ import annotations
 
@@ -27,6 +27,8 @@ QUANTITIES = {
 ASPECTS = {1: 0.5, 2: 0.34}  #: number of panels -> height of a panel over its width
 FLAT = 0.26  #: the same for more panels
 MARGIN = 0.04  #: space beside a phase plot, over its range
+#: angles whose range is above a turn [rad], and this many times that of others, have a panel of their own
+TURN, WIDER = 2.0 * np.pi, 5.0
 FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
 
 
@@ -60,15 +62,16 @@ def panels(
     panels : tuple of Figure
     looks : dict
     """
-    by_unit: dict[str, list[Curve]] = {}
+    level = _levels(curves, units)
+    by_unit: dict[tuple[str, int], list[Curve]] = {}
     for curve in curves:
-        by_unit.setdefault(units[curve.name], []).append(curve)
-    equal = x.signal and x.unit == "m" and set(by_unit) == {"m"}
+        by_unit.setdefault((units[curve.name], level.get(curve.name, 0)), []).append(curve)
+    equal = x.signal and x.unit == "m" and set(by_unit) == {("m", 0)}
     ends = None if equal else _ends(curves, x)
     aspect = None if equal else ASPECTS.get(len(by_unit), FLAT)
     looks: dict[str, Look] = {}
     found = []
-    for k, (unit, shown) in enumerate(by_unit.items()):
+    for k, ((unit, _), shown) in enumerate(by_unit.items()):
         order = {name: j for j, name in enumerate(dict.fromkeys(curve.name for curve in shown))}
         series = []
         for curve in shown:
@@ -92,6 +95,20 @@ def panels(
         )
         found.append(figure)
     return tuple(found), looks
+
+
+def _levels(curves: Sequence[Curve], units: Mapping[str, str]) -> dict[str, int]:
+    """The panels of angles by their ranges, from 0: beside one that turns many times, others would be flat lines."""
+    ranges: dict[str, float] = {}
+    for curve in curves:
+        if units[curve.name] == "rad" and not curve.frequency:
+            ranges[curve.name] = max(ranges.get(curve.name, 0.0), curve.spread)
+    found, level, widest = {}, 0, 0.0
+    for name, width in sorted(ranges.items(), key=lambda item: -item[1]):
+        if widest > TURN and WIDER * width < widest:
+            level, widest = level + 1, width
+        found[name], widest = level, max(widest, width)
+    return found
 
 
 def look(signal: int, result: int) -> Look:
@@ -121,4 +138,6 @@ def _quantity(names: Sequence[str], unit: str) -> str:
     if len(names) == 1:
         return names[0]
     keys = {name.rpartition(".")[2] for name in names}
+    if keys <= {"p0", "p1", "p2", "p3"}:
+        return "quaternion"
     return keys.pop() if len(keys) == 1 else QUANTITIES.get(unit, "value" if not unit else "")

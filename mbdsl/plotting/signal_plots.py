@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import few
 from mbdsl.plotting import curves
 from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Page, Panels
 from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
@@ -19,11 +20,7 @@ from mbdsl.results.stored import Result
 from mbdsl.storage import output_files
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
-BODIES = 3  #: number of bodies of which the default signals are
 WIDE, TALLEST = 780, 900  #: largest size of the page in a notebook, which scrolls further [px]
-FEW = 6  #: number of default signals if no name is that of a coordinate
-COORDINATES = ("x", "y", "phi")
-CONSTANT = 1e-9  #: default signals that vary by less than this part of the largest value of their unit are left out
 
 
 class Plot(Panels):
@@ -126,8 +123,10 @@ def plot(
     results : sequence of Result
         The results.
     patterns : sequence of str, optional
-        Names and glob patterns of signals. Default: the coordinates of the first three bodies, without constant ones;
-        if no signal is named as a coordinate, the first six signals.
+        Names and glob patterns of signals; the results have the expressions among them as columns. Default: up to nine
+        coordinates of joints, drivers and free bodies, without those that are constant or equal to others; those of the
+        first three bodies if these move alone or no joint is known; if no signal is named as a coordinate, the first
+        six signals.
     against : str, optional
         Name of the signal on the horizontal axis. Default: the time.
     difference : bool, optional
@@ -150,21 +149,35 @@ def plot(
     known = list(dict.fromkeys(name for result in results for name in result.names))
     if against is not None and against.lower() == "time":
         against = None
-    asked = check_names([r.names for r in results], labels, patterns, against, spectrum)
-    usual = [name for result in results for name in result.defaults]
-    chosen = [name for name in asked or default_signals(usual) if name != against]
+    files = all(r.is_file for r in results)
+    asked = check_names([r.names for r in results], labels, patterns, against, spectrum, files)
+    sizes = {unit: size for result in results for unit, size in result.sizes.items()}
+    chosen: list[str] = []
+    constant: list[str] = []
+    same: list[str] = []
+    for group in [asked] if patterns else default_groups(results):
+        chosen = [name for name in group if name != against]
+        units = {name: _unit(name, results) for name in chosen}
+        found = list(_curves(results, labels, chosen, against, spectrum))
+        if patterns:
+            break
+        constant, same = left_out(found, units, sizes)
+        if len(constant) < len(chosen):
+            break
     if not chosen:
         raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
-    units = {name: _unit(name, results) for name in chosen}
-    found = list(_curves(results, labels, chosen, against, spectrum))
     if not any(len(curve.x) for curve in found):
         raise UsageError(f"{few(labels)} {'has' if len(results) == 1 else 'have'} no rows")
-    constant = [] if patterns else _constant(found, units)
+    if not patterns:
+        moving = [name for name in chosen if name not in {*constant, *same}]
+        chosen = (moving or chosen)[:MOST]
+        found = [curve for curve in found if curve.name in chosen]
+        constant = constant if moving else []
     x = Horizontal("frequency", "Hz") if spectrum else Horizontal("time", "s")
     if against is not None:
         x = Horizontal(against, _unit(against, results), signal=True)
-    figures, looks = panels([c for c in found if c.name not in constant], units, x, len(results) > 1)
-    notes = [] if patterns else list(of_choice(chosen, constant, known))
+    figures, looks = panels(found, units, x, len(results) > 1)
+    notes = [] if patterns else list(of_choice(chosen, constant, same, known))
     notes += [*of_results(results, labels, chosen), *of_curves(found)]
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
 
@@ -175,8 +188,9 @@ def check_names(
     patterns: Sequence[str] | None,
     against: str | None,
     spectrum: bool,
+    of_files: bool = False,
 ) -> list[str]:
-    """The signals that patterns select from the ``names`` of several results.
+    """The signals that patterns select from the ``names`` of several results, or of result files.
 
     Raises
     ------
@@ -184,7 +198,7 @@ def check_names(
         If a pattern matches none of them, or a result lacks the signal on the horizontal axis.
     """
     known = list(dict.fromkeys(name for own in names for name in own))
-    chosen = select(patterns, known, few(labels)) if patterns else []
+    chosen = select(patterns, known, few(labels), of_files) if patterns else []
     if against is None or against.lower() == "time":
         return chosen
     if spectrum:
@@ -196,22 +210,8 @@ def check_names(
                 f"the horizontal axis needs the name of one signal, and `{against}` is a pattern",
                 hint=f"it matches {few(found)}",
             )
-        raise unknown(against, known, few(lacking))
+        raise unknown(against, known, few(lacking), of_files)
     return chosen
-
-
-def default_signals(names: Sequence[str]) -> list[str]:
-    """The coordinates of the first bodies; if no name is that of a coordinate, the first few names."""
-    owners: dict[str, list[str]] = {}
-    known = dict.fromkeys(names)
-    for name in known:
-        owner, _, key = name.rpartition(".")
-        if key in COORDINATES and owner and "." not in owner:
-            owners.setdefault(owner, []).append(name)
-    # Bodies have accelerations; frames have none, and joints only an angle.
-    bodies = [owned for owner, owned in owners.items() if f"{owner}.ax" in known]
-    bodies = bodies or [owned for owned in owners.values() if len(owned) > 1] or list(owners.values())
-    return [name for owned in bodies[:BODIES] for name in owned] or list(known)[:FEW]
 
 
 def _compared(results: Sequence[Result]) -> list[Result]:
@@ -242,12 +242,3 @@ def _curves(
         else:
             found = curves.in_plane(result, against, names)
         yield from (replace(curve, result=k, label=label) for curve in found)
-
-
-def _constant(found: Sequence[Curve], units: Mapping[str, str]) -> list[str]:
-    """Default signals that are constant in all results; none if all are."""
-    size: dict[str, float] = {}
-    for curve in found:
-        size[units[curve.name]] = max(size.get(units[curve.name], 0.0), curve.largest)
-    moves = {c.name for c in found if c.spread > CONSTANT * size[units[c.name]]}
-    return [name for name in units if name not in moves] if moves else []

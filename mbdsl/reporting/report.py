@@ -104,7 +104,7 @@ def report(
     trajectory : Trajectory
         The run.
     signals : sequence of str, optional
-        Names and glob patterns of signals to plot. Default: the coordinates of the first three bodies.
+        Names and glob patterns of signals to plot. Default: those of ``Trajectory.plot``.
     eigen : str or float, optional
         State about which eigenmodes are computed: "static", "start" or a time [s]. Default: no eigenmodes.
     command : str, optional

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 SUFFIX = ".nc"
 PREFIX = "mbdsl_"  #: prefix of the global attributes of ``meta``
+SLASH = "\u2215"  #: in names, which contain no "/" in this format
 ROWS = 2**16  #: number of rows that are written at once
 _BYTE, _CHAR, _DOUBLE, _DIMENSION, _VARIABLE, _ATTRIBUTE = 1, 2, 6, 10, 11, 12  #: tags of the format
 
@@ -54,14 +55,14 @@ def _list(tag: int, items: list[bytes]) -> bytes:
 
 
 def _text(text: str) -> bytes:
-    data = unicodedata.normalize("NFC", text).encode()  # as the format defines names
+    data = unicodedata.normalize("NFC", text).replace("/", SLASH).encode()  # as the format defines names
     return struct.pack(">i", len(data)) + _padded(data)
 
 
 def _name(found: str) -> str:
     """A name as scipy.io.netcdf_file decodes it, from Latin-1 instead of UTF-8; some programs write Latin-1."""
     try:
-        return found.encode("latin-1").decode()
+        return found.encode("latin-1").decode().replace(SLASH, "/")
     except UnicodeError:
         return found
 

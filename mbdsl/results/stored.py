@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mbdsl import results
 from mbdsl.errors import UsageError
@@ -65,10 +65,16 @@ class Result:
     ----------
     names : list of str
         Names of the signals, without the time.
-    defaults : list of str
-        The signals from which those of a plot are chosen by default.
+    groups : list of list of str, or None
+        Signals from which those of a plot are chosen by default; None: by their names.
     time : str
         Name of the column of the times.
+    sizes : dict of str to float
+        Unit -> usual size of signals, beside which others are rounding errors; empty if it is unknown.
+    cut_peaks : callable
+        Returns the peaks of signals, given by their names, that its rows cut.
+    is_file : bool
+        Whether it may lack signals of the model.
     """
 
     def __init__(self, label: str, layout: Layout) -> None:
@@ -80,7 +86,10 @@ class Result:
             )
         self.time = times[0]
         self.names = [name for name in layout.names if name != self.time]
-        self.defaults = self.names
+        self.groups: list[list[str]] | None = None
+        self.sizes: dict[str, float] = {}
+        self.cut_peaks: Callable[[Sequence[str]], Sequence[object]] = lambda names: ()
+        self.is_file = True
 
     def unit(self, name: str) -> str:
         """Return the unit of a signal.
@@ -161,10 +170,14 @@ def open_result(path: str | os.PathLike) -> Result:
     return Result(str(path), layout)
 
 
-def of_trajectory(trajectory: Any, label: str) -> Result:
-    """The signals of a ``Trajectory``, which computes them on access."""
-    found = of_columns(label, trajectory.select(["*"]), trajectory.unit, trajectory.__getitem__)
-    found.defaults = trajectory.default_names
+def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> Result:
+    """The signals of a ``Trajectory``, which computes them on access, and the expressions among ``patterns``."""
+    known = dict.fromkeys(trajectory.select(["*"]))
+    known |= dict.fromkeys(text for text in patterns if text not in known and text in trajectory)
+    found = of_columns(label, [*known], trajectory.unit, trajectory.__getitem__)
+    found.groups, found.is_file = trajectory.shown_names, False
+    found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}
+    found.cut_peaks = trajectory.cut_peaks
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found
 
@@ -178,6 +191,33 @@ def of_columns(label: str, names: Sequence[str], unit: Callable[[str], str], col
             yield [values[k : k + rows] for values in columns]
 
     return Result(label, Layout(list(names), _Units(names, unit), chunks))
+
+
+class Made(NamedTuple):
+    """A column that is computed from others: ``values`` takes these by name, and the number of rows."""
+
+    unit: str
+    operands: Sequence[str]
+    values: Callable[[Mapping[str, np.ndarray], int], np.ndarray]
+
+
+def with_columns(result: Result, made: Mapping[str, Made]) -> Result:
+    """A result with additional columns, which are computed part by part."""
+
+    def unit(name: str) -> str:
+        return made[name].unit if name in made else result.unit(name)
+
+    def chunks(asked: Sequence[str], rows: int) -> Chunks:
+        read = dict.fromkeys(x for name in asked for x in (made[name].operands if name in made else (name,)))
+        for part in result.layout.chunks([*read], rows):
+            columns = dict(zip(read, part, strict=True))
+            count = len(part[0])
+            yield [made[name].values(columns, count) if name in made else columns[name] for name in asked]
+
+    names = [*result.layout.names, *made]
+    found = Result(result.label, Layout(names, _Units(names, unit), chunks, result.layout.meta))
+    found.groups, found.sizes, found.is_file = result.groups, result.sizes, result.is_file
+    return found
 
 
 class _Units(Mapping):

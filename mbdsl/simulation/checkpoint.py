@@ -41,7 +41,7 @@ FORMAT = 1
 EVERY = 60.0  #: default time between two checkpoints [s]
 #: attributes of a run that belong to the model or are recomputed
 NOT_KEPT = set(
-    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows "
+    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows ends _room "
     "standstill".split()
 ) | {"_advance", "_known", "_rates"}
 Snapshot = dict[str, Any]

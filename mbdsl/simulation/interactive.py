@@ -26,10 +26,10 @@ from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, Integration
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import mapping, seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.failure_messages import check_bending, failure
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.input_values import Inputs
@@ -124,7 +124,7 @@ class Simulation:
         self._inputs = Inputs(scene)
         self._in_force = list(self._inputs.values())  #: read by the functions of signals
         self._changes: list[tuple[int, tuple[float, ...]]] = []  #: steps done, and the inputs from then on
-        self._known: SignalNames | None = None
+        self._known: AskedSignals | None = None
         self._call: Callable[[int], int] | None = None  #: the step loop of all parts
         self._steps: memoryview | None = None  #: integers of the first part's run
         self._point: Trajectory | None = None  #: the present state, if a signal has needed it
@@ -524,7 +524,7 @@ class Simulation:
         """The functions of signals for the present buffers."""
         if self._signals is None:
             if self._known is None:
-                self._known = SignalNames(self.scene)
+                self._known = AskedSignals(self.scene)
             past = self._now, self._recorded
             self._signals = PresentSignals(self._motion, self._known, self._in_force, *past, self._counter)
         return self._signals

@@ -489,21 +489,56 @@ class Motion:
 
     def _output_of_every_step(self) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
         """For parts with steps of their own: at the steps of all parts, up to the time that all have reached."""
-        known, states = [], []
+        known: list[Array] = []
+        states: list[tuple[Array, Array, Array]] = []
         for p in self.parts:
             n, run, first = p.system.n, p.integration, p.initial
             rows = np.concatenate([first.q, first.v, first.lam])[None], run.out[: run.written]
             every = np.concatenate(rows)
             known.append(np.concatenate([[self.plan.start], run.times[: run.written]]))
             states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
-        if len(known) == 1:
-            times = known[0]
-        else:
-            times = np.unique(np.concatenate(known))
-            times = times[times <= min(t[-1] for t in known)]
-            turning = [p.system.tables.rotations[:, 0] for p in self.parts]
-            states = [between(times, t, *own, d) for t, own, d in zip(known, states, turning, strict=True)]
+        times, states = self._together(known, states)
         return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
+
+    def _together(
+        self, known: list[Array], states: list[tuple[Array, Array, Array]]
+    ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
+        """The states of all parts at all of their ``known`` times that all of them have reached."""
+        if len(known) == 1:
+            return known[0], states
+        times = np.unique(np.concatenate(known))
+        times = times[times <= min(t[-1] for t in known)]
+        turning = [p.system.tables.rotations[:, 0] for p in self.parts]
+        return times, [between(times, t, *own, d) for t, own, d in zip(known, states, turning, strict=True)]
+
+    def ends_of_steps(self) -> tuple[Array, Array, Array, Array] | None:
+        """Times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that were searched for peaks.
+
+        Parts without such steps are interpolated between their outputs. None if there are no such steps.
+        """
+        known: list[Array] = []
+        states: list[tuple[Array, Array, Array]] = []
+        noted = False
+        for p in self.parts:
+            n, run, first = p.system.n, p.integration, np.concatenate([p.initial.q, p.initial.v, p.initial.lam])
+            if isinstance(run, Integration) and run.overlooked is not None:
+                run.overlooked.finish()
+            if ends := getattr(run, "ends", None):
+                rows = np.vstack(ends)
+                t, rows = np.append(self.plan.start, rows[:, 0]), np.vstack([first, rows[:, 1:]])
+                noted = True
+            else:
+                t, rows = (
+                    np.append(self.plan.start, run.times[: run.written]),
+                    np.vstack([first, run.out[: run.written]]),
+                )
+            t, kept = np.unique(t, return_index=True)
+            known.append(t)
+            states.append((rows[kept, :n], rows[kept, n : 2 * n], rows[kept, 2 * n :]))
+        if not noted:
+            return None
+        times, states = self._together(known, states)
+        return times, *self.whole.state(times, states)
 
 
 def _in_plane(system: System, t: float, states: PlanarStates, q: Array, v: Array) -> InitialState:

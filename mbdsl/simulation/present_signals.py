@@ -19,8 +19,8 @@ from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const
 from mbdsl.initial.shared_loads import shares
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.numerics.rotation import BASE
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
 from mbdsl.simulation.planar_states import PlanarBody, PlanarStates
@@ -49,7 +49,7 @@ class PresentSignals:
     ----------
     motion : Motion
         A prepared motion with fixed steps.
-    known : SignalNames
+    known : AskedSignals
         The signals of its scene.
     inputs : list of float
         The values of all inputs during the last step. The functions read this list.
@@ -64,7 +64,7 @@ class PresentSignals:
     def __init__(
         self,
         motion: Motion,
-        known: SignalNames,
+        known: AskedSignals,
         inputs: list[float],
         point: Callable[[], Trajectory],
         whole: Callable[[], Trajectory],
@@ -86,6 +86,11 @@ class PresentSignals:
             self._names[f"i{k}"] = run.integers.data
         self._states: dict[str, tuple[Vector, list[Vector], Vector, Vector]] = {}
 
+    def _root(self, name: str) -> Expr | None:
+        """The expression of a signal or an expression of signals; None if a part has none."""
+        entry = self.known.entry(name)
+        return None if entry is None or self.known.computed_in(entry[0]) else entry[0]
+
     def function(self, names: tuple[str, ...]) -> Values:
         """The function that returns the present values of signals, in SI units.
 
@@ -94,7 +99,7 @@ class PresentSignals:
         UsageError
             If there is no such signal.
         """
-        roots = [TIME if name == "time" else self.known.expressions.get(name, (None,))[0] for name in names]
+        roots = [TIME if name == "time" else self._root(name) for name in names]
         quick = None if None in roots else self._compiled(roots)  # type: ignore[arg-type]
         if quick is None and len(names) > 1:
             each = [self.function((name,)) for name in names]

@@ -314,4 +314,9 @@ def _collect(
     for array in (t, q, v, lam):
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
-    return Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out), states
+    trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out)
+    if stream is None and not plan.every and (ends := motion.ends_of_steps()) is not None:
+        t, q, v, lam = ends
+        own = lam if motion.own_reactions else None
+        trajectory.ends = Trajectory(system, t, q, v, own, stats, (), motion.left_out)
+    return trajectory, states

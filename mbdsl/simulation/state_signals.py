@@ -12,8 +12,9 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import ENERGIES, Scene
-from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION, SignalNames
+from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION
 from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.simulation import derived_signals
 from mbdsl.system.signals import values
@@ -47,6 +48,7 @@ class StateSignals:
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
         #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
         self._whole: tuple[StateSignals, slice] | None = None
+        self.ends: StateSignals | None = None  #: the same run at the ends of its steps, if it knows more than outputs
         self._from_start = True  #: whether the first state is that of the run
 
     @property
@@ -65,12 +67,12 @@ class StateSignals:
         Reference angles remain: those of a part between two times depend on the states before it.
         """
         computed = {k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)} - {"turns"}
-        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}}
+        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}, "ends": None}
 
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property
-    def _names(self) -> SignalNames:
-        return SignalNames(self.scene)
+    def _names(self) -> AskedSignals:
+        return AskedSignals(self.scene)
 
     def select(self, patterns: str | Iterable[str]) -> list[str]:
         """List the names of signals that match patterns.
@@ -83,7 +85,8 @@ class StateSignals:
         Returns
         -------
         list of str
-            Names of the model's signals that match at least one pattern, without duplicates.
+            Names of the model's signals that match at least one pattern, and expressions such as
+            ``hypot(A.fx, A.fy)``, without duplicates.
 
         Raises
         ------
@@ -118,10 +121,11 @@ class StateSignals:
             if self._whole is not None:
                 whole, rows = self._whole
                 self._known[name] = whole._signal(name)[rows]
-            elif name in self._names.expressions:
-                root = self._names.expressions[name][0]
+            elif (entry := self._names.entry(name)) is not None:
+                root = entry[0]
                 lam = self._multipliers([leaf.value for leaf in leaves(root) if leaf.op == "multiplier"])
-                (value,) = values(self.system, [root], self.t, self.q, self.v, lam, self.inputs)
+                inputs = self.inputs | {x: self._signal(x) for x in self._names.computed_in(root)}
+                (value,) = values(self.system, [root], self.t, self.q, self.v, lam, inputs)
                 self._known[name] = np.array(value)
                 self._known[name].flags.writeable = False
             elif name in self._names.computed:
@@ -145,9 +149,13 @@ class StateSignals:
         """
         if name in self._known or name == "time":
             return True
-        if name not in self._names.expressions:
-            return name in self._names.computed and not name.rpartition(".")[2].startswith(("ax", "ay", "az", "alpha"))
-        needed: list = [leaf.value for leaf in leaves(self._names.expressions[name][0]) if leaf.op == "multiplier"]
+        if name not in self or name in self._names.computed:
+            key = name.rpartition(".")[2]
+            return name in self and key != "a" and not key.startswith(("ax", "ay", "az", "alpha"))
+        root = self._names.entry(name)[0]  # type: ignore[index]
+        if not all(self.is_at_hand(x) for x in self._names.computed_in(root)):
+            return False
+        needed: list = [leaf.value for leaf in leaves(root) if leaf.op == "multiplier"]
         if not needed or "lam" in vars(self):
             return True
         columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
@@ -167,6 +175,10 @@ class StateSignals:
 
     def _compute(self, name: str) -> None:
         owner, key = name.rsplit(".", 1)
+        if key == "a":
+            parts = [self._signal(f"{name}{i}") for i in "xyz" if f"{name}{i}" in self._names.computed]
+            self._known[name] = np.linalg.norm(parts, axis=0)
+            return
         if name in ENERGIES:
             found = derived_signals.flexible_energies(self.system, self.t, self.q, self.v, self.inputs)
             self._known.update(zip(ENERGIES, found, strict=True))

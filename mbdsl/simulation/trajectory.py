@@ -14,6 +14,8 @@ from mbdsl.errors import UsageError
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
 from mbdsl.simulation import result_file, time_slices
+from mbdsl.simulation.cut_peaks import CutPeak, cut_peaks
+from mbdsl.simulation.shown_signals import shown
 from mbdsl.simulation.state_signals import StateSignals
 
 if TYPE_CHECKING:
@@ -96,6 +98,14 @@ class Trajectory(StateSignals):
         return self._names.defaults if self._chosen is None else [*self._chosen]
 
     @property
+    def shown_names(self) -> list[list[str]]:
+        """The signals that plots show by default, of which the first group is that of joints, drivers and free bodies.
+
+        Of a selection, there is one group: its signals.
+        """
+        return [list(self._chosen)] if self._chosen is not None else shown(self.system.graph)
+
+    @property
     def elastic_names(self) -> list[str]:
         """Names of the coordinates of bodies that deform and of their rates; none for a selection."""
         return self._names.elastic if self._chosen is None else []
@@ -118,7 +128,9 @@ class Trajectory(StateSignals):
         if isinstance(key, slice):
             kept = time_slices.rows(self.t, key)
             whole = (self, kept) if self.turns or self.scene.spatial else None
-            return self._with({**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole})
+            return self._with(
+                {**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole, "ends": self.ends}
+            )
         if isinstance(key, (list, tuple)) and all(isinstance(name, str) for name in key):
             return self._selected(key)
         hint = "`trajectory.q[k]` is row k of the coordinates; `trajectory.state(time)` is the state at a time"
@@ -155,6 +167,29 @@ class Trajectory(StateSignals):
         """
         k = int(np.abs(self.t - seconds(time, "time")).argmin())
         return self.q[k], self.v[k]
+
+    def cut_peaks(self, patterns: str | Iterable[str] | None = None) -> list[CutPeak]:
+        """Return the peaks of signals that the outputs cut.
+
+        A run keeps the ends of its steps if its laws have conditions, thresholds or narrow peaks: contacts, stops,
+        friction, pulses. A peak is above the outputs by more than 2 % of the range of the signal.
+
+        Parameters
+        ----------
+        patterns : str or iterable of str, optional
+            As for ``to_dict``.
+
+        Returns
+        -------
+        list of CutPeak
+            With the signal, its value and the time; empty if the steps are not known.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
+        return cut_peaks(self, self.select(patterns) if patterns is not None else self.default_names)
 
     # -- other forms -------------------------------------------------------------------------------------------
     def to_dict(self, patterns: str | Iterable[str] | None = None) -> dict[str, Array]:
@@ -315,8 +350,7 @@ class Trajectory(StateSignals):
         Parameters
         ----------
         patterns : str or iterable of str, optional
-            As for ``select``. Default: the coordinates of the first three bodies, without constant ones, or the
-            signals of a selection.
+            As for ``select``. Default: up to nine of ``shown_names`` that change, or the signals of a selection.
         others : iterable of Trajectory or path, optional
             Further results and result files in the same plot.
         against : str, optional
@@ -341,15 +375,16 @@ class Trajectory(StateSignals):
         """
         from mbdsl.plotting.signal_plots import plot
         from mbdsl.results.stored import of_trajectory, open_result
+        from mbdsl.simulation.result_expressions import with_expressions
 
-        results = [of_trajectory(self, self.scene.name)]
-        for other in others:
-            if isinstance(other, Trajectory):
-                results.append(of_trajectory(other, other.scene.name))
-            else:
-                results.append(open_result(other))
         patterns = self._chosen if patterns is None else patterns
         chosen = [patterns] if isinstance(patterns, str) else None if patterns is None else list(patterns)
+        results = [of_trajectory(self, self.scene.name, chosen or ())]
+        for other in others:
+            if isinstance(other, Trajectory):
+                results.append(of_trajectory(other, other.scene.name, chosen or ()))
+            else:
+                results.append(with_expressions(open_result(other), chosen))
         found = plot(results, chosen, against=against, difference=difference, spectrum=spectrum)
         if out is not None:
             found.save(out)

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
-from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.lang.asked_signals import AskedSignals
+from mbdsl.lang.functions import FUNCTIONS as LANGUAGE
 from mbdsl.messages import did_you_mean
+from mbdsl.results import selection
 
 Array = NDArray[np.float64]
 MOST = 200  #: largest number of measures
@@ -101,15 +103,15 @@ class Measure:
         return FUNCTIONS[self.function].value(t, x)
 
 
-def read(texts: Iterable[str], names: SignalNames) -> list[Measure]:
+def read(texts: Iterable[str], names: AskedSignals) -> list[Measure]:
     """Measures from their texts.
 
     Parameters
     ----------
     texts : iterable of str
-        ``FUNCTION(SIGNAL)``, where a glob pattern stands for all signals that it matches; a name alone is its last
-        value.
-    names : SignalNames
+        ``FUNCTION(SIGNAL)``, where a glob pattern stands for all signals that it matches, and an expression such as
+        ``hypot(pin.fx, pin.fy)`` for its value; a name alone is its last value.
+    names : AskedSignals
         The signals of the model.
 
     Returns
@@ -138,8 +140,8 @@ def read(texts: Iterable[str], names: SignalNames) -> list[Measure]:
 
 def _split(text: str) -> tuple[str, str]:
     match = _CALL.fullmatch(text)
-    if match is None:
-        if "(" in text or ")" in text or not text.strip():
+    if match is None or (match[1] not in FUNCTIONS and match[1] in LANGUAGE):  # an expression such as abs(pin.fx)
+        if not text.strip() or not _closed(text):
             raise UsageError(f"`{text}` is not a measure", hint=_hint())
         return "final", text.strip()
     function, signal = match[1], match[2].strip()
@@ -147,9 +149,21 @@ def _split(text: str) -> tuple[str, str]:
         raise UsageError(
             f"there is not a measure `{function}`", hint=did_you_mean(function, FUNCTIONS, "measures") or _hint()
         )
-    if not signal or "(" in signal:
+    inner = _CALL.fullmatch(signal)
+    nested = inner is not None and inner[1] in FUNCTIONS and len(split(inner[2])) == 1
+    if len(split(signal)) != 1 or nested or not _closed(signal):
         raise UsageError(f"`{text}` is not a measure: expected one signal in the parentheses", hint=_hint())
     return function, signal
+
+
+def _closed(text: str) -> bool:
+    """Whether every closing parenthesis has an opening one before it: ``a) - min(b`` is not the inside of a call."""
+    depth = 0
+    for c in text:
+        depth += (c == "(") - (c == ")")
+        if depth < 0:
+            return False
+    return depth == 0
 
 
 def _hint() -> str:
@@ -157,11 +171,11 @@ def _hint() -> str:
 
 
 def split(text: str) -> list[str]:
-    """Measures separated by commas; a comma in brackets belongs to a name."""
-    return [part.strip() for part in re.split(r",(?![^\[]*\])", text) if part.strip()]
+    """Measures separated by commas, without empty ones."""
+    return [part for part in selection.split(text) if part]
 
 
-def usual(names: SignalNames) -> Sequence[str]:
+def usual(names: AskedSignals) -> Sequence[str]:
     """The measures without a request: least and largest value of the coordinates of the first body."""
     bodies = names.scene.bodies()
     found = [f"{bodies[0].name}.{key}" for key in bodies[0].coordinates if f"{bodies[0].name}.{key}" in names]

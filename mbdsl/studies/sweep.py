@@ -7,15 +7,18 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
 from os import PathLike
+from typing import TYPE_CHECKING
 
 from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.given_values import mapping, optional, seconds
 from mbdsl.lang.library import allowed_now
 from mbdsl.lang.load import load
+from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.overrides import merged
+from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.scene import ParameterValue, Scene
-from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.plan import DEFAULT_METHOD, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
@@ -26,9 +29,12 @@ from mbdsl.studies.sweep_results import Sweep
 from mbdsl.studies.sweep_runs import Point, SweepSetting, compute_all, times
 from mbdsl.studies.sweep_values import FORMS, MOST, Varied, varied
 
+if TYPE_CHECKING:
+    from mbdsl.lang.builder import Builder
+
 
 def sweep(
-    model: str | PathLike,
+    model: Scene | Builder | str | PathLike,
     vary: Mapping[str, str | Iterable],
     measures: str | Sequence[str] | None = None,
     *,
@@ -56,8 +62,8 @@ def sweep(
 
     Parameters
     ----------
-    model : path
-        A ``.mbd`` file.
+    model : Scene, Builder or path
+        The mechanism, as for ``mbdsl.simulate``. A Scene has to be made from a text or by a Builder.
     vary : mapping
         Parameter -> its values: a text "start:stop:count" or "start:stop:count:log", with a unit after it ("1:10:5
         N/mm"), a text "1, 2, 5", or a sequence of numbers in SI units, Booleans or texts with units.
@@ -97,8 +103,7 @@ def sweep(
     KeyboardInterrupt
         If it is interrupted; completed runs are stored.
     """
-    if not isinstance(model, (str, PathLike)):
-        raise UsageError("a sweep needs the path of a model", hint="parameters belong to a .mbd file")
+    base = None if isinstance(model, (str, PathLike)) else as_scene(model)
     after, step, limit = seconds(after, "after"), seconds(step, "step"), seconds(limit, "limit")
     start, stop, interval = seconds(start, "start"), seconds(stop, "stop"), seconds(interval, "interval")
     tol = optional(tol, "1", "tol")
@@ -114,7 +119,12 @@ def sweep(
         raise UsageError(f"a time limit of {limit:g} s leaves no time for a run")
     points = [tuple((p.name, p.texts[j]) for p, j in zip(ranges, row, strict=True)) for row in indices]
     asked = measuring.split(measures) if isinstance(measures, str) else measures
-    scene, chosen_measures = _readable(model, fixed, without, points, asked)
+
+    def read(values: Mapping[str, str]) -> Scene:
+        changes = {**fixed, **values}
+        return load(model, changes, without=without) if base is None else base.changed(changes, without)  # type: ignore[arg-type]
+
+    scene, chosen_measures = _readable(read, points, asked)
     ranges = [_with_unit(p, scene) for p in ranges]
     name = chosen([method])[0] if method is not None else scene.experiment.method or DEFAULT_METHOD
     of = SweepSetting(
@@ -122,13 +132,15 @@ def sweep(
         scene.experiment.start if start is None else start,
         math.nan,
         0,
-        os.fspath(model),
+        os.fspath(model) if base is None else None,  # type: ignore[arg-type]
         fixed,
         tuple(without),
         allowed_now(),
         times_asked={"start": start, "stop": stop, "interval": interval},
         measures=tuple(chosen_measures),
         after=-math.inf if after is None else after,
+        base=base,
+        base_text="" if base is None or base.origin is None else canonical_text(base.origin),
     )
     run = plan(scene, name, step, tol, options=options, **times(of, scene))
     if after is not None and not after < run.stop:
@@ -183,9 +195,7 @@ def _indices(ranges: Sequence[Varied], paired: bool) -> list[tuple[int, ...]]:
 
 
 def _readable(
-    model: str | PathLike,
-    fixed: Mapping,
-    without: Sequence[str],
+    read: Callable[[Mapping[str, str]], Scene],
     points: Sequence[tuple[tuple[str, str], ...]],
     asked: Sequence[str] | None,
 ) -> tuple[Scene, list[Measure]]:
@@ -199,8 +209,8 @@ def _readable(
     first: MbdslError | None = None
     for values in dict.fromkeys((points[0], points[-1], points[len(points) // 2])):
         try:
-            scene = load(model, {**fixed, **dict(values)}, without=without)
-            names = SignalNames(scene)
+            scene = read(dict(values))
+            names = AskedSignals(scene)
             return scene, measuring.read(asked or measuring.usual(names), names)
         except MbdslError as problem:
             first = first or problem

@@ -56,11 +56,17 @@ class SweepSetting(Setting):
         Measures of each run.
     after : float [s]
         Times before it do not count.
+    base : Scene, optional
+        The model without the values of a point, if it was not given by its path.
+    base_text : str
+        All that it was made from.
     """
 
     times_asked: Mapping[str, float | None] = field(default_factory=dict)
     measures: tuple[Measure, ...] = ()
     after: float = -math.inf
+    base: Scene | None = None
+    base_text: str = ""
 
 
 def scene_at(of: SweepSetting, point: Point) -> Scene:
@@ -71,8 +77,10 @@ def scene_at(of: SweepSetting, point: Point) -> Scene:
     MbdslError
         If the model is invalid with these values, or its files have changed since the sweep began.
     """
-    assert of.path is not None
     changes = {**of.parameters, **dict(point.values)}
+    if of.base is not None:
+        return of.base.changed(changes, of.without)
+    assert of.path is not None
     found = load(of.path, changes, of.scene.name, of.without, of.allow_imports)
     if of.scene.files and dict(found.files) != dict(of.scene.files):
         raise FilesChanged
@@ -85,13 +93,13 @@ class FilesChanged(Exception):
 
 @key_of.register
 def _(of: SweepSetting, case: Point, code_of: Callable[[str], str] = method_code) -> str:
-    """The digest of the model's texts, the parameters, the settings of the run and the measures.
+    """The digest of the texts that the model is made from, the parameters, the settings of the run and the measures.
 
     Scenes are not part of it: they are built where they run.
     """
     asked = {
         "model": of.scene.name,
-        "files": list(of.scene.files.values()),
+        "files": of.base_text or list(of.scene.files.values()),
         "parameters": {name: str(value) for name, value in {**of.parameters, **dict(case.values)}.items()},
         "without": sorted(of.without),
         "case": [case.method, case.step, case.tol, case.options],

@@ -76,8 +76,7 @@ def values(
             return lam[:, system.tables.multipliers[node.value] - system.n]  # type: ignore[index]
         if node.op == "input":
             name = str(node.value)
-            start = np.full(len(t), system.scene.inputs[name].start)
-            return start if inputs is None else inputs.get(name, start)
+            return inputs[name] if inputs and name in inputs else np.full(len(t), system.scene.inputs[name].start)
         name, key = node.value  # type: ignore[misc]
         motion = system.scene.frames[name].motion
         if motion is not None:

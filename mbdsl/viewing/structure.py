@@ -6,6 +6,7 @@ constraints depend on the pose; they are searched for in the initial positions, 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -178,6 +179,36 @@ class Structure:
         loop = self.loops[number - 1]
         path = few([self.label(body) for body in loop.bodies], 12).replace(", ", " - ")
         return f"loop {number}: {path}, closed by {loop.closed_by}"
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Write a picture or a page.
+
+        Parameters
+        ----------
+        path : path
+            The file: .svg, .html, or .png and .pdf, which require matplotlib.
+
+        Raises
+        ------
+        UsageError
+            If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
+        """
+        from mbdsl.viewing.structure_files import save
+
+        save(self, path)
+
+    def __repr__(self) -> str:
+        return f"<Structure of {self.summary.splitlines()[0]}>"
+
+    def __str__(self) -> str:
+        from mbdsl.viewing.structure_text import text
+
+        return text(self)
+
+    def _repr_svg_(self) -> str:
+        from mbdsl.viewing.structure_svg import svg
+
+        return svg(self)
 
 
 def structure(graph: MechanismGraph, search: bool = True, announce: Callable[[str], None] | None = None) -> Structure:

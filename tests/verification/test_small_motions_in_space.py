@@ -215,7 +215,7 @@ def test_outputs_of_a_linear_model():
     """Positions, reactions and accelerations at deviating states: differences of +-1e-5 leave 1e-7 by rounding."""
     names = ["c.z", "c.vx", "c.wy", "hinge.fx", "pin.tz", "c.ax", "c.az", "b.alphax", "c.alphay"]
     e, text = 1e-5, SKEW.replace("f*pin.phi/(1 rad)", "f")
-    linear = mbdsl.linearise(mbdsl.parse(text), at="start", outputs=names)
+    linear = mbdsl.linearise(mbdsl.parse(text), at="start", signals=names)
     for k, start in enumerate(("20 deg", "-10 deg", "2 rad/s", "-3 rad/s")):
         target = ("pin.phi = ", "hinge.phi = ", "pin.w = ", "hinge.w = ")[k]
         found = []

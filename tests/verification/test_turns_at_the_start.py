@@ -108,6 +108,6 @@ def test_a_linear_model_at_a_time_has_the_turns_of_its_angles(rate, spring):
       hinge.phi = 0.4 rad; hinge.w = {rate} rad/s;
       annotation(experiment(StopTime = 1 s));
     end Spin;"""
-    found = mbdsl.linearise(mbdsl.parse(text), at=0.7, outputs=["hinge.phi"])
+    found = mbdsl.linearise(mbdsl.parse(text), at=0.7, signals=["hinge.phi"])
     assert found.x0[0] == pytest.approx(0.4 + 0.7 * rate, rel=1e-6)
     assert found.y0[0] == pytest.approx(0.4 + 0.7 * rate, rel=1e-6)

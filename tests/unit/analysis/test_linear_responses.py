@@ -18,7 +18,7 @@ W, D = 5.0, 0.2  # natural frequency [rad/s] and damping ratio
 
 @pytest.fixture(scope="module")
 def linear():
-    return mbdsl.linearise(mbdsl.parse(TEXT), outputs=["rail.s", "cart.ax"])
+    return mbdsl.linearise(mbdsl.parse(TEXT), signals=["rail.s", "cart.ax"])
 
 
 def test_poles(linear):

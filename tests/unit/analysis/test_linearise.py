@@ -102,7 +102,7 @@ def test_a_moving_pendulum():
     text = """model P input Torque u; Ground ground; Rod rod(m = 2 kg, length = 1 m); Revolute pin(ground, rod.a);
         Torque motor(ground, rod.a, tau = u);
         initial equation pin.phi = 20 deg; pin.w = 3 rad/s; end P;"""
-    found = mbdsl.linearise(mbdsl.parse(text), "start", outputs=["pin.fx", "rod.b.vy"])
+    found = mbdsl.linearise(mbdsl.parse(text), "start", signals=["pin.fx", "rod.b.vy"])
     phi, w, l = np.radians(20), 3.0, 1.0
     k, b = 1.5 * G / l * np.sin(phi), 3.0 / (2.0 * l**2)
     np.testing.assert_allclose(found.A, [[0.0, 1.0], [k, 0.0]], atol=1e-8)
@@ -121,7 +121,7 @@ def test_a_pose_that_is_no_equilibrium(monkeypatch):
     text = CRANK.replace("guess crank.phi = 60 deg", "O.phi = {phi} rad")
 
     def at(phi):
-        return mbdsl.linearise(mbdsl.parse(text.format(phi=phi)), "start", outputs=["crank.alpha"])
+        return mbdsl.linearise(mbdsl.parse(text.format(phi=phi)), "start", signals=["crank.alpha"])
 
     found, e = at(1.0), 1e-3
     assert found.states == ["O.phi", "O.w"] and any("begins to move" in note for note in found.notes)
@@ -205,7 +205,7 @@ def test_forces_of_inputs_are_those_of_the_equations():
 def test_step_responses():
     """The deviation from the motion is of second order: an eighth of the step of the inputs, a sixty-fourth of it."""
     outputs = ["O.phi", "block.vx", "A.fx", "slide.fy", "rod.alpha", "spring.force"]
-    linear = mbdsl.linearise(mbdsl.parse(CRANK), outputs=outputs)
+    linear = mbdsl.linearise(mbdsl.parse(CRANK), signals=outputs)
     assert linear.inputs == ["u", "f"] and linear.states == ["O.phi", "O.w"]
     rest = CRANK.replace("guess crank.phi = 60 deg", f"crank.phi = {float(linear.x0[0])!r} rad")
     errors = []
@@ -235,6 +235,12 @@ def test_a_notebook_shows_the_matrices_without_residues():
     assert "x1  mass.x            0 m" in found._repr_html_()
 
 
+def test_outputs_is_the_former_name_of_signals():
+    with pytest.warns(DeprecationWarning, match="called `signals`"):
+        found = mbdsl.linearise(mbdsl.parse(CART.format(phi=90)), "start", outputs=["pin.phi"])
+    assert found.outputs == mbdsl.linearise(mbdsl.parse(CART.format(phi=90)), "start", signals="pin.phi").outputs
+
+
 # -- what is refused ---------------------------------------------------------------------------------------------------
 
 
@@ -242,8 +248,8 @@ def test_a_notebook_shows_the_matrices_without_residues():
     ("given", "message"),
     [
         ({"inputs": ["x"]}, "no input `x`"),
-        ({"outputs": ["pin.angle"]}, "no signal"),
-        ({"outputs": ["pin.Phi[1]"]}, "cannot be an output"),
+        ({"signals": ["pin.angle"]}, "no signal"),
+        ({"signals": ["pin.Phi[1]"]}, "cannot be an output"),
         ({"at": "now"}, "expected `static`, `start` or a time"),
         ({"at": float("nan")}, "not a finite number"),
     ],

@@ -48,6 +48,9 @@ class Trajectory:
     def unit(self, name):
         return "rad" if name.endswith("phi") else "m"
 
+    def cut_peaks(self, names):
+        return []
+
 
 @pytest.fixture
 def simulation(monkeypatch, tmp_path):

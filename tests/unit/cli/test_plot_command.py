@@ -144,7 +144,8 @@ def test_a_terminal_gets_colours_and_its_width():
 
 class Trajectory:
     names = ("time", "crank.x", "crank.phi", "pin.fx")
-    default_names = ("crank.x", "crank.phi")
+    shown_names = (("crank.x", "crank.phi"),)
+    system = types.SimpleNamespace(tables=types.SimpleNamespace(size=1.0))
     scene, t = Scene("Crank", {}, {}), T
     status, message = "done", "the tolerance was not reached"
     undetermined = ()
@@ -157,13 +158,16 @@ class Trajectory:
     def __getitem__(self, name):
         return COLUMNS[name]
 
+    def cut_peaks(self, names):
+        return []
+
 
 @pytest.fixture
 def simulation(monkeypatch):
     """Replaces loading and simulating; ``act`` determines the result."""
     double = types.SimpleNamespace(act=Trajectory)
     monkeypatch.setitem(sys.modules, "mbdsl.api", types.SimpleNamespace(simulated=lambda scene, **given: double.act()))
-    monkeypatch.setattr("mbdsl.lang.load.load", lambda path: Scene("Crank", {}, {}))
+    monkeypatch.setattr("mbdsl.lang.load.load", lambda path, *given, **named: Scene("Crank", {}, {}))
     return double
 
 

@@ -32,7 +32,7 @@ equation
 end Arm;
 """
 GROUPS = """\
-Arm: 83 signals
+Arm: 97 signals
 A full name has both parts, such as link[1].x. [1:3] stands for [1], [2], [3];
 the pattern for all is [*].
 
@@ -50,21 +50,25 @@ Rod: link[1:2]
   vx     m/s     velocity along x
   vy     m/s     velocity along y
   w      rad/s   angular velocity
+  v      m/s     size of the velocity
   ax     m/s2    acceleration along x
   ay     m/s2    acceleration along y
   alpha  rad/s2  angular acceleration
+  a      m/s2    size of the acceleration
 
 Revolute: J[1:2]
   phi        rad    angle of frame_b relative to frame_a
   w          rad/s  relative angular velocity
   fx         N      force along x
   fy         N      force along y
+  f          N      size of the force
   Phi[1:2]          residual of a constraint
   dPhi[1:2]         residual of a constraint, its rate
 
 Force: hand
   fx  N  component along x
   fy  N  component along y
+  f   N  size of the force
 
 frames: ground.c, link[1:2].c, link[1:2].a, link[1:2].b
   x    m      position along x
@@ -73,6 +77,7 @@ frames: ground.c, link[1:2].c, link[1:2].a, link[1:2].b
   vx   m/s    velocity along x
   vy   m/s    velocity along y
   w    rad/s  angular velocity
+  v    m/s    size of the velocity
 """
 
 
@@ -89,7 +94,7 @@ def test_components_and_frames_with_the_same_signals_are_listed_once(arm):
 def test_a_large_model_is_as_long_as_a_small_one_but_for_its_title(arm):
     _, small, _ = arm()
     _, large, _ = arm("--set", "N=300")
-    assert large.splitlines()[0] == "Arm: 10513 signals"  # 83 + 298*35
+    assert large.splitlines()[0] == "Arm: 12315 signals"  # 97 + 298*41
     longer = small.replace("[1:2]", "[1:300]").replace("Phi[1:300]", "Phi[1:2]")
     assert large.splitlines()[1:] == longer.splitlines()[1:]
 
@@ -153,5 +158,5 @@ def test_consecutive_indices_are_slices(names, expected):
 def test_an_unknown_signal(arm):
     code, out, err = arm("hand.fz")
     assert (code, out) == (2, "")
-    assert err == "error: there is no signal `hand.fz` in Arm\n  = did you mean `hand.fy` or `hand.fx`?\n"
+    assert err == "error: there is no signal `hand.fz` in Arm\n  = did you mean `hand.f` or `hand.fy` or `hand.fx`?\n"
     assert "`mbdsl signals MODEL`" in arm("qqqqq")[2]

@@ -100,7 +100,7 @@ def test_parameters_by_name_change_elements_and_sizes():
 def test_a_linear_model_has_quaternions_as_outputs():
     """Their derivatives by rotations about the axes of the world: p' = (0, w) p/2, a product of quaternions."""
     names = [f"ball.p{k}" for k in range(4)]
-    found = mbdsl.linearise(mbdsl.parse(ROBOT), at="start", outputs=names)
+    found = mbdsl.linearise(mbdsl.parse(ROBOT), at="start", signals=names)
     p0, p1, p2, p3 = found.y0
     columns = [list(found.states).index(f"ball.c:r{i}") for i in "xyz"]  # not the Cardan angles of the ball joint
     by_rotation = np.array([[-p1, -p2, -p3], [p0, p3, -p2], [-p3, p0, p1], [p2, -p1, p0]]) / 2

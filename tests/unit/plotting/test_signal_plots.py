@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mbdsl.errors import UsageError
+from mbdsl.plotting.default_signals import default_signals
 from mbdsl.plotting.panels_svg import svg
-from mbdsl.plotting.signal_plots import default_signals, plot
+from mbdsl.plotting.signal_plots import plot
 from mbdsl.results.stored import USUAL_UNITS, of_columns
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -66,7 +66,7 @@ def test_signals_are_those_of_the_trajectory(page, slider_crank):
     found = {}
     for data in map(json.loads, re.findall(r'<script type="application/json">(.*?)</script>', text)):
         found |= dict(zip(data["names"], data["points"], strict=True))
-    assert set(found) == {"crank.x", "crank.y", "crank.phi", "rod.x", "rod.y", "rod.phi"}
+    assert set(found) == {"O.phi", "A.phi", "B.s", "B.phi"}
     for name, points in found.items():
         assert len(points) > 50
         t, y = np.array([[number(x) for x in point[2:4]] for point in points]).T

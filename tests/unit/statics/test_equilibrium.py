@@ -325,8 +325,10 @@ def test_the_command_tells_positions_and_reactions(say):
 
 
 def test_the_command_writes_files(say):
-    code, out, _ = say("static", "p.mbd", "--output", "p.csv", "--signals", "rod.?,energy.*")
-    assert code == 0 and out.endswith("p.csv: 1 row, time and 6 signals\n")
+    code, out, _ = say(
+        "static", "p.mbd", "--output", "p.csv", "--signals", "rod.?,energy.*"
+    )  # x, y, w, v, a and three energies
+    assert code == 0 and out.endswith("p.csv: 1 row, time and 8 signals\n")
     columns, meta = results.read("p.csv")
     assert meta["complete"] and columns["rod.y"] == pytest.approx([-0.5])
     assert say("static", "p.mbd", "--output", "p.npz")[0] == 0

@@ -1,6 +1,7 @@
 """Sweeps: values, measures, closed forms, stored runs, failures, and files that other packages read."""
 
 import csv
+import dataclasses
 import io
 import math
 import shutil
@@ -18,6 +19,7 @@ import mbdsl
 from mbdsl.errors import UsageError
 from mbdsl.integrators import declared
 from mbdsl.lang import parser
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.studies import measures as measuring
@@ -162,6 +164,24 @@ def test_texts_of_measures():
         with pytest.raises(UsageError) as error:
             read([text], names)
         assert says in error.value.render(), text
+
+
+def test_expressions_as_measures(store):
+    """The tension is largest at the lowest point, 3 m g, and so is the speed: v^2 = 2 g L."""
+    names = AskedSignals(mbdsl.load(PENDULUM))
+    asked = "max(hypot(rod.fx, rod.fy)), max(rod.f), max(mass.v^2), maxabs(mass.m*mass.a), abs(mass.vx - 1 m/s)"
+    found = read(split(asked), names)
+    assert [m.unit for m in found] == ["N", "N", "m2/s2", "N", "m/s"]
+    assert str(found[-1]) == "final(abs(mass.vx - 1 m/s))"
+    runs = mbdsl.sweep(PENDULUM, {"m": [2.0, 3.0]}, asked, store=store, workers=1, **RUN)
+    for text in ("max(hypot(rod.fx, rod.fy))", "max(rod.f)"):
+        np.testing.assert_allclose(runs[text], 3.0 * 9.81 * np.array([2.0, 3.0]), rtol=2e-4)
+    np.testing.assert_allclose(runs["max(mass.v^2)"], 2.0 * 9.81 * 1.0, rtol=2e-4)
+    for text in ("max(rod.f) - min(rod.f)", "max(rod.fx, rod.fy)"):
+        with pytest.raises(UsageError, match="one signal in the parentheses"):
+            read([text], names)
+    with pytest.raises(UsageError, match=r"no signal `rod\.fq`"):
+        read(["max(hypot(rod.fx, rod.fq))"], names)
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------
@@ -459,6 +479,47 @@ def test_other_arguments_are_errors_with_a_remedy(arguments, says, remedy):
     with pytest.raises(UsageError) as problem:
         mbdsl.sweep(PENDULUM, *arguments)
     assert says in problem.value.message and remedy in problem.value.hint
+
+
+def builder():
+    b = mbdsl.Builder("Pendulum")
+    L = b.parameter("L", "1 m")
+    b.Ground("ground")
+    b.PointMass("mass", m="1 kg")
+    b.Distance("rod", "ground.c", "mass.c", length=L)
+    b.initial("mass.x", L)
+    b.initial("mass.y", 0)
+    return b
+
+
+@pytest.mark.parametrize("made", [builder, lambda: builder().scene(), lambda: mbdsl.parse(PENDULUM.read_text())])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_sweep_takes_what_simulate_takes(made, workers, tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "ALONE", 0.0)
+    asked = {"store": tmp_path, "workers": workers, **RUN}
+    found = mbdsl.sweep(made(), {"L": [0.4, 0.6, 0.8]}, "period(mass.x)", **asked)
+    np.testing.assert_allclose(found["period(mass.x)"], [period(L) for L in (0.4, 0.6, 0.8)], rtol=1e-4)
+    assert mbdsl.sweep(made(), {"L": [0.6, 0.9]}, "period(mass.x)", **asked).found == 1
+
+
+def test_a_scene_keeps_its_own_parameters(tmp_path):
+    """And scenes that differ in what their parameters act on do not share runs."""
+    asked = {"store": tmp_path, "workers": 1, **RUN}
+    scene = mbdsl.load(PENDULUM, {"g": 1.62})
+    found = mbdsl.sweep(scene, {"L": [0.2]}, "period(mass.x)", **asked)
+    np.testing.assert_allclose(found["period(mass.x)"], [period(0.2, 1.62)], rtol=1e-4)
+    other = builder()
+    other.Distance("rod", "ground.c", "mass.c", length="1 m", replace=True)
+    assert mbdsl.sweep(builder(), {"L": [1.0]}, "min(mass.y)", **asked).found == 0
+    assert mbdsl.sweep(other, {"L": [1.0]}, "min(mass.y)", **asked).found == 0
+
+
+def test_what_cannot_be_swept():
+    bare = dataclasses.replace(mbdsl.load(PENDULUM), doc="")  # no origin
+    with pytest.raises(UsageError, match="made neither from a text nor by a Builder"):
+        mbdsl.sweep(bare, {"L": [1.0]}, "mass.x", **RUN)
+    with pytest.raises(UsageError, match="a path, a Scene or a Builder"):
+        mbdsl.sweep(3, {"L": [1.0]}, "mass.x", **RUN)
 
 
 @pytest.mark.parametrize("given", [{"parameters": [1]}, {"options": [1]}, {"without": 3}, {"method": len}])

@@ -58,7 +58,7 @@ def test_a_ghost_of_another_parameter(say, folder):
     assert data["bounds"][2] == pytest.approx(2.0)
     assert data["ghost"]["tracks"] == ["mass"] and data["ghost"]["poses"] != data["poses"]
     code, _, err = say("animate", "1.npz", "--ghost", "pendulum.mbd")
-    assert code == 2 and "--ghost `pendulum.mbd` is not a result" in err
+    assert code == 2 and "the ghost `pendulum.mbd` is not a result" in err
 
 
 def test_results_without_coordinates(say, folder):
