@@ -23,11 +23,12 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
+    from mbdsl.lang import unused_values
     from mbdsl.mechanism.assembly_need import has_to_be_assembled
     from mbdsl.mechanism.graph import build
 
     graph = build(load_model(args))
-    for warning in graph.warnings:
+    for warning in (*graph.warnings, *unused_values.find(graph.scene)):
         print_problem(warning)
     print(graph.summary())
     if args.quick or not has_to_be_assembled(graph):  # numerics take longer to load than everything before
