@@ -239,6 +239,9 @@ def parameter(kind: Kind, known: Sequence[str], name: str, given: Mapping[str, s
         return f"write `g = {size:.12g}{n}`"
     if name in _LOADS and (kind.name in ("Force", "Torque")):
         return components(kind, given.get(name))
+    if kind.name in ("Spherical", "Universal", "ConstantVelocity") and name in ("c", "c_w", "d", "damping"):
+        value = f"{write(given[name]) if name in given else '...'}"
+        return f"a Bushing damps the angular velocity of a joint: write `Bushing damper(joint, c_w = {value});`"
     if name == "d" and "k" in known and "c" in known:
         stiffness = f"k = {with_unit(kind, 'k', given['c'])}, " if "c" in given and "k" not in given else ""
         damping = with_unit(kind, "c", given["d"]) if "d" in given else "..."

@@ -256,3 +256,15 @@ def test_one_number_about_z_is_the_damping_of_the_plane():
         assert run[f"b.w{z}"][-1] == pytest.approx(3.0 * math.exp(-0.4), rel=1e-8)
     with pytest.raises(mbdsl.ModelError, match="in the plane it is `c_phi`"):
         mbdsl.parse(text.format("", "c_w", ""))
+
+
+@pytest.mark.parametrize("joint", ["Spherical", "Universal", "ConstantVelocity"])
+def test_damping_in_a_joint_is_answered_with_a_bushing_on_it(joint):
+    text = BALL.replace("Spherical j(turned, b.f);", f"{joint} j(turned, b.f, damping = 0.1 N.m.s/rad);")
+    with pytest.raises(mbdsl.ModelError) as problem:
+        mbdsl.parse(text.format(c=0, tilt=0, axes=""))
+    (written,) = re.findall(r"write `(.*?)`", problem.value.hint)
+    assert written == "Bushing damper(joint, c_w = 0.1 N.m.s/rad);"
+    text = text.replace(", damping = 0.1 N.m.s/rad", "").format(c=0, tilt=0, axes="")
+    scene = mbdsl.parse(text.replace("Bushing d(j, c_w = 0 N.m.s/rad);", written.replace("joint", "j")))
+    assert scene.components["damper"].values["c_w"] == (0.1, 0.1, 0.1)

@@ -843,3 +843,21 @@ def test_a_spring_with_a_mass_says_that_it_is_lost_and_a_body_keeps_its_own():
         with pytest.raises(mbdsl.ModelError) as problem:
             mbdsl.parse(chain(*around).replace("{}", f"{declared};"))
         assert f"write `{written}`" in problem.value.hint and said in problem.value.hint
+
+
+def test_a_weld_in_a_sub_model_has_its_names():
+    text = """model Pair
+  Frame foot;
+  Rod rod(m = 1, length = 1);
+  Body disc(m = 2, I = 0.4);
+  Revolute pin(foot, rod.a);
+equation
+  connect(rod.frame_b, disc.frame_a);
+end Pair;
+model Both
+  World world;
+  Pair first(foot = world);
+  Pair second(foot = world);
+end Both;"""
+    scene = follow(text)
+    assert {"first.rod_disc", "second.rod_disc"} <= scene.components.keys()
