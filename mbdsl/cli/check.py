@@ -27,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.reporting.views import Check
 
     found = Check(build(load_model(args)), args.quick)
-    for warning in found.graph.warnings:
+    for warning in found.doubts:
         print_problem(warning)
     print(found.graph.summary())
     sys.stdout.flush()  # the assembly may fail

@@ -11,7 +11,7 @@ from mbdsl.lang import foreign_equations, foreign_kinds, foreign_names, quantiti
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Unit
 from mbdsl.lang.source import span_of
-from mbdsl.lang.unparse import write
+from mbdsl.lang.unparse import write, write_argument
 from mbdsl.messages import did_you_mean
 
 FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")
@@ -92,24 +92,68 @@ def no_type(
 
 
 def _end(d: s.Declaration, port: str, around: list[s.Item]) -> tuple[str, bool] | None:
-    """The frame that a port of ``d`` is connected to, and whether it is that of a body; None if it is not known.
+    """The frame that a port of ``d`` leads to and True if it is that of a body, of the ground, or fixed to one.
 
-    Without a port, the ground.
+    Otherwise what it is connected to, and False; None if it is not connected. Without a port, the ground.
     """
+    declared = {x.name: x for x in around if isinstance(x, s.Declaration)}
     if not port:
-        ground = (x for x in around if isinstance(x, s.Declaration) and foreign_names.kind(x.type) == "Ground")
+        ground = (x for x in declared.values() if foreign_names.kind(x.type) == "Ground")
         return next(((x.name, True) for x in ground), None)
-    found = next((a.value for a in d.arguments if a.name == port), None)
-    positional = [a.value for a in d.arguments if not a.name]
-    if found is None and (index := int(port == "frame_b")) < len(positional):
-        found = positional[index]
-    for item in around:
-        if isinstance(item, s.Connect):
-            for here, there in ((item.first, item.second), (item.second, item.first)):
-                if write(here) == f"{d.name}.{port}":
-                    found = there
-    if not isinstance(found, s.Reference):
-        return None
-    owner = next((x for x in around if isinstance(x, s.Declaration) and x.name == found.steps[0].name), None)
-    known = _known(foreign_names.kind(owner.type)) if owner is not None else None
-    return write(found), isinstance(known, BodyKind)
+    return _leads(f"{d.name}.{port}", declared, _Joined(around, d), ())
+
+
+def attached(d: s.Declaration, around: list[s.Item]) -> foreign_names.Attached:
+    """The frames and other arguments of the declaration of a joint, except for its axis n."""
+    joined, ports = _Joined(around, d), (f"{d.name}.frame_a", f"{d.name}.frame_b")
+    found = [names[0] if (names := joined.of(port)) else "..." for port in ports]
+    connects = any(write(e) in ports for x in around if isinstance(x, s.Connect) for e in (x.first, x.second))
+    names = ("", "n", "r", "frame_a", "frame_b")
+    rest = [a for a in d.arguments if a.name not in names and not foreign_names.has_no_effect(a.name, a.value)]
+    return foreign_names.Attached((found[0], found[1]), "".join(f", {write_argument(a)}" for a in rest), connects)
+
+
+class _Joined:
+    """What the connections of a model, and the frames in declarations, say of which frames are the same."""
+
+    def __init__(self, around: list[s.Item], d: s.Declaration) -> None:
+        self._pairs = [(write(x.first), write(x.second)) for x in around if isinstance(x, s.Connect)]
+        for x in {id(x): x for x in (*around, d)}.values():
+            if isinstance(x, s.Declaration):
+                free = [port for port in ("frame_a", "frame_b") if all(a.name != port for a in x.arguments)]
+                named = [(a.name, a.value) for a in x.arguments if a.name in ("frame_a", "frame_b")]
+                positional = [a.value for a in x.arguments if not a.name]
+                for port, e in (*named, *zip(free, positional, strict=False)):
+                    if isinstance(e, s.Reference):
+                        self._pairs.append((f"{x.name}.{port}", write(e)))
+
+    def of(self, frame: str) -> list[str]:
+        """All names of a frame, except this one, the nearest first."""
+        found = [frame]
+        for name in found:
+            found += [there for pair in self._pairs for here, there in (pair, pair[::-1]) if here == name]
+            found[:] = dict.fromkeys(found)
+        return found[1:]
+
+
+def _leads(
+    frame: str, declared: dict[str, s.Declaration], joined: _Joined, seen: tuple[str, ...]
+) -> tuple[str, bool] | None:
+    names = joined.of(frame)
+    for name in names:
+        owner = declared.get(name.partition(".")[0].partition("[")[0])
+        if owner is None or owner.name in seen:
+            continue
+        kind, end = foreign_names.kind(owner.type), name.rpartition(".")[2]
+        if isinstance(_known(kind), BodyKind) or any(owner.type.endswith(x) for x in foreign_kinds.BODIES):
+            return name, True
+        if is_frame_type(owner.type) and (owner.arguments or owner.value is not None):
+            return name, True
+        if any(owner.type.endswith(x) for x in foreign_kinds.FRAMES):
+            if owner.type.endswith("Parts.Fixed"):
+                return name, True
+            other = "frame_b" if end == "frame_a" else "frame_a"
+            at_other_end = _leads(f"{owner.name}.{other}", declared, joined, (*seen, owner.name))
+            if at_other_end is not None and at_other_end[1]:
+                return (name if end == "frame_b" else f"{owner.name}_a"), True
+    return (names[0], False) if names else None

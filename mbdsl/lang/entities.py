@@ -149,10 +149,18 @@ class Slot:
 class FrameMember:
     """A frame with a name of its own: fixed to a body, or an alias of a frame or port."""
 
-    def __init__(self, assembly: Assembly, name: str, make: Callable[[], Frame | Node], at: At) -> None:
+    def __init__(
+        self,
+        assembly: Assembly,
+        name: str,
+        make: Callable[[], Frame | Node],
+        at: At,
+        base: Callable[[], Frame | Node | Part] | None = None,
+    ) -> None:
         self.assembly = assembly
         self.name = name
         self.at = at
+        self.base = base  #: what it is fixed to
         self._make = make
         self._target: Frame | Node | None = None
 

@@ -6,7 +6,7 @@ Everything is computed when it is first requested, and stored, so that the order
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -15,14 +15,22 @@ from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, orientations, units, values
+from mbdsl.lang import (
+    argument_checks,
+    doubts,
+    foreign_members,
+    foreign_names,
+    joint_law_checks,
+    orientations,
+    units,
+    values,
+)
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
-from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism import poses_in_space, signals
 from mbdsl.mechanism.frozen_dict import FrozenDict
@@ -48,8 +56,18 @@ class Template:
         self.modifiers = modifiers
         self.shared: tuple[dict, dict, set[str]] | None = None
 
-    def unknown(self, owner: str, frames: Sequence[s.Expression] = ()) -> None:
-        """Raise an error for modifiers that the kind does not have; ``frames`` are those that it is attached to."""
+    def unknown(
+        self,
+        owner: str,
+        attached: Callable[[], foreign_names.Attached] | None = None,
+        passed: list[s.Passed] | None = None,
+    ) -> None:
+        """Raise an error for modifiers that the kind does not have.
+
+        ``attached()`` is how it is declared, for advice about it.
+
+        Modifiers of Modelica that have no effect on the motion are added to ``passed``, if it is given.
+        """
         if not self.modifiers:
             return
         kind = self.kind
@@ -74,19 +92,27 @@ class Template:
                         hint = did_you_mean(attribute, ("start", "fixed"), "attributes of a signal")
                         raise ModelError(f"a signal has no attribute `{attribute}`", span_of(inner.at), hint)
                     refuse_inner(inner, f"`{attribute}` of `{owner}.{name}`", f"write `{attribute} = ...`")
+                    if passed is not None and attribute in foreign_names.NO_EFFECT[1:]:
+                        passed.append(s.Passed(attribute, at=inner.at))
                 continue
             if name in measured:
                 message = f"`{name}` of `{owner}` is a signal; only its start can be given"
                 raise ModelError(message, span_of(modifier.at), f"write `{name}(start = ..., fixed = true)`")
-            hint = self._axis(name, modifier, owner, frames)
+            if passed is not None and foreign_names.has_no_effect(name, modifier.value):
+                passed.append(s.Passed(name, at=modifier.at))
+                continue
+            hint = self._axis(name, modifier, owner, attached)
             if hint == "":
                 continue
             given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
+            hint = hint or foreign_members.start(kind, owner, name, *modifier.start(), given)
             hint = hint or foreign_names.parameter(kind, known, name, given)
             hint = hint or did_you_mean(name, known, f"{kind.name} takes")
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
 
-    def _axis(self, name: str, modifier: Modifier, owner: str, frames: Sequence[s.Expression]) -> str | None:
+    def _axis(
+        self, name: str, modifier: Modifier, owner: str, attached: Callable[[], foreign_names.Attached] | None
+    ) -> str | None:
         """The remedy if the modifier is the axis of a joint; "" if the joint has this axis."""
         if name not in ("n", "r") or modifier.value is None:
             return None
@@ -94,7 +120,8 @@ class Template:
         if not isinstance(given, tuple) or any(isinstance(x, tuple) or not x.number or x.varying for x in given):
             return None
         n = [float(x.value) for x in given]  # type: ignore[union-attr,arg-type]
-        return foreign_names.axis(self.kind.name, owner, n, [write(f) for f in frames])
+        joint = foreign_names.Attached() if attached is None else attached()
+        return foreign_names.axis(self.kind.name, owner, n, joint)
 
 
 class Part:
@@ -442,7 +469,7 @@ class Part:
         """The port or frame that has ``name`` in Modelica or by the habit of other kinds: `rod.frame_a`, `pin.a`."""
         if not isinstance(self.kind, BodyKind):
             return self.nodes.get(foreign_names.PORTS.get(name, ""))
-        centred = self.frames["c"].x == self.frames["c"].y == 0.0
+        centred = not any(self.frames["c"].pose[: 3 if self.kind.spatial else 2])
         found = foreign_names.frame_of_body(name, tuple(self.frames), self.kind.is_frame, centred)
         return self.frames.get(found) if found is not None else None
 

@@ -151,10 +151,9 @@ class Assembly:
     def _note_passed(self) -> None:
         """Add one note about all that was passed over."""
         if self.passed:
-            shown = few([f"`{item.text}`" for item in self.passed])
-            names = "names of Modelica's library are known without imports; settings that begin with `__` are for other"
-            span = span_of(self.passed[0].at)
-            self._warnings[self] = ModelNote(f"passed over: {shown}", span, f"{names} programs")
+            shown = few(dict.fromkeys(f"`{item.text}`" for item in self.passed))
+            hint = "imports of Modelica's library, settings of other programs, pictures, states: the motion is the same"
+            self._warnings[self] = ModelNote(f"passed over: {shown}", span_of(self.passed[0].at), hint)
 
     # -- frames ------------------------------------------------------------------------------------------------
 
@@ -184,7 +183,7 @@ class Assembly:
                 )
             connect(node, found, argument.e.at)
         for first, second, scope, at in connects:
-            self._connect(self._ends(first, scope), self._ends(second, scope), at)
+            self._connect(self._ends(first, scope), self._ends(second, scope), at, scope.namespace.name)
 
     def connect_all(self) -> None:
         """Determine the frame of every port."""
@@ -265,12 +264,12 @@ class Assembly:
             ends.append((None if isinstance(item, Disabled) else item, e.at))
         return ends
 
-    def _connect(self, first: list, second: list, at: At) -> None:
+    def _connect(self, first: list, second: list, at: At, inside: str) -> None:
         if len(first) != len(second):
             raise ModelError(f"connect() of {len(first)} frames with {len(second)}", span_of(at))
         for (a, _), (b, where) in zip(first, second, strict=True):
             if a is not None and b is not None:  # connections of disabled components are ignored
-                connect(a, b, where)
+                connect(a, b, where, inside)
 
     # -- the result --------------------------------------------------------------------------------------------
 

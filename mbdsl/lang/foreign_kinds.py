@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from mbdsl.elements import find
+from mbdsl.lang import foreign_bodies, foreign_frames, foreign_members
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_names import inertia, vector, with_unit
+from mbdsl.lang.foreign_frames import Ends
+from mbdsl.lang.foreign_names import has_no_effect, with_unit
+from mbdsl.lang.foreign_values import ZERO, is_zero, opposite, vector
 from mbdsl.lang.unparse import write
 
 #: joints in space -> their counterparts in the plane
@@ -60,6 +62,16 @@ _FRICTION = "friction belongs to its joint, as in `Revolute pin(ground, rod.a, m
 _LAW = "write a law of the speed, as in `Torque load(pin, tau = -0.1 N.m.s*pin.w);`"
 _STOP = "use a TranslationalStop or a RotationalStop, a spring and damper beyond a clearance"
 _SENSOR = "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly"
+_AXES = "its components are in the axes of the world; a first frame has others, as in `Force f(rod.b, rod.b, ...)`"
+#: kind here -> parameters there without a counterpart, and what that means
+_LEFT_OUT = {
+    "Force": {"resolveInFrame": _AXES},
+    "Torque": {"resolveInFrame": _AXES},
+    "SpringDamper": {"m": "a line force has no mass: put a PointMass where it is", "lengthFraction": ""},
+}
+#: types that become bodies with frames a and b, and types that become frames
+BODIES = ("BodyShape", "BodyBox", "BodyCylinder", "Link", "Bar", "RigidBody", "Beam")
+FRAMES = ("FixedTranslation", "FixedRotation", "Parts.Fixed")
 #: a part of a name -> what to write instead
 _TEXTS = {
     "Blocks.Interfaces": "an input is declared `input Real u;`, an output `Real y = ...;`",
@@ -101,9 +113,6 @@ _TEXTS = {
     "str": "write `String`",
 }
 
-#: where the ports of a declaration lead: port -> name of a frame, and whether a body has it; "" -> the ground
-Ends = Callable[[str], tuple[str, bool] | None]
-
 
 def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
     """What to write instead of a declaration with a type that mbdsl does not have; None if it is unknown there, too.
@@ -115,12 +124,14 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
     given = {a.name: a.value for a in d.arguments if a.name and a.value is not None}
     for suffix in suffixes:
         if suffix in _MADE:
-            return _MADE[suffix](d.name, given, ends, spatial)
+            made = _MADE[suffix](d.name, given, ends, spatial)
+            starts = foreign_members.of_declaration(d, spatial) if suffix in BODIES else ""
+            return f"{made}; and `{starts}` under `initial equation`" if starts else made
         if suffix in _RENAMED and not (len(parts) == 1 and "." in suffix):
             name, names = _RENAMED[suffix]
             if not spatial and (in_plane := IN_PLANE.get(name)) is not None:
                 return f"in the plane write `{_renamed(d, in_plane, names)}`"
-            return f"write `{_renamed(d, name, names)}`"
+            return f"write `{_renamed(d, name, names)}`{_without(d, name)}"
         if suffix in _TEXTS:
             return _TEXTS[suffix]
     found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
@@ -131,110 +142,46 @@ def _renamed(d: s.Declaration, name: str, names: dict[str, str]) -> str:
     shown = []
     kind = find(name) or find(name, spatial=True)
     for a in d.arguments:
-        if a.value is not None:
+        if a.value is not None and not has_no_effect(a.name, a.value) and a.name not in _LEFT_OUT.get(name, ()):
             own = names.get(a.name, a.name)
             shown.append(f"{own} = {with_unit(kind, own, a.value)}" if a.name else write(a.value))
     return f"{name} {d.name}({', '.join(shown) or '...'});"
 
 
-def _translation(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
-    """A frame at one end; the other end is then the frame of a body."""
-    r, first, second = vector(given.get("r"), spatial), ends("frame_a"), ends("frame_b")
-    if first is not None and first[1]:
-        return f"write `Frame {name}({first[0]}, r = {r});`, and `{name}` instead of `{name}.frame_b`"
-    if second is not None and second[1]:
-        return f"write `Frame {name}({second[0]}, r = -{r});`, and `{name}` instead of `{name}.frame_a`"
-    if first is not None and second is not None:
-        return f"a link between two joints is a body: write `Rod {name}(m = ..., length = ...);`"
-    return f"a frame at a distance is fixed to a body: write `Frame {name}(body.c, r = {r});`"
-
-
-def _fixed(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
-    angle = f", phi = {write(given['phi'])}" if "phi" in given else ""
-    where = f"r = {vector(given.get('r'), spatial)}{angle if not spatial else ''}"
-    world = ends("")
-    return (
-        f"write `Frame {name}({world[0] if world else 'ground'}, {where});`, and `{name}` instead of `{name}.frame_b`"
-    )
-
-
-def _rotation(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
-    first = ends("frame_a")
-    angle = write(given["alpha"]) if "alpha" in given else "..."
-    if "angle" in given:  # in degrees
-        given_angle = write(given["angle"])
-        angle = f"{given_angle} deg" if isinstance(given["angle"], s.Number) else f"({given_angle})*(1 deg)"
-    turned = f"phi = {angle}"
-    if spatial:
-        n = write(given["n"]) if "n" in given else "{1, 0, 0}"
-        at = f"r = {vector(given['r'], spatial)}, " if "r" in given else ""
-        turned = f"{at}n = {n}, {turned}"
-    return f"write `Frame {name}({first[0] if first and first[1] else 'body.c'}, {turned});`"
-
-
-def _shape(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
-    moments = inertia(given) if spatial else next((write(given[key]) for key in ("I_33", "I") if key in given), "...")
-    com = f", com = {vector(given['r_CM'], spatial)}" if "r_CM" in given else ""
-    m = write(given["m"]) if "m" in given else "..."
-    first = "{0, 0, 0}" if spatial else "{0, 0}"
-    frames = f"frames(a = {first}, b = {vector(given.get('r'), spatial)})"
-    return f"write `Body {name}(m = {m}, I = {moments}{com}, {frames});`"
-
-
-def _box(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
-    size = [_number(given.get(key)) for key in ("width", "height", "density")]
-    width, height, density = size[0], size[1] or size[0], size[2] or 7700.0
-    length = _length(given.get("r"))
-    if spatial:
-        return _solid("Box", name, {"length": length, "width": width, "height": height}, density)
-    if length is None or width is None or height is None:
-        return f"write `Body {name}(m = ..., I = m*(length^2 + width^2)/12, length = ...);`"
-    m = density * length * width * height
-    return _bar(name, m, m * (length**2 + width**2) / 12.0, length, density)
-
-
-def _cylinder(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
-    diameter, density = _number(given.get("diameter")), _number(given.get("density")) or 7700.0
-    length = _length(given.get("r"))
-    if spatial:
-        radius = diameter / 2.0 if diameter is not None else None
-        return _solid("Cylinder", name, {"length": length, "radius": radius}, density)
-    if length is None or diameter is None:
-        return f"write `Body {name}(m = ..., I = m*(length^2/12 + diameter^2/16), length = ...);`"
-    m = density * math.pi * diameter**2 / 4.0 * length
-    return _bar(name, m, m * (length**2 / 12.0 + diameter**2 / 16.0), length, density)
-
-
-def _solid(kind: str, name: str, sizes: dict[str, float | None], density: float) -> str:
-    """A uniform solid in space, whose length is along its x axis."""
-    shown = ", ".join(f"{key} = {'...' if value is None else f'{value:.6g} m'}" for key, value in sizes.items())
-    return f"write `{kind} {name}(rho = {density:g} kg/m3, {shown});`, whose length is along x, from frame a to frame b"
-
-
-def _bar(name: str, m: float, inertia: float, length: float, density: float) -> str:
-    return (
-        f"write `Body {name}(m = {m:.6g} kg, I = {inertia:.6g} kg.m2, length = {length:.6g} m);`, "
-        f"for the density {density:g} kg/m3"
-    )
+def _without(d: s.Declaration, name: str) -> str:
+    """What the counterpart of a renamed kind does not have."""
+    given = {a.name for a in d.arguments if a.value is not None and not is_zero(a.value)}
+    return "".join(f"; {text}" for key, text in _LEFT_OUT.get(name, {}).items() if key in given and text)
 
 
 def _bushing(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
+    """Springs along x and y of the world: those of a Bushing whose first frame is the ground."""
+
     def value(key: str) -> str:
         return write(given[key]) if key in given else "0"
 
-    shown = f"k = {{{value('c_x')}, {value('c_y')}}}, c = {{{value('d_x')}, {value('d_y')}}}"
+    world, first, second = ends(""), ends("frame_a"), ends("frame_b")
+    at_world = [
+        world is not None and end is not None and end[0].removesuffix(".frame_b") == world[0] for end in (first, second)
+    ]
+    sign, frames, moved, rest = 1, "", "", ", whose frames coincide where it is relaxed"
+    offset = [given.get(key, ZERO) for key in ("s_relx0", "s_rely0")]
+    if any(at_world) and not all(at_world):
+        assert world is not None and first is not None and second is not None
+        sign = 1 if at_world[0] else -1
+        start, end = world[0], (second if at_world[0] else first)[0]
+        if not all(map(is_zero, offset)):
+            shifted = vector(offset if sign > 0 else [opposite(x) for x in offset], 2)
+            moved, start = f"Frame {name}_relaxed({start}, r = {shifted}); ", f"{name}_relaxed"
+        frames, rest = f"{start}, {end}, ", ", and delete its connections"
+    elif first is not None and second is not None:
+        rest += "; its axes are those of frame_a, not of the world"
+    shown = f"{frames}k = {{{value('c_x')}, {value('c_y')}}}, c = {{{value('d_x')}, {value('d_y')}}}"
     shown += f", k_phi = {value('c_phi')}" if "c_phi" in given else ""
     shown += f", c_phi = {value('d_phi')}" if "d_phi" in given else ""
-    return f"write `Bushing {name}({shown});`, whose frames coincide where it is relaxed"
-
-
-def _massless_rod(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
-    """A rod with two joints that let it turn at its ends: a distance."""
-    length = write(given["rodLength"]) if "rodLength" in given else "..."
-    if "rodLength" not in given and isinstance(r := given.get("rRod_ia"), s.Array):
-        known = _length(r)
-        length = f"{known:.12g} m" if known is not None else length
-    return f"write `Distance {name}(length = {length});`, a rod without mass; connect it as before"
+    angle = given.get("phi_rel0")
+    shown += f", phi0 = {write(angle if sign > 0 else opposite(angle))}" if angle is not None else ""
+    return f"write `{moved}Bushing {name}({shown});`{rest}"
 
 
 def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
@@ -243,28 +190,14 @@ def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool
 
 
 _MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends, bool], str]] = {
-    "Parts.SpringDamper": _bushing,
+    **dict.fromkeys(("Parts.SpringDamper", "Parts.Spring"), _bushing),
     "Marker": _marker,
-    "SphericalSpherical": _massless_rod,
-    "UniversalSpherical": _massless_rod,
-    "FixedTranslation": _translation,
-    "FixedRotation": _rotation,
-    "Parts.Fixed": _fixed,
-    "BodyShape": _shape,
-    "BodyBox": _box,
-    "BodyCylinder": _cylinder,
+    "SphericalSpherical": foreign_bodies.massless_rod,
+    "UniversalSpherical": foreign_bodies.massless_rod,
+    "FixedTranslation": foreign_frames.translation,
+    "FixedRotation": foreign_frames.rotation,
+    "Parts.Fixed": foreign_frames.fixed,
+    "BodyShape": foreign_bodies.shape,
+    "BodyBox": foreign_bodies.box,
+    "BodyCylinder": foreign_bodies.cylinder,
 }
-
-
-def _number(e: s.Expression | None) -> float | None:
-    if isinstance(e, s.Number):
-        return e.value * (e.unit.factor if e.unit is not None else 1.0)
-    return None
-
-
-def _length(e: s.Expression | None) -> float | None:
-    if not isinstance(e, s.Array):
-        return None
-    found = [_number(item) for item in e.items]
-    factor = e.unit.factor if e.unit is not None else 1.0
-    return math.hypot(*found) * factor if None not in found else None  # type: ignore[arg-type]

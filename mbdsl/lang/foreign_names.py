@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from mbdsl.elements.kind import Kind
 from mbdsl.lang import syntax as s
+from mbdsl.lang.foreign_bodies import MOMENTS, PRODUCTS, inertia
+from mbdsl.lang.foreign_values import floats, numbers
 from mbdsl.lang.unparse import write
 
 # -- accepted --------------------------------------------------------------------------------------------------------
@@ -42,8 +45,23 @@ CONSTANTS = {
 }
 #: models without content, which `extends` may name
 ICONS = "Modelica.Icons."
-#: attributes of signals without an effect
-NO_EFFECT = ("displayUnit",)
+#: attributes of signals without an effect; all but the first are mentioned in the note about what is passed over
+NO_EFFECT = ("displayUnit", "stateSelect", "nominal", "min", "max")
+#: parameters of components without an effect on the motion, which are passed over: pictures, states, flanges, checks
+_PASSED = frozenset(
+    """
+    animation animate enableAnimation animateWorld animateGravity animateGround stateSelect enforceStates useQuaternions
+    sequence_angleStates useAxisFlange useFlange useFlanges checkTotalPower driveTrainMechanics3D zPosition extra
+    color colour width height sphereDiameter sphereColor cylinderDiameter cylinderLength cylinderColor shapeType r_shape
+    specularCoefficient axisLength axisDiameter axisShowLabels label1 label2 numberOfWindings coilWidth headAtOrigin
+    boxWidth boxHeight boxColor boxWidthDirection N_to_m Nm_to_m rodDiameter rodColor lineForceType lineForceWidth
+    lineForceColor forceColor torqueColor massDiameter massColor showMass nominalLength groundColor groundAxis_u
+    groundLength_u groundLength_v extraLine defaultZPosition useHeatPort length_a length_b diameter_a diameter_b color_a
+    color_b fixedRotationAtFrame_a fixedRotationAtFrame_b enableAssert useSupport exact
+    """.split()
+)
+_PASSED_BEGINNINGS = ("axisColor_", "gravityArrow", "defaultAxis", "defaultJoint", "defaultForce", "defaultBody")
+_PASSED_BEGINNINGS += ("defaultWidth", "defaultArrow", "defaultFrame", "defaultSpecular", "defaultN")
 
 
 def kind(name: str) -> str:
@@ -101,15 +119,12 @@ FUNCTIONS = {
 _RATES = (("roll", "wx_local"), ("pitch", "wy_local"), ("yaw", "wz_local"))
 #: member of a component or frame -> what to write instead
 MEMBERS = {
-    **dict.fromkeys(("r_0", "r"), "its position is x and y, in space also z"),
-    **dict.fromkeys(("v_0",), "its velocity is vx and vy, in space also vz"),
-    **dict.fromkeys(("a_0",), "its acceleration is ax and ay, in space also az, in results"),
-    **dict.fromkeys(("w_a", "w_rel", "w_rel_a"), "its angular velocity is w"),
+    **dict.fromkeys(("w_rel", "w_rel_a"), "the angular velocity of a hinge is w, that of a frame wx, wy, wz in space"),
     **dict.fromkeys(("R", "phi_rel", "angle"), "its angle is phi"),
     **dict.fromkeys(
         ("frame_a", "frame_b"),
         "they are the frames a and b of a body: give it a length, or `frames(a = {0, 0} m, b = {1, 0} m)`, positions "
-        "from its reference point",
+        "from its reference point, which is frame_a in Modelica",
     ),
     **dict.fromkeys(("q0", "q1", "q2", "q3", "quaternion", "Q"), "its quaternion is p0, p1, p2, p3, in space"),
     **dict.fromkeys(("angles", "psi", "theta"), "its Cardan angles are phi_x, phi_y, phi_z, in space"),
@@ -124,7 +139,6 @@ MEMBERS = {
         for i in "xyz"
         for w in ("w_", "omega_", "omega")
     },
-    "z_a": "its angular acceleration is alpha, in results",
     "s_rel": "its distance or position is s",
     "v_rel": "its velocity is v",
     "f": "forces are fx and fy, in space also fz, of joints, `force` of springs",
@@ -147,7 +161,6 @@ _SAME = {
     "damping": "c",
     "R": "radius",
 }
-_LEFT_OUT = "leave it out: it has no effect on the motion"
 _INITIAL = "initial values go under `initial equation`, as in `rod.phi = 30 deg;`"
 #: parameter -> what to write instead
 PARAMETERS = {
@@ -155,23 +168,21 @@ PARAMETERS = {
         ("I_11", "I_22", "I_21", "I_31", "I_32"), "leave it out: a planar body has one moment of inertia, `I`"
     ),
     **dict.fromkeys(("k_x", "c_x", "d_x"), "use a Bushing: `k = {kx, ky}`, `c = {cx, cy}`"),
-    **dict.fromkeys(("animation", "animate", "enableAnimation"), f"{_LEFT_OUT}; an empty `Shape()` hides a body"),
-    **dict.fromkeys(("stateSelect", "enforceStates", "useQuaternions"), "leave it out: coordinates are not selected"),
-    **dict.fromkeys(
-        ("useAxisFlange", "useFlange"),
-        "leave it out: drivers and springs are attached to the joint, as in `RotationalDriver d(pin, ...)`",
-    ),
-    **dict.fromkeys(("r_0", "v_0", "w_0_start", "angles_start", "angles_fixed", "phi_start", "w_start"), _INITIAL),
-    "gravityType": "leave it out: gravity is uniform",
+    **dict.fromkeys(("phi_start", "w_start"), _INITIAL),
+    "enableGravity": "gravity acts on all bodies; a Force with fy = m*g takes it from one of them",
+    "c_w": "in the plane it is `c_phi`",
+    "gravityType": "gravity is uniform here; for none, write `g = 0`",
     "density": "give the mass `m`",
-    **dict.fromkeys(
-        ("height", "color", "sphereDiameter", "cylinderDiameter"), "shapes are in `annotation(Shape(...))`"
-    ),
 }
 
 
-#: parameters of the inertia of a body
-MOMENTS, PRODUCTS = ("I_11", "I_22", "I_33"), ("I_21", "I_31", "I_32")
+def has_no_effect(name: str, e: s.Expression | None) -> bool:
+    """Whether a parameter of Modelica, with this value, has no effect on the motion and is passed over."""
+    uniform = name == "gravityType" and e is not None and write(e).endswith(".UniformGravity")
+    uniform = uniform or (name == "enableGravity" and e is not None and write(e) == "true")
+    return name in _PASSED or name.startswith(_PASSED_BEGINNINGS) or uniform
+
+
 #: other names of these
 _INERTIA = {"Ixx": "I_11", "Iyy": "I_22", "Izz": "I_33", "Ixy": "I_21", "Ixz": "I_31", "Iyz": "I_32"}
 
@@ -218,9 +229,19 @@ def parameter(kind: Kind, known: Sequence[str], name: str, given: Mapping[str, s
     if (same := _SAME.get(name, "")) in known:
         e = given.get(name)
         value = with_unit(kind, same, e) if isinstance(e, s.Number) else vector(e, spatial)
+        if name == "r_CM" and kind.name == "Body" and e is not None and not {"frames", "length"} & given.keys():
+            # The reference point is frame_a in Modelica.
+            return f"write `com = {value}, frames(a = {'{0, 0, 0}' if spatial else '{0, 0}'})`"
         return f"write `{same} = {value}`" if name in given else f"it is called `{same}` here"
+    if name == "constantGravity" and (found := numbers(given.get(name))) is not None:
+        size = math.hypot(*found[:2])
+        n = f", n = {floats([x / size for x in found[:2]])}" if size and (found[0] or found[1] > 0) else ""
+        return f"write `g = {size:.12g}{n}`"
     if name in _LOADS and (kind.name in ("Force", "Torque")):
         return components(kind, given.get(name))
+    if kind.name in ("Spherical", "Universal", "ConstantVelocity") and name in ("c", "c_w", "d", "damping"):
+        value = f"{write(given[name]) if name in given else '...'}"
+        return f"a Bushing damps the angular velocity of a joint: write `Bushing damper(joint, c_w = {value});`"
     if name == "d" and "k" in known and "c" in known:
         stiffness = f"k = {with_unit(kind, 'k', given['c'])}, " if "c" in given and "k" not in given else ""
         damping = with_unit(kind, "c", given["d"]) if "d" in given else "..."
@@ -260,16 +281,6 @@ def vector(e: s.Expression | None, spatial: bool) -> str:
     return write(e) if e is not None else "{x, y, z}"
 
 
-def inertia(given: Mapping[str, s.Expression]) -> str:
-    """The moments of inertia of a body in space, or its matrix if there are products of inertia."""
-    moments = [write(given[name]) if name in given else "..." for name in MOMENTS]
-    if not any(name in given for name in PRODUCTS):
-        return f"{{{', '.join(moments)}}}"
-    xy, xz, yz = (write(given[name]) if name in given else "0" for name in PRODUCTS)
-    rows = ((moments[0], xy, xz), (xy, moments[1], yz), (xz, yz, moments[2]))
-    return "{" + ", ".join("{" + ", ".join(row) + "}" for row in rows) + "}"
-
-
 def planar(e: s.Expression | None) -> str:
     """A vector as it is written in the plane: {1, 0, 0} as {1, 0}."""
     if isinstance(e, s.Array) and len(e.items) == 3 and e.unit is None:
@@ -277,21 +288,31 @@ def planar(e: s.Expression | None) -> str:
     return write(e) if e is not None else "{x, y}"
 
 
-def axis(kind_name: str, owner: str, n: Sequence[float], frames: Sequence[str]) -> str | None:
+class Attached(NamedTuple):
+    """How a joint is declared: the two frames, if they are known, by ``connected`` in connections, and the rest."""
+
+    frames: tuple[str, str] = ("...", "...")
+    more: str = ", ..."
+    connected: bool = False
+
+
+def axis(kind_name: str, owner: str, n: Sequence[float], joint: Attached) -> str | None:
     """The remedy for an axis ``n`` of a joint; "" if the joint has this axis, None if it cannot have an axis."""
+    (first, second), more, connected = joint
+    deleted = ", and delete its connections" if connected else ""
     if kind_name == "Revolute":
         if tuple(n) == (0, 0, 1):
             return ""
         if tuple(n) == (0, 0, -1):
-            return "angles are counter-clockwise; exchange its frames to reverse the sign"
+            exchanged = f"`Revolute {owner}({second}, {first}{more});`{deleted}"
+            return f"angles are counter-clockwise; exchange its frames: write {exchanged}"
         return "joints in the plane turn about z; for a model in space write `spatial model`"
     if kind_name != "Prismatic" or len(n) not in (2, 3) or not any(n[:2]) or any(n[2:]):
         return None
     if n[0] > 0 and n[1] == 0:
         return ""
     angle = math.degrees(math.atan2(n[1], n[0]))
-    first, second = frames if len(frames) == 2 else ("...", "...")
     return (
-        f"it slides along the x axis of frame_a: write `Frame {owner}_axis({first}, phi = {angle:g} deg);` and "
-        f"`Prismatic {owner}({owner}_axis, {second}, phi0 = {-angle:g} deg);`"
+        f"it slides along the x axis of frame_a: write `Frame {owner}_axis({first}, phi = {angle:.15g} deg);` and "
+        f"`Prismatic {owner}({owner}_axis, {second}, phi0 = {-angle:.15g} deg{more});`{deleted}"
     )

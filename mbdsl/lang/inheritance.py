@@ -95,3 +95,17 @@ def declarations(item: s.Item) -> Iterator[s.Declaration]:
 def declared_names(item: s.Item) -> list[str]:
     """Names that a declaration, loop or `if` declares."""
     return [d.name for d in declarations(item)]
+
+
+def reachable(model: s.Model, unit: Unit) -> list[s.Model]:
+    """A model and all models that it consists of: its bases, the models of its components, and theirs."""
+    found, waiting = [], [(model, unit)]
+    while waiting:
+        m, home = waiting.pop()
+        if any(m is x for x in found):
+            continue
+        found.append(m)
+        names = [item.base for item in m.items if isinstance(item, s.Extends)]
+        names += [d.type for item in m.items for d in declarations(item)]
+        waiting += [x for name in names if (x := home.find(name)) is not None]
+    return found

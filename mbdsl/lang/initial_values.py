@@ -59,8 +59,6 @@ class InitialValues:
                     continue
                 name = f"{part.name}.{signal.name}"
                 start, fixed = modifier.inner.get("start"), modifier.inner.get("fixed")
-                if start is None or start.value is None:
-                    raise ModelError(f"`{name}` has no start", span_of(modifier.at), "write `start = ...`")
                 keep = False
                 if fixed is not None and fixed.value is not None:
                     decided = fixed.pick(fixed.evaluate(), 0, part.contexts)
@@ -69,12 +67,16 @@ class InitialValues:
                             f"`fixed` is true or false, found {values.describe(decided)}", fixed.value_span()
                         )
                     keep = decided.value
+                given = start if start is not None and start.value is not None else None
+                if given is None and not keep:
+                    continue
+                source = given or modifier  # as in Modelica, the start is zero unless it is given
                 try:
-                    value = start.pick(start.evaluate(), 0, part.contexts)
+                    value = Quantity(0.0) if given is None else given.pick(given.evaluate(), 0, part.contexts)
                     target = part.signal(signal.name)
-                    yield self._initial_value(name, target, value, keep, start.at, start.value), start.at
+                    yield self._initial_value(name, target, value, keep, source.at, source.value), source.at
                 except ModelError as problem:
-                    raise place(problem, start.value.at) from None
+                    raise place(problem, source.value.at if source.value is not None else source.at) from None
 
     def _given(self) -> Iterator[tuple[InitialValue, At]]:
         """The initial equations."""

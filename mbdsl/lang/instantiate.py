@@ -13,7 +13,7 @@ from mbdsl.lang import doubts, foreign_equations, functions, limits, orientation
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
-from mbdsl.lang.classify import classify, is_frame_type, no_type, other_dimension
+from mbdsl.lang.classify import attached, classify, is_frame_type, no_type, other_dimension
 from mbdsl.lang.connections import Node
 from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop, place
@@ -230,14 +230,14 @@ class Instance:
         if declared is None:
             raise other_dimension(kind, self.assembly.spatial, d)
         template = Template(declared, modifiers)
-        frames = [a.e for a in arguments]
-        template.unknown(d.name, frames)
+        frames = lambda: attached(d, self._around())  # noqa: E731
+        template.unknown(d.name, frames, self.assembly.passed)
 
         def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
             own = template
             if index in elements:
                 own = Template(template.kind, merge(elements[index].inner, modifiers))
-                own.unknown(name, frames)
+                own.unknown(name, frames, self.assembly.passed)
             made = Part(self.assembly, name, own, contexts, d.at, d.doc)
             if d.notes:
                 made.drawn.append((d.notes, scope))
@@ -388,7 +388,7 @@ class Instance:
                 raise ModelError(f"a Frame has no `{key}`", span_of(modifier.at), hint)
             refuse_inner(modifier, f"`{key}` of Frame `{name}`", f"write `{key} = ...`")
         make = lambda: fixed_frame(name, arguments[0], modifiers, contexts, d.at)  # noqa: E731
-        member = FrameMember(self.assembly, name, make, d.at)
+        member = FrameMember(self.assembly, name, make, d.at, lambda: arguments[0].find(contexts))
         self.assembly.frames.append(member)
         return member
 

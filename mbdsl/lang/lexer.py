@@ -36,6 +36,8 @@ TOKEN = re.compile(
 )
 _BLANK = re.compile(f"[{BLANKS}]*")
 MODEL_FOLLOWS = re.compile(r"\s+(?:partial\s+)?model\b")
+#: `guess` and `fixed` are words of the initial section if a name follows; `Frame fixed annotation(...)` declares a name
+A_NAME_FOLLOWS = re.compile(rf"[{BLANKS}]+(?!(?:{'|'.join(sorted(KEYWORDS))})\b)[A-Za-z_]")
 _NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
 _PAIRS = {")": "(", "]": "[", "}": "{"}
 
@@ -77,9 +79,7 @@ def tokenize(source: Source) -> list[Token]:
                     kind = "LAST"
                 tokens.append(Token(kind, word, at, end))
             else:
-                # `guess` and `fixed` are keywords of the initial section only if another name follows.
-                following = text[end : _BLANK.match(text, end).end() + 1].strip()  # type: ignore[union-attr]
-                soft = word in ("guess", "fixed") and (following.isalpha() or following == "_")
+                soft = word in ("guess", "fixed") and A_NAME_FOLLOWS.match(text, end) is not None
                 soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)
                 tokens.append(Token(word.upper() if soft else "NAME", word, at, end))
         elif group == "number":

@@ -17,6 +17,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.flat_model import Assembly
+from mbdsl.lang.foreign_space import first_of_all
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Allowed, Library, Unit, read
 from mbdsl.lang.overrides import merged, read_overrides
@@ -164,7 +165,12 @@ def _read(
 ) -> Scene:
     unit = library.add(text, file)
     found = _main(unit, chosen_now() if model is None else model)
-    scene = flatten(instantiate(found, unit, overrides, without), library.files)
+    try:
+        scene = flatten(instantiate(found, unit, overrides, without), library.files)
+    except ModelError:
+        if not found.spatial and (first := first_of_all(found, unit)) is not None:
+            raise first from None
+        raise
     return scene.made_from(TextOrigin(scene.files, found.name, overrides, without))
 
 

@@ -12,14 +12,13 @@ from typing import NamedTuple
 
 from mbdsl.lang import units
 from mbdsl.lang.foreign_characters import BLANKS
-from mbdsl.lang.lexer import KEYWORDS, MODEL_FOLLOWS, TOKEN
+from mbdsl.lang.lexer import A_NAME_FOLLOWS, KEYWORDS, MODEL_FOLLOWS, TOKEN
 
 COMMENT, STRING, NUMBER, UNIT, KEYWORD, NAME, OPERATOR, WRONG = (
     *("comment", "string", "number", "unit"),
     *("keyword", "name", "operator", "wrong"),
 )
 _BLANK = re.compile(f"[{BLANKS}]*")
-_SOFT = re.compile(f"[{BLANKS}]+[A-Za-z_]")
 _LINE = re.compile(r"[^\n]*")
 
 
@@ -66,7 +65,7 @@ def pieces(text: str) -> Iterator[Piece]:
             return
         takes_unit = group == "number"
         if group == "name":
-            soft = word in ("guess", "fixed") and _SOFT.match(text, end) is not None
+            soft = word in ("guess", "fixed") and A_NAME_FOLLOWS.match(text, end) is not None
             soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)
             yield Piece(KEYWORD if word in KEYWORDS or soft else NAME, word, at, end)
         elif group == "operator":

@@ -68,6 +68,11 @@ class Modifier:
             value = value[index]
         return value
 
+    def start(self) -> tuple[s.Expression | None, s.Expression | None]:
+        """The values of ``name(start = ..., fixed = ...)``, or that of ``name = ...`` and None."""
+        start, fixed = self.inner.get("start"), self.inner.get("fixed")
+        return self.value if start is None else start.value, None if fixed is None else fixed.value
+
     def value_span(self):
         return span_of(self.value.at if self.value is not None else self.at)
 

@@ -9,7 +9,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME
-from mbdsl.lang import doubts, foreign_names, functions, units, values
+from mbdsl.lang import doubts, foreign_members, foreign_names, functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
@@ -248,6 +248,10 @@ class Scope:
                 raise ModelError(f"`{owner}` has no `{name}`", span_of(step.at), hint)
             return found
         if isinstance(entity, FrameMember):
+            if name in ("frame_b", "frame"):  # of a FixedTranslation, and of Fixed in PlanarMechanics
+                return entity
+            if name == "frame_a" and entity.base is not None:
+                return entity.base()
             entity = entity.target()
         if isinstance(entity, Frame | Node):
             coordinates = self.namespace.assembly.coordinates
@@ -257,7 +261,10 @@ class Scope:
                 raise _output_only(f"{owner}.{name}", step.at)
             if name in SIZES and f"{name}x" in coordinates:
                 raise _size(f"{owner}.{name}", coordinates, name, step.at)
-            hint = self._in_space(name) or foreign_names.MEMBERS.get(name)
+            assembly, (component, _, port) = self.namespace.assembly, entity.name.rpartition(".")
+            hint = self._in_space(name)
+            kind = part.kind if (part := assembly.parts.get(component)) is not None else None
+            hint = hint or foreign_members.hint(kind, owner, port, "", step, assembly.spatial)
             hint = hint or did_you_mean(name, coordinates, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
         kind = "a table" if isinstance(entity, TableMember) else "a value"
@@ -282,7 +289,9 @@ class Scope:
             return other
         known = part.known_names()
         hint = self._in_space(name) if is_body(part) else None
-        hint = hint or foreign_names.MEMBERS.get(name) or did_you_mean(name, known, "it has")
+        frame_a = getattr(part.by_other_name("frame_a"), "name", "").rpartition(".")[2] if is_body(part) else ""
+        hint = hint or foreign_members.hint(part.kind, owner, "", frame_a, step, self.namespace.assembly.spatial)
+        hint = hint or did_you_mean(name, known, "it has")
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
 
     def _in_space(self, name: str) -> str | None:

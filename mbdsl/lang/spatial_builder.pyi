@@ -277,6 +277,7 @@ class SpatialBuilder(Builder):
         c: Vector = (0.0, 0.0, 0.0),
         k_phi: Vector = (0.0, 0.0, 0.0),
         c_phi: Vector = (0.0, 0.0, 0.0),
+        c_w: Vector = (0.0, 0.0, 0.0),
         phi0: Number = 0.0,
         x: Start | None = None,
         y: Start | None = None,
@@ -307,7 +308,10 @@ class SpatialBuilder(Builder):
         k_phi : (3,) numbers or str, optional [N.m/rad]
             Stiffness about x, y and z; a number: about z.
         c_phi : (3,) numbers or str, optional [N.m.s/rad]
-            Damping about x, y and z; a number: about z.
+            Damping of the rates of phi_x, phi_y and phi; a number: of phi.
+        c_w : (3,) numbers or str, optional [N.m.s/rad]
+            Damping of the relative angular velocity about x, y and z of frame_a; a
+            number: about all axes.
         phi0 : number or str, optional [rad]
             Twist without torque.
         x, y, z, phi_x, phi_y, phi, w : mapping, optional

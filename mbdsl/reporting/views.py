@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mbdsl import results as files
 from mbdsl.errors import IntegrationError, ModelWarning, UsageError
+from mbdsl.lang import unused_values
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.assembly_need import has_to_be_assembled
@@ -52,7 +53,12 @@ class Check:
     @property
     def warnings(self) -> tuple[ModelWarning, ...]:
         """Values and connections that are probably not as intended."""
-        return (*self.graph.scene.warnings, *self.graph.warnings)
+        return (*self.graph.scene.warnings, *self.doubts)
+
+    @cached_property
+    def doubts(self) -> tuple[ModelWarning, ...]:
+        """Those that are not found while the text is read."""
+        return (*self.graph.warnings, *unused_values.find(self.graph.scene))
 
     @cached_property
     def assembly(self) -> tuple[str, ...]:

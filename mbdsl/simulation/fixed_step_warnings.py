@@ -89,12 +89,13 @@ class Watch:
         found = [_not_searched(motion), _given_up(motion)]
         if motion.plan.tol is not None:
             return [text for text in found if text]
+        scenes = [motion.system.scene, *(p.system.scene for p in motion.parts)]
         found += [turns.warning() for turns in self._turns if turns is not None]
         if self._rows >= 3:
             found.append(None if self._energy is None else _growth(self._energy, motion))
             found += [_kicked(motion, *looks) for looks in self._kicks if looks is not None]
         if peak is not None:
-            law = _law_within(motion.system.scene, peak.root)
+            law = _law_within(scenes, peak.root)
             if law is None or not any(text and text.startswith(f"{law.kind.name} {law.name} ") for text in found):
                 found.insert(0, _unseen(peak, law))
         return [text for text in found if text]
@@ -139,9 +140,7 @@ def _not_searched(motion: Motion) -> str | None:
     for p in motion.parts:
         looks = InFixedSteps(p.system, h)
         if isinstance(p.integration, External) and looks.terms:
-            law = _law_within(motion.system.scene, looks.roots[0])
-            what = "a law" if law is None else f"the law of {law.kind.name} {law.name}"
-            where = "" if law is None or law.span is None else f"{law.span}: "
+            where, what = _words(_law_within([motion.system.scene, p.system.scene], looks.roots[0]))
             return (
                 f"{where}{plan.method} does not search its steps for peaks of laws: a peak of {what} between the ends "
                 "of a step may be missed; compare with a method that searches, such as hht-si2 with a tolerance"
@@ -170,27 +169,38 @@ def _first_peak(motion: Motion) -> Peak | None:
 
 def _unseen(peak: Peak, law: Component | None) -> str:
     """The warning about a peak that steps have passed over."""
-    what = "a law" if law is None else f"the law of {law.kind.name} {law.name}"
-    where = "" if law is None or law.span is None else f"{law.span}: "
+    where, what = _words(law)
     size = 10.0 ** np.floor(np.log10(peak.h))
     return (
         f"{where}{what} has a peak near t = {peak.time:.6g} s, within the step from {peak.start:.6g} to "
-        f"{peak.end:.6g} s, that the ends of the step do not show: its effect is lost or wrong; "
+        f"{peak.end:.6g} s, that the ends of the step do not show: a short pulse is lost there, a corner changes "
+        "little, and fixed steps do not estimate which; "
         f"try a tolerance instead, or a step of {np.floor(peak.h / size * (1.0 + 1e-9)) * size:.1g} s"
     )
 
 
-def _law_within(scene: Scene, root: Expr) -> Component | None:
-    """The component whose law is the expression ``root`` or contains it.
+def _law_within(scenes: list[Scene], root: Expr) -> Component | None:
+    """The component of one of ``scenes`` whose law or friction is the expression ``root``, or contained in it.
 
-    The law contains it if the motion of a driver has been replaced by a function of time.
+    It is contained if the motion of a driver has been replaced by a function of time. The part of a scene that is
+    integrated has expressions of its own if bodies are welded to each other.
     """
     parts = set(walk(root))
-    for c in scene.components.values():
-        laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
-        if any(law in parts and law.args for law in laws):
+    for c in (c for scene in scenes for c in scene.components.values()):
+        laws = [c.values[p.name] for p in c.kind.parameters if p.law]
+        if c.friction is not None or (isinstance(c.kind, ForceKind) and by_law(c)):
+            laws += law_expressions(c)
+        if any(law in parts and law.args for law in laws if isinstance(law, Expr)):
             return c
     return None
+
+
+def _words(law: Component | None) -> tuple[str, str]:
+    """Its place and its name: "arm.mbd:3:5: ", "the friction of Revolute pin"."""
+    if law is None:
+        return "", "a law"
+    what = "friction" if law.friction is not None else "law"
+    return "" if law.span is None else f"{law.span}: ", f"the {what} of {law.kind.name} {law.name}"
 
 
 # -- energy ------------------------------------------------------------------------------------------------------

@@ -260,10 +260,16 @@ def gammas(vectors, frames, numbers, layout):
 
 @kernel
 def springs(frames, gradients, numbers, layout):
-    """Linear springs and dampers: s = k (g - g0) + c dg/dt to gradients; WRENCH in frames -= G^T s."""
+    """Linear springs and dampers: s = k (g - g0) + c dg/dt to gradients; WRENCH in frames -= G^T s.
+
+    Rows with k = c = 0 are left out: their g need not exist, as the tilt of a bushing after half a turn.
+    """
     for r in range(layout[N_PHI], layout[N_PHI] + layout[N_SPRINGS]):
         o = layout[PAIRS] + PAIR * r
         a, b, p = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + DETAIL]
+        if numbers[p] == 0.0 and numbers[p + 1] == 0.0:
+            gradients[r, MAGNITUDE] = 0.0
+            continue
         rate = 0.0
         for j in range(POSE):
             rate += gradients[r, j] * frames[a, RATE + j] + gradients[r, POSE + j] * frames[b, RATE + j]
@@ -418,6 +424,8 @@ def spring_tangents(cK, cD, gradients, numbers, layout, matrix):
     for r in range(layout[N_PHI], layout[N_PHI] + layout[N_SPRINGS]):
         o = layout[PAIRS] + PAIR * r
         a, b, h, p = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + SECOND_DERIVATIVE], layout[o + DETAIL]
+        if numbers[p] == 0.0 and numbers[p + 1] == 0.0:
+            continue
         for i in range(PAIR_POSE):
             for j in range(PAIR_POSE):
                 damping = numbers[p + 1] * gradients[r, i] * gradients[r, j]

@@ -188,3 +188,83 @@ def test_a_tilt_of_half_a_turn_is_reported(axis, speed, warned):
     assert len(texts) == warned
     for text in texts:
         assert float(re.search(r"after t = ([0-9.]+) s", text)[1]) == pytest.approx(passed, abs=0.01)  # the interval
+
+
+# -- damping of the relative angular velocity ------------------------------------------------------------------------
+
+BALL = """spatial model Ball
+  Ground ground(g = 0 m/s2);
+  Frame turned(ground, n = {{1, 2, 3}}, phi = 50 deg);
+  Body b(m = 0.1 kg, I = 0.01 kg.m2, frames(f(r = {{0, 0, 0}}{axes})));
+  Spherical j(turned, b.f);
+  Bushing d(j, c_w = {c} N.m.s/rad);
+initial equation
+  b.phi_x = {tilt} deg; b.phi_y = 0; b.phi_z = 0;
+  b.wx = 1 rad/s; b.wy = 2 rad/s; b.wz = 3 rad/s;
+  annotation(experiment(StopTime = 0.5 s, Interval = 50 ms));
+end Ball;"""
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "radau5", "dop853"])
+@pytest.mark.parametrize(("tilt", "axes"), [(60, ""), (179, ""), (0, ", n_x = {1, 0, 0}, n_y = {0, -1, 0}")])
+def test_a_damped_ball_joint(tilt, axes, method):
+    """I dw/dt = -c w: the angular velocity keeps its direction, at any attitude, also after half a turn."""
+    run = mbdsl.simulate(mbdsl.parse(BALL.format(c=0.1, tilt=tilt, axes=axes)), method=method, tol=1e-7)
+    for key, w in zip("xyz", (1.0, 2.0, 3.0), strict=True):
+        assert run[f"b.w{key}"] == pytest.approx(w * np.exp(-10.0 * run.t), abs=2e-6)
+
+
+def test_each_axis_of_the_first_frame_has_its_damping():
+    scene = mbdsl.parse(BALL.format(c="{0.1, 0.2, 0.4}", tilt=70, axes=""))
+    run = mbdsl.simulate(scene, stop=1e-3, step=1e-3)
+    n, angle = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0), math.radians(50.0)
+    cross = np.cross(n, np.eye(3)).T  # n x
+    R = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
+    expected = -R @ np.diag([10.0, 20.0, 40.0]) @ R.T @ [1.0, 2.0, 3.0]
+    assert [run[f"b.alpha{key}"][0] for key in "xyz"] == pytest.approx(expected, rel=1e-12)
+
+
+def test_damping_between_two_free_bodies():
+    """The relative angular velocity decays with c (1/I + 1/J), the angular momentum stays; damping can be left out."""
+    text = """spatial model Two
+      Ground ground(g = 0);
+      Body a(m = 1 kg, I = 0.2 kg.m2); Body b(m = 3 kg, I = 0.3 kg.m2);
+      Bushing d(a.c, b.c, c_w = 0.6 N.m.s/rad); FreeMotion free(ground, a.c);
+    initial equation
+      a.wx = 1 rad/s; a.wy = 0; a.wz = -2 rad/s; b.wx = 0; b.wy = 4 rad/s; b.wz = 1 rad/s; b.phi_x = 100 deg;
+      annotation(experiment(StopTime = 0.4 s, Interval = 0.1 s));
+    end Two;"""
+    run = mbdsl.simulate(mbdsl.parse(text), method="radau5", tol=1e-8)
+    for key, wa, wb in (("x", 1.0, 0.0), ("y", 0.0, 4.0), ("z", -2.0, 1.0)):
+        mean, left = 0.4 * wa + 0.6 * wb, (wb - wa) * np.exp(-5.0 * run.t)
+        assert run[f"a.w{key}"] == pytest.approx(mean - 0.6 * left, abs=1e-6)
+        assert run[f"b.w{key}"] == pytest.approx(mean + 0.4 * left, abs=1e-6)
+    free = mbdsl.simulate(mbdsl.parse(text, without=["damping"]), method="radau5", tol=1e-8)
+    assert free["b.wy"] == pytest.approx(4.0, abs=1e-9)
+
+
+def test_one_number_about_z_is_the_damping_of_the_plane():
+    """Both names damp a rotation about z alone; c_phi is the one of the plane, where c_w is answered with it."""
+    text = """{}model Wheel
+      Ground ground(g = 0); Body b(m = 1 kg, I = 0.5 kg.m2); Revolute pin(ground, b.c);
+      Bushing d(ground, b.c, {} = 0.2 N.m.s/rad);
+    initial equation b.w{} = 3 rad/s;
+      annotation(experiment(StopTime = 1 s));
+    end Wheel;"""
+    for head, name, z in (("", "c_phi", ""), ("spatial ", "c_phi", "z"), ("spatial ", "c_w", "z")):
+        run = mbdsl.simulate(mbdsl.parse(text.format(head, name, z)), method="dop853", tol=1e-9)
+        assert run[f"b.w{z}"][-1] == pytest.approx(3.0 * math.exp(-0.4), rel=1e-8)
+    with pytest.raises(mbdsl.ModelError, match="in the plane it is `c_phi`"):
+        mbdsl.parse(text.format("", "c_w", ""))
+
+
+@pytest.mark.parametrize("joint", ["Spherical", "Universal", "ConstantVelocity"])
+def test_damping_in_a_joint_is_answered_with_a_bushing_on_it(joint):
+    text = BALL.replace("Spherical j(turned, b.f);", f"{joint} j(turned, b.f, damping = 0.1 N.m.s/rad);")
+    with pytest.raises(mbdsl.ModelError) as problem:
+        mbdsl.parse(text.format(c=0, tilt=0, axes=""))
+    (written,) = re.findall(r"write `(.*?)`", problem.value.hint)
+    assert written == "Bushing damper(joint, c_w = 0.1 N.m.s/rad);"
+    text = text.replace(", damping = 0.1 N.m.s/rad", "").format(c=0, tilt=0, axes="")
+    scene = mbdsl.parse(text.replace("Bushing d(j, c_w = 0 N.m.s/rad);", written.replace("joint", "j")))
+    assert scene.components["damper"].values["c_w"] == (0.1, 0.1, 0.1)

@@ -1,6 +1,7 @@
 """Bushing: a linear spring and damper in six directions, in the axes of frame_a.
 
     g = (x_a . d, y_a . d, z_a . d, sigma_1, sigma_2, psi),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
+    torque on frame_b, besides these: -(c_w1 x_a x_a^T + c_w2 y_a y_a^T + c_w3 z_a z_a^T) (w_b - w_a)
 
 The attitude of frame_b is a twist psi about z_a, which counts turns, followed by a tilt with the rotation vector sigma
 along x_a and y_a (:mod:`~mbdsl.elements.in_space.swing_twist`). Rotations about one axis of frame_a alone have torques
@@ -14,6 +15,7 @@ from mbdsl.compilation.marks import kernel
 from mbdsl.elements import bushing
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot2, dot2_hessian
 from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.in_space.sliding_friction import turn, turn_hessian
 from mbdsl.elements.in_space.swing_twist import (
     RATE,
     TILT,
@@ -27,22 +29,23 @@ from mbdsl.elements.in_space.swing_twist import (
     twist_hessian,
 )
 from mbdsl.elements.in_space.vectors import D, dot
-from mbdsl.elements.kind import Parameter, Signal
+from mbdsl.elements.kind import Parameter, Signal, zero
 
 DRAWING = "bushing"
 NONE = (0.0, 0.0, 0.0)
 
 
 def derive(v: Mapping) -> dict:
-    """Stiffness and damping of the plane: two along x and y, and one about z."""
+    """Stiffness and damping of the plane: two along x and y, and one about z; one c_w about all axes."""
     found: dict = {name: (*v[name], 0.0) for name in ("k", "c") if len(v[name]) == 2}
-    return found | {name: (0.0, 0.0, v[name]) for name in ("k_phi", "c_phi") if not isinstance(v[name], tuple)}
+    found |= {name: (0.0, 0.0, v[name]) for name in ("k_phi", "c_phi") if not isinstance(v[name], tuple)}
+    return found if isinstance(v["c_w"], tuple) else found | {"c_w": (v["c_w"],) * 3}
 
 
 KIND = in_space(
     bushing.KIND,
     doc="A compliant joint: spring and damper along and about x, y and z of frame_a.",
-    rows=6,
+    rows=9,
     parameters=(
         Parameter("k", "N/m", NONE, "stiffness along x, y and z of frame_a", shape=(3,), or_shapes=((2,),)),
         Parameter("c", "N.s/m", NONE, "damping along x, y and z of frame_a", shape=(3,), or_shapes=((2,),)),
@@ -50,7 +53,20 @@ KIND = in_space(
             "k_phi", "N.m/rad", NONE, "stiffness about x, y and z; a number: about z", shape=(3,), or_shapes=((),)
         ),
         Parameter(
-            "c_phi", "N.m.s/rad", NONE, "damping about x, y and z; a number: about z", shape=(3,), or_shapes=((),)
+            "c_phi",
+            "N.m.s/rad",
+            NONE,
+            "damping of the rates of phi_x, phi_y and phi; a number: of phi",
+            shape=(3,),
+            or_shapes=((),),
+        ),
+        Parameter(
+            "c_w",
+            "N.m.s/rad",
+            NONE,
+            "damping of the relative angular velocity about x, y and z of frame_a; a number: about all axes",
+            shape=(3,),
+            or_shapes=((),),
         ),
         Parameter("phi0", "rad", 0.0, "twist without torque"),
     ),
@@ -67,9 +83,11 @@ KIND = in_space(
     energy="0.5*k[1]*x^2 + 0.5*k[2]*y^2 + 0.5*k[3]*z^2"
     " + 0.5*k_phi[1]*phi_x^2 + 0.5*k_phi[2]*phi_y^2 + 0.5*k_phi[3]*(phi - phi0)^2",
     derive=derive,
+    effects={"damping": zero("c", "c_phi", "c_w")},
     springs=lambda v: (
         *((v["k"][i], v["c"][i], 0.0) for i in range(3)),
         *((v["k_phi"][i], v["c_phi"][i], v["phi0"] if i == 2 else 0.0) for i in range(3)),
+        *((0.0, c, 0.0) for c in v["c_w"]),
     ),
     table=lambda v: (0.0, 0.0),
     counts_turns=True,
@@ -83,6 +101,9 @@ def gradient(frames, a, b, p, G):
     dot2(frames, a, Z, b, G, 2)
     tilt(frames, a, b, G, 3)
     twist(frames, a, b, p, G, 5)
+    turn(frames, a, X, G, 6)
+    turn(frames, a, Y, G, 7)
+    turn(frames, a, Z, G, 8)
 
 
 @kernel
@@ -90,5 +111,10 @@ def hessian(frames, a, b, p, s, H):
     dot2_hessian(frames, a, X, b, s[0], H)
     dot2_hessian(frames, a, Y, b, s[1], H)
     dot2_hessian(frames, a, Z, b, s[2], H)
-    tilt_hessian(frames, a, b, s[3], s[4], H)
-    twist_hessian(frames, a, b, s[5], H)
+    if s[3] != 0.0 or s[4] != 0.0:  # after half a turn, these do not exist
+        tilt_hessian(frames, a, b, s[3], s[4], H)
+    if s[5] != 0.0:
+        twist_hessian(frames, a, b, s[5], H)
+    turn_hessian(frames, a, X, s[6], H)
+    turn_hessian(frames, a, Y, s[7], H)
+    turn_hessian(frames, a, Z, s[8], H)

@@ -112,7 +112,7 @@ def test_joints_that_turn_and_slide_take_both_drivers(joint):
         ("Cylinder k(m = 1 kg, length = 1 m, diameter = 50 mm);", "write `radius = 25 mm`"),
         ("parameter Length d = 1 m; Sphere k(m = 1 kg, diameter = d);", "write `radius = (d)/2`"),
         ("Rod k(m = 1 kg, length = 1 m, radius = 1 cm);", "use a Cylinder, which has a `radius`"),
-        ("SphericalSpherical k(rodLength = 0.5);", "write `Distance k(length = 0.5);`"),
+        ("SphericalSpherical k(rodLength = 0.5);", "write `Distance k(length = 0.5 m);`"),
         ("UniversalSpherical k(rRod_ia = {3, 0, 4});", "write `Distance k(length = 5 m);`"),
     ],
 )
@@ -142,7 +142,7 @@ def test_initial_values(initial, message, hint, place):
     ("more", "hint"),
     [
         ("Spherical j(ground, b.c);", "for a model in space write `spatial model`"),
-        ("Revolute j(ground, b.c, n = {1, 0, 0});", "for a model in space write `spatial model`"),
+        ("Revolute j(ground, b.c, n = {1, 0, 0});", "for a model in space write `spatial model M`"),
         ("Frame f(b, quaternion = {1, 0, 0, 0});", "models in space begin with `spatial model`"),
         ("Body k(m = 1 kg, I = {1, 2, 2} kg.m2);", "for a model in space write `spatial model`"),
         ("Revolute j(ground, b.c);\ninitial equation\n  b.phi_x = 1;", "in space it has `phi_x`"),
