@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,7 +94,8 @@ def initial_state(
     """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`.
 
     ``relax`` maps positions (n,) to positions with bodies in elastic equilibrium. It is called if bodies have to deform
-    to be assembled, and always if ``static``. The search for positions ends at the time ``until`` of ``perf_counter``.
+    to be assembled, and always if ``static``. The search for positions ends at the time ``until`` of ``process_time``,
+    with positions that close all joints if it has met some, though not the nearest to the guesses.
 
     Raises
     ------
@@ -275,8 +276,10 @@ def _positions(
             y = shape.moved(guess, rng.normal(size=len(guess)) * 0.1 * attempt / scale)
         shape.begin()
         for k in range(160):
-            if perf_counter() > until:
-                raise TimeoutError(_inconsistent(system, t, shape.expand(best), fixed, velocity=None))
+            if process_time() > until:
+                if best_violation <= tolerance:
+                    return best
+                raise TimeoutError(_inconsistent(system, t, shape.expand(best), fixed, None, interrupted=True))
             q = shape.expand(y)
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)
             r_c = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
@@ -536,8 +539,14 @@ def _with_units(violation: float, kind, velocity: Array | None) -> str:
     return f"{violation:.3g} {' or '.join(unit + per for unit in found) or '(SI units)'}{degrees}"
 
 
-def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue], velocity) -> InitialisationError:
-    """The constraints and fixed values that contradict each other, with their places."""
+def _inconsistent(
+    system: System, t: float, q: Array, fixed: list[InitialValue], velocity, interrupted: bool = False
+) -> InitialisationError:
+    """The constraints and fixed values that contradict each other, with their places.
+
+    At a pose where the search was ``interrupted``, they perhaps do not: a joint then is not open if all others are
+    closed, and its violation in this pose is stated.
+    """
     level = "positions" if velocity is None else "velocities"
     v = np.zeros(system.n) if velocity is None else velocity
     residual = system.Phi(t, q) if velocity is None else _velocity_residual(system, t, q, v)
@@ -562,7 +571,7 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
         wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
     wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # relative: the largest misfit may be tiny
-    if system.scene.spatial and velocity is None:
+    if system.scene.spatial and velocity is None and not interrupted:
         wrong = [
             (w, _opened(system, t, q, fixed, *where[text]) if text in where else text, at) for w, text, at in wrong
         ]
