@@ -82,7 +82,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
             raise problem
         moved += state.moved
         lines += [MIRRORED.format(name) for name in state.mirrored]
-        lines += state.legs
+        lines += [*state.notes, *state.turned]
         rates += rates_not_given(system, state)
         names = system.constraint_names()
         redundant += [names[k] for k in state.redundant]
