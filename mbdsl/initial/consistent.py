@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from mbdsl.collection import uncollected
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
-from mbdsl.initial import gaps, telescopes
+from mbdsl.initial import gaps, telescopes, upside_down
 from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.in_plane import InPlane
 from mbdsl.initial.mass_check import singular_mass
@@ -38,6 +38,7 @@ from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 Shape = AsIs | InPlane | Undeformed
+Notes = tuple[tuple[str, ...], tuple[str, ...]]  #: of another assembly, and of bodies that turned far
 
 SI = DisplayUnit()
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
@@ -78,7 +79,8 @@ class InitialState:
     moved: tuple[Moved, ...] = ()
     redundant: tuple[int, ...] = ()  #: constraint rows that depend on others in all poses
     mirrored: tuple[str, ...] = ()  #: joints in space whose axes have opposite senses
-    legs: tuple[str, ...] = ()  #: notes about telescopic legs that were turned round
+    notes: tuple[str, ...] = ()  #: about telescopic legs and bodies of which another assembly exists
+    turned: tuple[str, ...] = ()  #: about bodies that turned far from where they were placed
 
 
 @uncollected
@@ -94,7 +96,8 @@ def initial_state(
     """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`.
 
     ``relax`` maps positions (n,) to positions with bodies in elastic equilibrium. It is called if bodies have to deform
-    to be assembled, and always if ``static``. The search for positions ends at the time ``until`` of ``perf_counter``.
+    to be assembled, and always if ``static``. The search for positions ends at the time ``until`` of ``process_time``,
+    with positions that close all joints if it has met some, though not the nearest to the guesses.
 
     Raises
     ------
@@ -104,8 +107,8 @@ def initial_state(
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
     metric = Metric(system, members)
-    q, v, legs = _assembled(system, graph, t, metric, relax, static, until)
-    return replace(state_at(system, t, q, v), legs=legs)
+    q, v, (notes, turned) = _assembled(system, graph, t, metric, relax, static, until)
+    return replace(state_at(system, t, q, v), notes=notes, turned=turned)
 
 
 def state_at(system: System, t: float, q: Array, v: Array) -> InitialState:
@@ -167,22 +170,79 @@ def _assembled(
     relax: Callable[[Array], Array] | None,
     static: bool,
     until: float,
-) -> tuple[Array, Array, tuple[str, ...]]:
-    """q and v, and notes about telescopic legs; flexible bodies deform only if necessary."""
+) -> tuple[Array, Array, Notes]:
+    """q and v, and notes about what was turned round; flexible bodies deform only if necessary."""
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
     velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
         try:
-            unknowns, y = _pose(system, t, shape, for_assembly(system.scene, positions), metric, until)
-            unknowns, y, legs = _reaching(system, t, for_assembly(system.scene, positions), metric, until, unknowns, y)
+            unknowns, y, notes = _meant(system, graph, t, for_assembly(system.scene, positions), metric, until, shape)
             q = unknowns.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
-            return q, _velocities(system, t, q, y, unknowns, velocities, metric), legs
+            return q, _velocities(system, t, q, y, unknowns, velocities, metric), notes
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise
     raise AssertionError("the last attempt returns or raises")
+
+
+def _meant(
+    system: System,
+    graph: MechanismGraph,
+    t: float,
+    given: list[InitialValue],
+    metric: Metric,
+    until: float,
+    first: Shape,
+) -> tuple[Shape, Array, Notes]:
+    """The pose near the placement, or the one that is meant where the model decides nothing, with notes."""
+    placed = first.expand(first.start)
+    shape, y = _pose(system, t, first, given, metric, until)
+    shape, y, legs = _reaching(system, t, given, metric, until, shape, y)
+    if not isinstance(shape, AsIs | InPlane):
+        return shape, y, (legs, ())
+    shape, y, upright = _upright(system, graph, t, given, metric, until, shape, y)
+    turned = tuple(upside_down.turned(system, graph, placed, shape.expand(y)))
+    return shape, y, ((*legs, *upright), turned)
+
+
+def _upright(
+    system: System,
+    graph: MechanismGraph,
+    t: float,
+    given: list[InitialValue],
+    metric: Metric,
+    until: float,
+    shape: Shape,
+    y: Array,
+) -> tuple[Shape, Array, tuple[str, ...]]:
+    """The pose, or that in which bodies without initial values are not upside down, with a note for each."""
+    free, notes, attempts = upside_down.in_loops(system, graph), list[str](), 0
+    for name, placement in free.items():
+        q = shape.expand(y)
+        before = upside_down.angles(system, q)[name]
+        if abs(before) <= upside_down.UPRIGHT or attempts == upside_down.MOST:
+            continue
+        change = upside_down.turned_round(system, graph, placement, t, q)
+        if change is None:
+            continue
+        attempts += 1
+        turns = dict(system.tables.first_angles)
+        upside_down.follow_turns(system, q, change)
+        try:
+            found, z = _pose(system, t, AsIs(system, system.moved(q, change)), given, metric, until)
+            other = found.expand(z)
+        except (InitialisationError, TimeoutError):
+            other = q
+        if upside_down.is_upright(system, placement, graph, q, other):
+            shape, y = found, z
+            after = upside_down.angles(system, other)[name]
+            notes.append(upside_down.TAKEN.format(name, np.rad2deg(after), np.rad2deg(before)))
+        else:
+            for node, angle in turns.items():
+                system.set_first_angle(node, angle)
+    return shape, y, tuple(notes)
 
 
 def _reaching(
@@ -237,9 +297,7 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     given = for_assembly(system.scene, positions)
     for shape in _shapes(system, graph, t, positions):
         try:
-            measure = metric or Metric(system, {})
-            unknowns, y = _pose(system, t, shape, given, measure)
-            unknowns, y, _legs = _reaching(system, t, given, measure, np.inf, unknowns, y)
+            unknowns, y, _notes = _meant(system, graph, t, given, metric or Metric(system, {}), np.inf, shape)
             return unknowns.expand(y)
         except InitialisationError:
             if isinstance(shape, AsIs):
@@ -275,8 +333,10 @@ def _positions(
             y = shape.moved(guess, rng.normal(size=len(guess)) * 0.1 * attempt / scale)
         shape.begin()
         for k in range(160):
-            if perf_counter() > until:
-                raise TimeoutError(_inconsistent(system, t, shape.expand(best), fixed, velocity=None))
+            if process_time() > until:
+                if best_violation <= tolerance:
+                    return best
+                raise TimeoutError(_inconsistent(system, t, shape.expand(best), fixed, None, interrupted=True))
             q = shape.expand(y)
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)
             r_c = np.concatenate([system.Phi(t, q), _misses(value, fixed)])
@@ -536,8 +596,14 @@ def _with_units(violation: float, kind, velocity: Array | None) -> str:
     return f"{violation:.3g} {' or '.join(unit + per for unit in found) or '(SI units)'}{degrees}"
 
 
-def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue], velocity) -> InitialisationError:
-    """The constraints and fixed values that contradict each other, with their places."""
+def _inconsistent(
+    system: System, t: float, q: Array, fixed: list[InitialValue], velocity, interrupted: bool = False
+) -> InitialisationError:
+    """The constraints and fixed values that contradict each other, with their places.
+
+    At a pose where the search was ``interrupted``, they perhaps do not: a joint then is not open if all others are
+    closed, and its violation in this pose is stated.
+    """
     level = "positions" if velocity is None else "velocities"
     v = np.zeros(system.n) if velocity is None else velocity
     residual = system.Phi(t, q) if velocity is None else _velocity_residual(system, t, q, v)
@@ -562,7 +628,7 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
         wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
     wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # relative: the largest misfit may be tiny
-    if system.scene.spatial and velocity is None:
+    if system.scene.spatial and velocity is None and not interrupted:
         wrong = [
             (w, _opened(system, t, q, fixed, *where[text]) if text in where else text, at) for w, text, at in wrong
         ]

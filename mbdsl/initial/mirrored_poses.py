@@ -42,7 +42,7 @@ def unmirrored(system: System, t: float, q: Array, assemble: Callable[[Array], A
                 return q
             try:
                 other = assemble(guess)
-            except InitialisationError:
+            except (InitialisationError, TimeoutError):
                 continue
             if len(mirrored(system, t, other)) < len(bad):
                 q = other

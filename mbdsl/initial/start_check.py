@@ -7,7 +7,7 @@ kernels takes ten seconds, and loading compiled ones half a second, because LLVM
 from __future__ import annotations
 
 from collections.abc import Iterator
-from time import perf_counter
+from time import process_time
 
 from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError
@@ -26,7 +26,8 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.system import System, build
 
-#: wall-clock time [s] after which a search for positions is given up; four-bar linkages of 3,600 unknowns take 3 s
+#: time [s] of the processor after which a search for positions is given up, however busy the machine is; four-bar
+#: linkages of 3,600 unknowns take 3 s
 LIMIT = 10.0
 #: unknowns above which a model is not assembled: one evaluation would take a second
 MOST = 10_000
@@ -45,7 +46,8 @@ def check_start(graph: MechanismGraph) -> list[str]:
     Returns
     -------
     list of str
-        Lines about the result: guesses that were changed, and redundant constraints; or why it was not assembled.
+        Lines about the result: guesses that were changed, redundant constraints, and the size that errors are relative
+        to; or why it was not assembled.
 
     Raises
     ------
@@ -80,7 +82,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
             raise problem
         moved += state.moved
         lines += [MIRRORED.format(name) for name in state.mirrored]
-        lines += state.legs
+        lines += [*state.notes, *state.turned]
         rates += rates_not_given(system, state)
         names = system.constraint_names()
         redundant += [names[k] for k in state.redundant]
@@ -94,7 +96,14 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
         lines.insert(0, f"redundant: {', '.join(redundant)} {follow} from the other constraints")
         if scene.spatial:
             lines.insert(0, _mobility(whole, len(redundant)))
-    return [f"assembled at t = {t:g} s{_guesses(moved)}", *lines]
+    return [f"assembled at t = {t:g} s{_guesses(moved)}", *lines, _size(whole)]
+
+
+def _size(whole: System) -> str:
+    """What errors of positions are relative to; a size that is not that of the parts gives way to a long motion."""
+    size, far = whole.tables.size, whole.tables.outgrown_from
+    or_motion = f", or to the largest displacement of a run if that is above {far * size:.3g} m" if far < 1e3 else ""
+    return f"errors of positions are relative to {size:.3g} m{or_motion}"
 
 
 def _mobility(whole: System, redundant: int) -> str:
@@ -106,7 +115,7 @@ def _mobility(whole: System, redundant: int) -> str:
 
 def _states(reduction: Reduction, whole: System, t: float) -> Iterator[tuple[System, InitialState]]:
     """The parts of a model, as a simulation solves them, and their initial states."""
-    until = perf_counter() + LIMIT
+    until = process_time() + LIMIT
     for part in reduction.parts:
         system = whole if reduction.nothing_done else build(part.scene, part.graph, size=whole.tables.size)
         state = initial_state(system, part.graph, t, members_of(reduction, system), until=until)

@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 
 #: h^3 times the initial jerk, relative to the mechanism's size, above which the jerk belongs to a transient
 TRANSIENT = 1e-4
+#: time over which accelerations at the start are differentiated, relative to h
+RATES = 1e-3
 #: longest controlled step relative to the run, unless a shorter one is given: a longer step could pass over events of
 #: expressions
 LONGEST = 0.02
@@ -207,7 +209,7 @@ class Integration(RunState):
         """Applied forces, jerk and rate of the applied forces; those of the last call are kept."""
         key = t, self.h, q.tobytes(), v.tobytes(), a.tobytes()
         if self._rates is None or self._rates[0] != key:
-            self._rates = key, rates(self.system, t, 1e-3 * self.h, q, v, a, lam, self.left_out)
+            self._rates = key, rates(self.system, t, RATES * self.h, q, v, a, lam, self.left_out)
         return self._rates[1]
 
     def _begin_method(self, method: Method, start: Start, anew: bool) -> None:
@@ -253,9 +255,8 @@ class Integration(RunState):
         if module.METHOD.order == 0:
             return min(h, 0.5 * reals[loop_state.LARGEST] / speed, *self.times[:1] - self.start)
         allowed = step_control.AIM * step_control.SHARE * reals[loop_state.TOL]
-        return first_step(
-            module.local_error, self.coefficients, h, allowed, reals[loop_state.EXPONENT], scale, speed, span, a, jerk
-        )
+        error, exponent, e = module.local_error, reals[loop_state.EXPONENT], RATES * self.h
+        return first_step(error, self.coefficients, h, allowed, exponent, scale, speed, span, a, jerk, e)
 
     def _begin_control(self, t: float, q: Array, v: Array, jerk: Array) -> None:
         """Begin a history of controlled steps: it has the accelerations of a fictitious step before the start."""

@@ -62,15 +62,18 @@ def first_step(
     span: float,
     a: Array,
     jerk: Array,
+    e: float,
 ) -> float:
     """The first step, at most h, whose estimated error is about the allowed one.
 
     Derivatives may vanish at a symmetric start and be large shortly after. Therefore lower bounds of jerk and snap
-    follow from the time scale of ``speed`` and of the accelerations.
+    follow from the time scale of ``speed`` and of the accelerations. The jerk is known by differences over the time e,
+    which show no rate above 1/e: an acceleration that is rounding, beside its change in this time, is no scale.
     """
     fast = float(np.abs(a * scale).max(initial=0.0))
     w = max(1.0 / span, speed, fast**0.5)
-    snap = np.abs(jerk) * float(np.abs(jerk * scale).max(initial=0.0)) / fast if fast else np.abs(jerk)
+    change = float(np.abs(jerk * scale).max(initial=0.0))
+    snap = np.abs(jerk) * (change / max(fast, e * change) if change else 0.0)
     snap, jerk = np.maximum(snap, np.abs(a) * w**2), np.maximum(np.abs(jerk), np.abs(a) * w)
     compute, error = getattr(local_error, "py_func", local_error), 0.0
     for k in range(len(a)):

@@ -16,7 +16,8 @@ def has_to_be_assembled(graph: MechanismGraph) -> bool:
     """Whether the initial state of a model may be inconsistent, or has rates that are not given.
 
     It cannot be if the joints form a tree, no body that starts with a velocity carries another one, each fixed initial
-    value is that of another degree of freedom of the tree, every coordinate has a mass, and no law is evaluated.
+    value is that of another degree of freedom of the tree, every coordinate has a mass, and no law is evaluated. A
+    model whose size is not that of its bodies is assembled as well, because ``check`` states the size.
 
     Parameters
     ----------
@@ -34,6 +35,7 @@ def has_to_be_assembled(graph: MechanismGraph) -> bool:
         or any(frame.motion is not None for frame in graph.scene.frames.values())
         or not all(_has_masses(body) for body in graph.bodies.values())
         or _may_carry_others(graph)
+        or not _has_lengths(graph)
         or not _values_are_independent(graph)
     )
 
@@ -42,6 +44,13 @@ def _may_carry_others(graph: MechanismGraph) -> bool:
     """Whether a body may start with a velocity and carry a joint, whose rate may not be given."""
     moving = any(x.value and is_velocity_level(x.target) for x in graph.scene.initial)
     return moving and any(GROUND not in (e.body_i, e.body_j) for e in graph.joints)
+
+
+def _has_lengths(graph: MechanismGraph) -> bool:
+    """Whether a joint has a length, or a body a frame away from its reference point: the mechanism's size."""
+    own = (frame for frame in graph.scene.frames.values() if frame.body in graph.bodies)
+    away = any(frame.x or frame.y or getattr(frame, "z", 0.0) for frame in own)
+    return away or any(c.values.get(c.kind.size) for c in graph.scene.components.values())
 
 
 def _is_driven(c: Component) -> bool:

@@ -2,8 +2,8 @@
 
 Runs with different steps may agree although the motion is sensitive: a pendulum balanced upside down rests in all of
 them, and yet an error in the last digit of its position makes it fall. Here perturbations as large as the positions (at
-least one) and velocities are added at the start and at every sample of a run, and propagated by the equations
-linearised there,
+least one) and velocities are added at the start and at every sample of a run - to a velocity at a sample, one as large
+as this velocity, to which the rounding of steps is relative - and propagated by the equations linearised there,
 
     M dv' + K dq + D dv + Phi_q^T dlam + Gam_v^T dnu = 0,   Phi_q dq = 0,   J dv + N dq = 0,
 
@@ -180,7 +180,7 @@ class _Points(NamedTuple):
     mass: Array
     G: Array
     rate: Array
-    sizes: Array  #: (N, 2) largest scaled position (at least one) and largest scaled velocity
+    sizes: Array  #: (N, r + d) sizes of perturbations of y: the largest scaled position, at least one; and of x
 
 
 def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]) -> _Points | None:
@@ -223,7 +223,10 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     G, V1t, VtD = Vt @ MB, np.swapaxes(V1, 1, 2), Vt @ D
     y = np.concatenate([Zt @ (B if W is None else B + W @ Z), Zt @ V], axis=2)
     u = np.concatenate([V1t @ MB - VtD @ B - Vt @ (K @ Z), V1t @ MV - VtD @ V], axis=2)
-    sizes = np.stack([np.maximum(1.0, np.abs(q / s).max(axis=1)), fastest], axis=1)
+    far = np.repeat(np.maximum(1.0, np.abs(q / s).max(axis=1))[:, None], Z.shape[2], axis=1)
+    own = _velocities(system, v, W)
+    own[0] = fastest[0]  # of the data, in any axes
+    sizes = np.concatenate([far, np.sqrt(np.einsum("kij,ki->kj", V**2, own**2))], axis=1)
     rate = np.concatenate([y, np.linalg.solve(mass, u - G @ y)], axis=1)
     return _Points(Z, V, B, mass, G, rate, sizes) if np.isfinite(rate).all() else None
 
@@ -271,6 +274,17 @@ def _turn_with_bodies(
     return found
 
 
+def _velocities(system: System, v: Array, W: Array | None) -> Array:
+    """The size (N, n) of each scaled velocity, to which rounding is relative; of a rotation in world axes, the size of
+    the whole angular velocity."""
+    found = np.abs(v * system.tables.scale)
+    for d in system.tables.rotations[:, 0]:
+        own = slice(d, d + 3)
+        if W is None or not W[:, own, own].any():
+            found[:, own] = np.linalg.norm(found[:, own], axis=1)[:, None]
+    return found
+
+
 def _split(J: Array) -> tuple[Array, Array] | None:
     """Orthonormal bases of the null spaces of J (N, k, n), as columns, and the pseudo-inverses (N, n, k) of J; None if
     the ranks differ."""
@@ -306,7 +320,7 @@ def _carried(t: Array, points: _Points, speed: float) -> Growth:
     carry[:, r:] = np.linalg.solve(mass[1:], kept)
     steps, logs = second @ carry @ first, sizes_first + sizes_second
     new = np.random.default_rng(1).standard_normal((r + d, DIRECTIONS)) / np.sqrt(r + d)
-    added = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None] * new
+    added = (sizes / np.repeat([1.0, speed], (r, d)))[:, :, None] * new
     x, log, done = _propagated(steps, logs, added)
     y, w = x[:, :r], x[:, r:]
     length = np.maximum(np.abs(Z @ y).max(axis=(1, 2)), np.abs(V @ w + B @ y / speed).max(axis=(1, 2)))[:done]

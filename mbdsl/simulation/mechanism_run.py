@@ -38,9 +38,7 @@ from mbdsl.system.tables import gravity
 
 Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
-#: displacement, relative to a size known from initial positions only, above which it becomes the size
-FAR = 10.0
-#: number of steps of the first run between two checks of it
+#: number of steps of the first run between two checks of its displacements
 GLANCE = 64
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 
@@ -104,7 +102,7 @@ class Motion:
         self.system = build(scene, mechanism, plan.general)
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size
-        self._widens = self.system.tables.from_start  #: whether the first run may change the size
+        self._widens = True  #: whether the run may change the size: the first one
         self._systems, self._spaces = self._built()
         self.parts: list[Moving] = []
         self.assembled: list[tuple[System, InitialState]] = []
@@ -400,17 +398,17 @@ class Motion:
         return status
 
     def _glanced(self, p: Moving, steps: int) -> int:
-        """As advance, for a part whose size is known from initial positions only."""
+        """As advance, for a part in the first run, whose displacements may exceed the size by far."""
         run = p.integration
         if not isinstance(run, Integration):
             return run.advance(steps)
         status = run.advance(min(steps, GLANCE - run.steps % GLANCE))
         if status == loop_state.RUNNING and run.steps % GLANCE == 0:
-            run.widen(p.initial.q, FAR)
+            run.widen(p.initial.q, self.system.tables.outgrown_from)
         return status
 
     def outgrown(self) -> bool:
-        """Whether displacements of the first run exceed FAR times a size that is known from initial positions only.
+        """Whether displacements of the first run exceed a size that is not that of the parts, or that is rounding.
 
         The largest displacement becomes the size, and the run has to be repeated.
         """
@@ -419,7 +417,7 @@ class Motion:
         self._widens, tables = False, self.system.tables
         q = self.states()[1][:, tables.lengths]
         way = float(np.abs(q - q[:1]).max(initial=0.0))
-        if not FAR * tables.size < way < np.inf:
+        if not tables.outgrown_from * tables.size < way < np.inf:
             return False
         for own in (tables, *(p.system.tables for p in self.parts)):
             own.resize(way)

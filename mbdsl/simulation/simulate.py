@@ -118,7 +118,7 @@ def simulated(
         _announce_redundant(motion, announce)
     loose = [text for p in motion.parts for text in misfits(p.system, p.initial.t, p.initial.q, p.initial.v)]
     loose += [MIRRORED.format(name) for _, first in motion.assembled for name in first.mirrored]
-    loose += [note for _, first in motion.assembled for note in first.legs]
+    loose += [note for _, first in motion.assembled for note in first.notes]
     keeper = None
     if checkpoint is not None:
         asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}

@@ -78,6 +78,7 @@ TOGETHER = 1e-3
 
 #: reasons for a horizon
 AMPLIFIED = "the motion amplifies errors, rounding included,"
+NO_CONVERGENCE = "runs with shorter steps do not converge"
 CONTACT = "the path comes so close to a condition of a law that its error decides whether the condition changes"
 
 
@@ -265,7 +266,7 @@ class Ladder:
         # long steps may still be too large for a motion that amplifies errors, but not rounding, beyond the tolerance
         growing = self.few and last.differs > SATURATED and self.growth is not None and self.growth.log.max() > GROWN
         if decided and three and not growing and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
-            self.reason = "runs with shorter steps do not converge"
+            self.reason = NO_CONVERGENCE
             if last.differs < SATURATED:
                 return None
         goal: float | None = None  # eps that the tolerance needs, if the runs show it
@@ -284,11 +285,27 @@ class Ladder:
             if last.eps < NEAREST * self.failed[-1].eps:
                 return None
             eps = max(eps, self._between(last))
-        least = LEAST_OF_HIGH_ORDER if self.few else LEAST
-        if self._runs >= MOST or eps < least * tol or not self._affordable(last, min(eps, goal or eps)):
-            self.reason = self.reason or TOO_MANY_STEPS
+        return self._within_reach(last, eps, goal or eps)
+
+    def _within_reach(self, last: Trial, eps: float, goal: float) -> float | None:
+        """The next eps, neither below the least one nor with more steps than can be afforded; None if it is of no use.
+
+        The order that a few runs show may be far too low, and the ``goal`` orders of magnitude too small: the rung
+        between is tried, unless errors that decrease as fast as eps would not become small enough.
+        """
+        least = (LEAST_OF_HIGH_ORDER if self.few else LEAST) * self.tol
+        afforded = last.eps * (last.steps / MOST_STEPS) ** self.order
+        if self._runs >= MOST or min(eps, goal) < afforded:
+            # two runs alone do not show the order: their difference is stated, which may be much larger than the error
+            error = last.error if observed_order(self.trials) else min(last.error, last.differs / (NEXT - 1.0))
+            hoped = last.eps * min(1.0, self.tol / max(error, 1e-300))
+            if self._runs >= MOST or hoped < afforded or last.eps < NEAREST * afforded:
+                self.reason = self.reason or TOO_MANY_STEPS
+                return None
+        if eps < least and last.eps < NEAREST * least:
+            self.reason = self.reason or NO_CONVERGENCE
             return None
-        return eps
+        return max(eps, least, afforded)
 
     def _wanted(self, last: Trial) -> tuple[float, float]:
         """The order in which errors decrease with eps, and the eps with which the error would be AIM of the
@@ -316,9 +333,6 @@ class Ladder:
         if last.error <= self.tol or last.differs > SATURATED:
             return last.eps if last.error <= self.tol else typical
         return max(self._wanted(last)[1], last.eps / self._leap(0.0))
-
-    def _affordable(self, last: Trial, eps: float) -> bool:
-        return last.steps * (last.eps / eps) ** (1.0 / self.order) <= MOST_STEPS
 
     def _after_failure(self, last: Trial) -> float | None:
         """The next eps after a failed run.

@@ -21,8 +21,10 @@ from mbdsl.system.peaks_in_time import abrupt
 from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
 from mbdsl.system.tables import Buffers, Tables, gravity, of_models
 
-#: initial positions below this part of the radii of gyration are rounding: assembly closes gaps to 1e-12
+#: lengths below this part of the motion, or of the radii of gyration, are rounding: assembly closes gaps to 1e-12
 COINCIDENT = 1e-10
+#: displacement, relative to a size that is not that of the parts themselves, above which it becomes the size
+FAR = 10.0
 
 
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
@@ -96,9 +98,10 @@ def _fill(tables: Tables, size: float | None) -> None:
     g = gravity(scene)
     _fill_mass(tables, buffers, g)
     lengths += [float(c.values[c.kind.size]) for c in scene.components.values() if c.values.get(c.kind.size)]
-    size = size or max(lengths, default=0.0) or _extent(scene, Z[:ground])
-    tables.from_start = not size
-    tables.resize(size or _of_start(scene) or 1.0)
+    parts = max(lengths, default=0.0)
+    if not size:
+        tables.outgrown_from = 1.0 / COINCIDENT if parts else FAR
+    tables.resize(size or parts or _extent(scene, Z[:ground]) or _of_start(scene) or 1.0)
 
     starts = {name: x.start for name, x in scene.inputs.items()}
     tables.multipliers = _multipliers(tables)
@@ -176,8 +179,8 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
 
 
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
-    """The size [m] of a mechanism of point masses: the distance between the frames on the ground (k, 6), else the
-    largest length parameter of a component; 0 if there is none."""
+    """The size [m] of a mechanism of bodies without frames away from their centres: the distance between the frames on
+    the ground (k, 6), else the largest length parameter of a component; 0 if there is none."""
     axes = 3 if scene.spatial else 2
     apart = float(np.linalg.norm(ground[:, :axes] - ground[:1, :axes], axis=1).max(initial=0.0))
     parameters = [(c, p.name) for c in scene.components.values() for p in c.kind.parameters if p.unit == "m"]

@@ -43,7 +43,8 @@ class Tables:
     layout: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     frame_table: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, buffer_layout.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
-    from_start: bool = False  #: whether the size is that of initial positions, or 1 m if the model has no length
+    #: displacement in a run, relative to the size, from which on the displacement becomes the size
+    outgrown_from: float = np.inf
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     lengths: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))  #: which coordinates are lengths
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))

@@ -75,7 +75,9 @@ from mbdsl.integrators.loop.loop_state import (
     MATRICES,
     NOT_FINITE,
     RUNNING,
+    SIGNATURE,
     SINGULAR,
+    WATCHING,
 )
 from mbdsl.integrators.loop.newton import EPS, finite
 from mbdsl.integrators.loop.rotation_chart import from_rates, to_body, to_rates, to_second_rates, to_world
@@ -84,6 +86,7 @@ from mbdsl.integrators.loop.symmetric_lu import symmetric_factor, symmetric_solv
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
 from mbdsl.integrators.methods.dop853_coefficients import ALL, NODE, SQUARE, STAGES
 from mbdsl.integrators.methods.multiplier_matrix import applies, assemble, factorise, solve_multipliers
+from mbdsl.system.switches import signature
 
 #: own rows of ``vectors``: [a; lam] of all stages; coefficients of degree 4 to 7 of the interpolation of q, and of v;
 #: diagonal of M^{-1/2}, for :mod:`mbdsl.integrators.methods.multiplier_matrix`; [a; lam] at the end of the step, with
@@ -92,8 +95,9 @@ STAGE, OF_Q, OF_V = ROWS, ROWS + ALL, ROWS + ALL + 4
 ROOT, END, OTHER_VELOCITY = ROWS + ALL + 8, ROWS + ALL + 9, ROWS + ALL + 10
 OWN_ROWS = ALL + 11
 #: memory: contraction of the projection; largest scaled velocity so far; whether the interpolation of the step is
-#: ready; successive stiff steps; successive other steps since; whether forces depend on multipliers
-CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(6)
+#: ready; successive stiff steps; successive other steps since; whether forces depend on multipliers; whether a stage
+#: without weight in the step has seen a switch that changes
+CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION, CHANGED = range(7)
 #: most iterations of a projection; after RENEWED of them the matrix is renewed, or after three if changes decrease by
 #: less than the factor SLOW
 MOST, RENEWED, SLOW = 14, 5, 0.03
@@ -316,14 +320,23 @@ def solve_state(t, row, run):
 
 
 @kernel
+def is_changed(run):
+    """Whether a switch differs, at the state last evaluated, from its state at the start of the step."""
+    return signature(run.numbers, run.layout) != run.integers[SIGNATURE]
+
+
+@kernel
 def solve_stages(t, h, run):
     """All stages of a step from t, and its end before projection, in POSITION, VELOCITY and UNKNOWN; a status."""
-    vectors, c = run.vectors, run.coefficients
+    vectors, c, memory = run.vectors, run.coefficients, run.memory
     size = run.layout[N_ALL]
+    memory[CHANGED] = 0.0
     for k in range(1, STAGES):
         motion(k, k, h, run)
         s = t + c[NODE + k] * h
         evaluate_state(s, run)
+        if c[ALL * STAGES + k] == 0.0 and run.integers[WATCHING]:
+            memory[CHANGED] = larger(memory[CHANGED], 1.0 if is_changed(run) else 0.0)
         status = solve_state(s, STAGE + k, run)
         if status != RUNNING:
             return status

@@ -1,5 +1,6 @@
 """`mbdsl check` assembles: what cannot be assembled, with names, source lines, and values as they were written."""
 
+import re
 import sys
 import types
 from pathlib import Path
@@ -170,7 +171,7 @@ def test_guesses_that_move_are_reported_as_they_were_written(say):
     """The slider is 150 mm + 450 mm ... from the geometry: x = L1 cos 30 + sqrt(L2^2 - (L1 sin 30)^2) for the crank."""
     code, out, err = say("check", MODELS / "driven_crank.mbd")
     assert (code, err) == (0, "")
-    assert out.splitlines()[-1].startswith("assembled at t = 0 s; 1 guess moved: slider.x from 0.9 m to 0.84")
+    assert out.splitlines()[-2].startswith("assembled at t = 0 s; 1 guess moved: slider.x from 0.9 m to 0.84")
 
 
 def test_redundant_constraints_are_reported(say):
@@ -263,12 +264,12 @@ def test_models_that_need_no_assembly_are_assembled_at_once(path):
     """Their guess is consistent: the assembly finds no redundant constraint and moves no fixed value."""
     graph = build(load(path))
     if not has_to_be_assembled(graph):
-        assert check_start(graph)[0].startswith("assembled at t = 0 s") and len(check_start(graph)) == 1
+        assert check_start(graph)[0].startswith("assembled at t = 0 s") and len(check_start(graph)) == 2
 
 
 def test_the_start_time_is_that_of_the_model():
     text = PENDULUM.replace("{more}", "  annotation(experiment(StartTime = 2 s, StopTime = 3 s));")
-    assert check_start(build(parse_text(text))) == ["assembled at t = 2 s"]
+    assert check_start(build(parse_text(text)))[0] == "assembled at t = 2 s"
 
 
 def test_misfits_of_angles_are_in_degrees_too(check):
@@ -284,3 +285,20 @@ end M;
     print(err)
     assert code == 3
     assert "RotationalDriver right is violated by 0.175 rad (10 deg)" in err
+
+
+@pytest.mark.parametrize(
+    "model", [MODELS / "driven_crank.mbd", MODELS / "space" / "delta_robot.mbd"], ids=lambda m: m.stem
+)
+def test_a_search_that_ends_early_gives_closed_joints_or_says_how_far_they_are_open(model, monkeypatch):
+    """A clock that ends the search after any number of iterations: a misfit of rounding is no open joint."""
+    graph, ends = build(load(model)), []
+    for most in (1, 3, 4, 5, 6, 8, 12):
+        ticks = iter([0.0] * (most + 1))  # the first is that of the start of the search
+        clock = lambda ticks=ticks: next(ticks, 1e9)  # noqa: E731
+        monkeypatch.setattr("mbdsl.initial.start_check.process_time", clock)
+        monkeypatch.setattr("mbdsl.initial.consistent.process_time", clock)
+        lines = check_start(graph)
+        ends.append(lines[0].startswith("assembled"))
+        assert ends[-1] or float(re.search(r"(?:open|violated) by ([-+.e\d]+)", lines[1])[1]) > 1e-12
+    assert not ends[0] and ends[-1]

@@ -21,7 +21,7 @@ end M;
 
 @pytest.mark.parametrize("length", ["0.50000002", "0.500001", "0.5001"])
 def test_a_small_change_is_visible(length):
-    (line,) = check_start(build(parse_text(TEXT.format(length))))
+    line, _size = check_start(build(parse_text(TEXT.format(length))))
     assert line.endswith(f"1 guess moved: chassis.x from 0.5 m to {length} m")
 
 

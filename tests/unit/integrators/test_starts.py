@@ -128,3 +128,14 @@ def test_one_newton_step_onto_the_constraints(v):
         q, w = start_values.onto_constraints(system, 0.0, np.array([1.0 + d, 0.2 * d]), np.array([d, v]), ())
         left.append(np.abs([np.hypot(*q) - 1.0, q @ w]))
     assert np.all(left[0] < 1e-3) and np.all(left[1] <= 0.011 * left[0] + 1e-15)
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-60, 1e-20])
+def test_an_acceleration_that_is_rounding_is_no_scale_for_the_first_step(rounding):
+    """A mass of W = 2 rad/s passes its rest position with 1 m/s: the jerk is -4 m/s3, the acceleration zero. The step
+    of hht-i3 errs by some h^3 W^3, here 1e-6, so that 5 ms would do; where no rate is known, one of 1/e is assumed,
+    and the step grows soon."""
+    a, jerk, one = np.array([rounding]), np.array([-4.0]), np.ones(1)
+    c = np.array(hht_i3.coefficients({"alpha": -0.3}))
+    h = start_values.first_step(hht_i3.local_error, c, 0.1, 1e-6, 1 / 3, one, 1.0, 10.0, a, jerk, 1e-5)
+    assert 1e-4 < h < 1.5e-2

@@ -1,5 +1,6 @@
 """Calibration with failing runs: an error is estimated up to the time that two runs have reached."""
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -99,6 +100,32 @@ def test_what_takes_too_many_steps_is_not_tried():
     assert min(motion.tried) > 1e-9
     assert found.reason == "it would take too many steps"
     assert 0.1 * motion.eps <= found.error
+
+
+def test_the_rung_between_is_tried():
+    """Two runs show no order: their difference, as an error, asks for an eps that takes four times the steps that are
+    afforded, 2e7. The errors are a seventh of it, and an eps of 1e-5 takes 20 times the steps of the first run."""
+    motion = Sine(lambda eps: False, steps=1_000_000, error=lambda eps: 10.0 * eps)
+    status, found = calibrated(motion, TOL, motion.run)
+    assert motion.steps < 2.001e7
+    assert status == loop_state.DONE and found.error <= TOL and not found.reason
+    assert 10.0 * motion.eps <= found.error
+
+
+def test_errors_that_fall_late_are_waited_for():
+    """The first runs show the order 1/3 in eps, as those of backends at contacts do: an eps of 1e-13 and less would be
+    needed. Behind 1e-8 errors fall by a thousand, and the next run shows it."""
+    motion = Sine(lambda eps: False, error=lambda eps: 0.1 * eps ** (1 / 3) * (1e-3 if eps < 1e-8 else 1.0))
+    motion.plan = replace(motion.plan, method="scipy-dop853")
+    status, found = calibrated(motion, TOL, motion.run)
+    assert status == loop_state.DONE and found.error <= TOL and not found.reason
+
+
+def test_errors_that_do_not_fall_are_not_called_too_many_steps():
+    motion = Sine(lambda eps: False, error=lambda eps: 0.03 * eps ** (1 / 6))
+    motion.plan = replace(motion.plan, method="scipy-dop853")
+    found = calibrated(motion, 1e-6, motion.run)[1]
+    assert found.reason == "runs with shorter steps do not converge"
 
 
 def test_nothing_is_claimed_of_times_that_one_run_has_come_to():

@@ -1,0 +1,61 @@
+"""Contacts that are first met late, by long steps: two equal masses exchange their velocities, a ball meets a ceiling.
+
+Between contacts accelerations are constant, so that steps are as long as they may be, and some of their stages lie in
+the contact. Four stages of dop853 have no weight; if only these meet the contact, the step must not be accepted.
+"""
+
+import numpy as np
+import pytest
+
+import mbdsl
+
+MASSES = """{spatial}model Masses
+  Ground ground(g = 0);
+  Body A(m = 1 kg, I = 1 kg.m2);
+  Body B(m = 1 kg, I = 1 kg.m2);
+  Prismatic pa(ground, A.c{axis});
+  Prismatic pb(ground, B.c{axis});
+  SpringDamper bump(A.c, B.c, force = if s < 1 m then {k}*(s - 1 m) else 0 N);
+initial equation
+  pa.s = 0 m; pa.v = 1 m/s; pb.s = {distance} m; pb.v = 0 m/s;
+  annotation(experiment(StopTime = {stop} s));
+end Masses;"""
+
+CEILING = """model Ceiling
+  Ground ground(g = 9.81);
+  PointMass ball(m = 1 kg);
+  Force roof(ball, fy = if ball.y > {height} m then {k}*({height} m - ball.y) else 0 N);
+initial equation
+  ball.x = 0 m; ball.y = 0 m; ball.vx = 0 m/s; ball.vy = 30 m/s;
+  annotation(experiment(StopTime = 5 s));
+end Ceiling;"""
+
+
+@pytest.mark.parametrize("spatial", ["", "spatial "])
+@pytest.mark.parametrize("k", [1e6, 1e8])
+@pytest.mark.parametrize("gap", [8.005, 6.721802573159248, 2.3843008255512137])
+def test_equal_masses_exchange_their_velocities(gap, k, spatial):
+    """The contact lasts pi/sqrt(2 k/m): A moves with 1 m/s until then, and B afterwards; the centre all the time."""
+    axis = ", n = {1, 0, 0}" if spatial else ""
+    text = MASSES.format(spatial=spatial, axis=axis, k=f"{k} N/m", distance=gap + 1.0, stop=gap + 2.3)
+    for tol in (1e-3, 1e-6):
+        run = mbdsl.simulate(mbdsl.parse(text), method="dop853", tol=tol)
+        lasts = np.pi / np.sqrt(2.0 * k)
+        end = gap + 0.5 * lasts  # half of the way is done by each
+        assert run["pa.v"][-1] == pytest.approx(0.0, abs=3.0 * tol)
+        assert run["pb.v"][-1] == pytest.approx(1.0, abs=3.0 * tol)
+        assert run["pa.s"][-1] == pytest.approx(end, abs=30.0 * tol)
+        assert run.stats["steps"] < 200
+
+
+@pytest.mark.parametrize(("height", "k"), [(45.8, 1e6), (45.24, 3.5e6), (25.0, 1e8), (43.5, 5e3)])
+def test_a_ball_meets_the_ceiling(height, k):
+    """The motion is symmetric about the middle of the contact: y(2 tc - t) = y(t), with y = 30 t - g t^2/2 before.
+
+    In the contact y'' = -g - k/m (y - height), so that v = 0 where tan(w t) = v1 w/g.
+    """
+    run = mbdsl.simulate(mbdsl.parse(CEILING.format(height=height, k=f"{k} N/m")), method="dop853", tol=1e-6)
+    first, w = np.sqrt(900.0 - 2.0 * 9.81 * height), np.sqrt(k)
+    middle = (30.0 - first) / 9.81 + np.arctan2(first * w, 9.81) / w
+    t = 2.0 * middle - run.t[run.t > middle + 0.5]
+    np.testing.assert_allclose(run["ball.y"][run.t > middle + 0.5], 30.0 * t - 4.905 * t**2, rtol=0, atol=1e-4)
