@@ -48,6 +48,16 @@ def test_equal_masses_exchange_their_velocities(gap, k, spatial):
         assert run.stats["steps"] < 200
 
 
+@pytest.mark.parametrize("method", ["scipy-dop853", "scipy-lsoda"])
+@pytest.mark.parametrize(("gap", "k"), [(8.005, 1e6), (6.069954397163704, 3.7e8), (0.7637212143008403, 9.9e7)])
+def test_backends_do_not_pass_through_the_contact(gap, k, method):
+    """The same, where the estimate of a step is that of the backend."""
+    text = MASSES.format(spatial="", axis="", k=f"{k} N/m", distance=gap + 1.0, stop=gap + 2.3)
+    run = mbdsl.simulate(mbdsl.parse(text), method=method, tol=1e-5)
+    assert run["pa.v"][-1] == pytest.approx(0.0, abs=5e-5)
+    assert run["pb.v"][-1] == pytest.approx(1.0, abs=5e-5)
+
+
 @pytest.mark.parametrize(("height", "k"), [(45.8, 1e6), (45.24, 3.5e6), (25.0, 1e8), (43.5, 5e3)])
 def test_a_ball_meets_the_ceiling(height, k):
     """The motion is symmetric about the middle of the contact: y(2 tc - t) = y(t), with y = 30 t - g t^2/2 before.

@@ -3,7 +3,9 @@
 Steps end at known times of jumps. The states of other switches (:mod:`mbdsl.system.switches`) are compared in the
 middle and at the end of every step. If a switch has changed and accelerations jump, the step ends at that time, which
 is found by bisection on the solver's own interpolant. If accelerations have a corner and no jump, the step is kept,
-because the solver's error estimate has covered it.
+because the solver's error estimate has covered it - unless the velocities of the step do not change as the
+accelerations behind the corner say: explicit methods have stages without weight, and the estimate is zero if only these
+meet a contact. Such a step is repeated up to shortly before the corner, and a new piece starts behind it.
 
 A step across a jump may have no solution; a solver then takes shorter and shorter steps until it fails. The remaining
 time to the jump is bridged with constant acceleration. If forces drive the motion back from both sides of a switch, as
@@ -22,7 +24,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
-from mbdsl.integrators.events import CROWD, HARDLY, MANY, STANDSTILL, sliding
+from mbdsl.integrators.events import CROWD, HARDLY, LEFT, MANY, STANDSTILL, sliding
 from mbdsl.integrators.loop.switch_location import JUMP
 from mbdsl.system.close_approaches import Approaches
 from mbdsl.system.index1 import Index1
@@ -44,6 +46,8 @@ UNSEEN_HINT = "try a wider window, or another method; see `mbdsl methods`"
 #: largest number of steps that are searched for peaks together; number of steps beyond a peak in the search after it
 #: was found. This number doubles with each search
 TOGETHER, FEW = 32, 2
+#: part of the change of a velocity that a step across a corner has to contain
+MISSED = 0.5
 #: largest number of corners located within one step; more are not searched for jumps
 CORNERS = 10
 
@@ -143,6 +147,13 @@ def _walk(
                     solver.step()
                     if (peak := peaks.passed(t, solver.t)) is not None:
                         solver, goal = begin(t, q, v, peak), peak
+                        continue
+                    if (corner := switches.overlooked(solver, t, q, v)) is not None:
+                        if corner - t <= LEFT * (solver.t - t):
+                            (t, q, v), jumped = switches.move(t, q, v, corner + near - t), True
+                            break
+                        goal = corner - 0.5 * LEFT * (corner - t)
+                        solver = begin(t, q, v, goal)
                         continue
                 except IntegrationError as failure:
                     t, q, v = switches.pass_over(t, q, v, stop, failure)
@@ -246,6 +257,7 @@ class _Switches:
         self.near = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
         self._any = bool(problem.system.tables.switches)
         self._times: deque[float] = deque(maxlen=MANY)
+        self._noticed = problem.tolerances()[1] if problem.tol is not None else np.zeros(problem.system.n)
 
     def return_to(self, t: float) -> None:
         """Forget the jumps after t."""
@@ -310,6 +322,26 @@ class _Switches:
         """Whether accelerations jump from ``before`` to ``behind``, relative to these and to those at ``further``."""
         a, b, c = (self._f.motion(*x)[0] for x in (before, behind, further))
         return not (np.abs(a - b) <= JUMP * np.abs([a, b, c]).max(axis=0)).all()
+
+    def overlooked(self, solver: Solver, t: float, q: Array, v: Array) -> float | None:
+        """The time of a corner if the last step, from t, does not contain the accelerations behind it."""
+        end = solver.t
+        middle = 0.5 * (t + end)
+        if not self._any or (self._same(middle, *solver.at(middle)) and self._same(end, *solver.at(end))):
+            return None
+        a = [self._f.motion(x, *solver.at(x))[0] for x in (t, middle, end)]
+        gained, change = (end - t) / 6.0 * (a[0] + 4.0 * a[1] + a[2]), solver.at(end)[1] - v
+        missed = (np.abs(change - gained) > MISSED * np.abs(gained)) & (np.abs(gained) > self._noticed)
+        if not missed.any():
+            return None
+
+        def on(x: float) -> State:
+            return self.move(t, q, v, x - t)
+
+        if self._same(*on(end)):
+            return None
+        corner, behind = self._bisect(on, t, end)
+        return None if self._jumps(on(corner), on(behind), on(end)) else corner
 
     def pass_over(self, t: float, q: Array, v: Array, stop: float, failure: IntegrationError) -> State:
         """The state behind a switch, shortly before which a solver has failed.
