@@ -62,9 +62,14 @@ BY_ERROR_HINT = (
 )
 
 
+def reads_reactions(switch: Switch) -> bool:
+    """Whether a switch depends on reactions."""
+    return any(leaf.op == "multiplier" for leaf in leaves(switch.node))
+
+
 def sliding(switches: Sequence[Switch]) -> tuple[str, str]:
     """Message and remedy of a run without progress, in which these switches change."""
-    if switches and all(any(leaf.op == "multiplier" for leaf in leaves(x.node)) for x in switches):
+    if switches and all(map(reads_reactions, switches)):
         return BY_ERROR, BY_ERROR_HINT
     return SLIDING, SLIDING_HINT
 

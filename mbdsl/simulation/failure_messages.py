@@ -17,7 +17,7 @@ from mbdsl.expressions.symbolic import coordinate, der, expr, substitute
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
-from mbdsl.integrators.events import SLIDING, SLIDING_HINT, sliding
+from mbdsl.integrators.events import SLIDING, SLIDING_HINT, reads_reactions, sliding
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
@@ -255,7 +255,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         where, span = "", None  # residuals of Newton's iteration are unrelated to these
     if status == loop_state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
-        reason, hint = sliding(integration.events.changing)
+        own = [x for x in system.tables.switches if reads_reactions(x)]
+        reason, hint = sliding(integration.events.changing or own)
     else:
         reason = REASONS[status]
     if law is not None:

@@ -9,7 +9,8 @@ import loops
 import mechanisms
 import others
 import pulses
+import reported
 import vibrations
 
-MODULES = (pulses, vibrations, contacts, chains, loops, others)  # each adds its own
+MODULES = (pulses, vibrations, contacts, chains, loops, others, reported)  # each adds its own
 CLAIMS = {**laws.CLAIMS, **mechanisms.CLAIMS}
