@@ -117,7 +117,7 @@ for name, below in (("ReactionLimit", 1e-2), ("ReactionLimitNear", 1e-5)):
         g=G,
     )
 
-# -- long regular motions: errors grow in proportion to time ------------------------------------------------------------
+# -- long regular motions: errors grow in proportion to time -----------------------------------------------------------
 for name, angle, stop in (("SwingFar", 2.4, 60), ("SwingOver", 2.8, 30)):
     mechanism(
         name,
