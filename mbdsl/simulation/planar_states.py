@@ -62,7 +62,7 @@ class PlanarStates:
 
     def __init__(self, flat: Flattened, parts: Sequence[System], size: float) -> None:
         motion = flat.motion
-        planar, scene = motion.planar, motion.graph.scene
+        planar, scene = motion.reduced, motion.graph.scene
         self.flat, self._motion = flat, motion
         self.system = parts[0] if flat.reduction.nothing_done else build(planar.scene, planar, size=size)
         plane = motion.plane
