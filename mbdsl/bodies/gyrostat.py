@@ -48,7 +48,8 @@ class Gyrostat(SpatialRigid):
         return np.concatenate([super().weight(g), 0.0 * self._C])
 
     def scale(self, size: float) -> Array:
-        return np.concatenate([super().scale(size), np.ones(len(self._C))])
+        # angles as the rotations of the body that they cause: steps are as long as the motion of the body permits
+        return np.concatenate([super().scale(size), self._C / np.einsum("ki,ij,kj->k", self._n, self._J, self._n)])
 
     def eliminate(self) -> Sequence[int]:
         return range(self.n)

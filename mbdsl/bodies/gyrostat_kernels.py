@@ -1,4 +1,4 @@
-"""Motion of a gyrostat: a rigid body with rotors, each of which is symmetric about its axle, which is fixed in the body.
+"""Motion of a gyrostat: a rigid body with rotors, each symmetric about its axle, which is fixed in the body.
 
 The mass and the inertia J of all of them together, about their common centre of mass x, are constant in the axes of the
 body, however the rotors turn. With the angular velocity Omega of the body, and for each rotor its angle theta, the axle
@@ -6,7 +6,8 @@ n, a unit vector, and the moment of inertia C about it:
 
     2 T = m v . v + Omega . J Omega + sum C (2 theta' n . Omega + theta'^2)
 
-    J Omega' + sum C n theta'' + Omega x (J Omega + sum C theta' n) = torque,   C (n . Omega' + theta'') = n . torque_rotor
+    J Omega' + sum C n theta'' + Omega x (J Omega + sum C theta' n) = torque
+    C (n . Omega' + theta'') = n . (torque on the rotor)
 
 Neither equation depends on theta: steps need not resolve the spin. Coordinates are those of a rigid body
 (:mod:`mbdsl.bodies.spatial_rigid_body_kernels`, whose kernels do their part), then the angles theta. Frames on a rotor
@@ -101,9 +102,7 @@ def gather_on_rotors(o, wrench, attitude_at, row, vectors, frames, numbers, layo
     for k in range(layout[r + 2]):
         f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
         nx, ny, nz = axle(i, r, own, numbers, layout)
-        vectors[row, d + i] += (
-            nx * frames[f, wrench + 3] + ny * frames[f, wrench + 4] + nz * frames[f, wrench + 5]
-        )
+        vectors[row, d + i] += nx * frames[f, wrench + 3] + ny * frames[f, wrench + 4] + nz * frames[f, wrench + 5]
 
 
 @kernel
@@ -126,7 +125,9 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
 def collect_past(block, vectors, frames, numbers, layout):
     rigid.collect_past(block, vectors, frames, numbers, layout)
     for e in range(layout[block]):
-        gather_on_rotors(layout[block + 1] + RECORD * e, PAST_WRENCH, PAST, PAST_FORCE, vectors, frames, numbers, layout)
+        gather_on_rotors(
+            layout[block + 1] + RECORD * e, PAST_WRENCH, PAST, PAST_FORCE, vectors, frames, numbers, layout
+        )
 
 
 @kernel

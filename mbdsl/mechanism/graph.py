@@ -303,7 +303,9 @@ def build(scene: Scene) -> MechanismGraph:
     checks.joints_join([e for e in joints if e.name in fixed], grounds[0])
     checks.forces_act([e for e in forces if e.name in fixed])
     checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
-    return MechanismGraph(scene, grounds[0], bodies, joints, forces, checks.warnings(joints, [e for e in forces if e.name in fixed]))
+    return MechanismGraph(
+        scene, grounds[0], bodies, joints, forces, checks.warnings(joints, [e for e in forces if e.name in fixed])
+    )
 
 
 def _to_rotor(scene: Scene, component: Component) -> bool:

@@ -24,8 +24,8 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.numerics.rotation import BASE
 from mbdsl.numerics.rotation_arrays import cross_matrix
-from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
 from mbdsl.simulation.gyrostat_states import Placed
+from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
 from mbdsl.simulation.planar_states import PlanarBody, PlanarStates
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.simulation.turn_counters import TurnCounter
@@ -253,10 +253,11 @@ class PresentSignals:
         """The position x, the attitude R by rows, the velocity v, and the angular velocity w in the body's axes."""
         for states in self._motion.whole.reduced:
             for own in states.bodies:
-                if own.name == body and isinstance(states, PlanarStates):
-                    return self._from_plane(states, own)
                 if own.name == body:
-                    return self._on_gyrostat(own)
+                    if isinstance(own, Placed):
+                        return self._on_gyrostat(own)
+                    assert isinstance(states, PlanarStates)
+                    return self._from_plane(states, own)
         return self._state_of_part(body)
 
     def _state_of_part(self, body: str) -> tuple[Vector, list[Vector], Vector, Vector]:

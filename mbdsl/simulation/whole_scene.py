@@ -2,8 +2,8 @@
 
 Reduction fixes every body of the scene to a body of a part at a constant pose, or prescribes its motion as a function
 of time: the frames of the reduced scene contain this information. The map is set up once. Multipliers are copied from
-the part that solves for them. Of a mechanism in space that is solved in a plane, or with gyrostats, the state of the scene that
-is solved is found first; its multipliers follow from the motion.
+the part that solves for them. Of a mechanism in space that is solved in a plane, or with gyrostats, the state of the
+scene that is solved is found first; its multipliers follow from the motion.
 """
 
 from __future__ import annotations

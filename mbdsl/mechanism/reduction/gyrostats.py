@@ -18,7 +18,7 @@ from typing import Any
 
 from mbdsl.elements import of_variant
 from mbdsl.elements.in_space.body import least_minor
-from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.elements.kind import BodyKind
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.mechanism import graph as mechanism
 from mbdsl.mechanism.edge import Edge
@@ -103,7 +103,7 @@ def _groups(rotors: Iterable[Rotor]) -> dict[str, list[Rotor]]:
 def _rotor(graph: MechanismGraph, e: Edge, name: str, carrier: str) -> Rotor | None:
     """The rotor, if a body that nothing but a hinge holds is symmetric about its axis."""
     scene, c = graph.scene, graph.bodies[name]
-    holding = [j for j in graph.joints if name in (j.body_i, j.body_j) and j.rows]
+    holding = [j for j in graph.kinematic_joints if name in (j.body_i, j.body_j)]
     if len(holding) > 1 or any(len(graph.bodies[body].coordinates) != RIGID for body in (name, carrier)):
         return None
     mine, other = (scene.frames[e.component.ports[port]] for port in ("frame_a", "frame_b"))
@@ -115,7 +115,7 @@ def _rotor(graph: MechanismGraph, e: Edge, name: str, carrier: str) -> Rotor | N
     Jn = tuple(sum(J[3 * i + j] * axle[j] for j in range(3)) for i in range(3))
     C = sum(x * y for x, y in zip(axle, Jn, strict=True))
     A = 0.5 * (J[0] + J[4] + J[8] - C)
-    if not (m > 0.0 and C > SAME * largest and _masses(graph.bodies[carrier])[0] > 0.0):
+    if not (m > 0.0 and SAME * largest < C and _masses(graph.bodies[carrier])[0] > 0.0):
         return None
     for i in range(3):
         for j in range(3):
@@ -225,7 +225,7 @@ def _regular(scene: Scene, rotors: Sequence[Rotor]) -> bool:
 
 
 def _together(scene: Scene, rotors: Sequence[Rotor]) -> tuple[float, Vector, Vector]:
-    """Mass, centre of mass from the carrier's reference point, and inertia about it (9), of a carrier and its rotors."""
+    """Mass, centre of mass from the carrier's reference point, and inertia about it (9), of a carrier with rotors."""
     m, J, com = _masses(scene.components[rotors[0].carrier])
     parts = [(m, J, com)]
     for r in rotors:
