@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bodies.gyrostat_kernels import ANGLES
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.initial.consistent import InitialState
 from mbdsl.mechanism.reduction import Flattened
 from mbdsl.mechanism.reduction.gyrostats import Gyrostats
@@ -64,6 +65,7 @@ class GyrostatStates:
         of = {}
         for r in motion.rotors:
             of[r.name] = numbers[r.carrier] = numbers.get(r.carrier, -1) + 1
+        self._angles: dict[Expr, float] = {}
         self.bodies = []
         for c in scene.bodies():
             on = rotors[c.name].carrier if c.name in rotors else c.name
@@ -77,6 +79,7 @@ class GyrostatStates:
 
     def of(self, space: System, state: InitialState) -> tuple[Array, Array]:
         """q and v (n,) with gyrostats, of an assembled state."""
+        self._angles = space.tables.first_angles
         q, v = np.zeros(self.system.n), np.zeros(self.system.n)
         for body in sorted(self.bodies, key=lambda body: body.rotor >= 0):  # carriers before rotors
             d, k = space.tables.coordinates[body.name], self.system.tables.coordinates[body.on]
@@ -100,7 +103,10 @@ class GyrostatStates:
         return q, v
 
     def of_part(self, part: System, q: Array, v: Array) -> tuple[Array, Array]:
-        """q and v (n,) of a part of the reduced scene from those of the whole one."""
+        """q and v (n,) of a part of the reduced scene from those of the whole one; its angles that count turns start
+        with the values of the assembled state."""
+        for node in part.tables.angles:
+            part.set_first_angle(node, self._angles.get(node, 0.0))
         own_q, own_v = np.zeros(part.n), np.zeros(part.n)
         for name, k in part.tables.coordinates.items():
             d, count = self.system.tables.coordinates[name], part.tables.models[name].n

@@ -161,7 +161,7 @@ def test_tangents_on_rotors_are_derivatives(name):
     compare(s, q, v, lam)
 
 
-@pytest.mark.parametrize("name", ("Spherical", "RotationalVelocityDriver"))
+@pytest.mark.parametrize("name", ["Spherical", "RotationalVelocityDriver"])
 def test_constraint_tangents_on_rotors_in_a_step(name):
     s = with_rotors(system(find(name, True)))
     in_a_step(s, *states(s, np.random.default_rng(0))[:2])
