@@ -10,7 +10,7 @@ import numpy as np
 from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
 from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
 from mbdsl.bodies.contract import Array, Described, Pose
-from mbdsl.bodies.spatial_rigid_body_kernels import ROTATION
+from mbdsl.bodies.spatial_rigid_body_kernels import POINT, ROTATION
 from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
 
 #: principal moments of inertia below this part of the largest are zero: of a rod whose matrix of inertia is rounded
@@ -32,6 +32,7 @@ class SpatialRigid:
     def __init__(self, component: Described) -> None:
         m, *J = component.kind.table(component.values)
         self._m, self._J = float(m), np.array(J, float).reshape(3, 3)
+        self._free = self._J  #: the inertia that resists a torque on the body alone
         self._last: tuple[Callable[[], Array | None], Array] = lambda: None, np.empty(0)
 
     def mass(self) -> Array:
@@ -65,25 +66,26 @@ class SpatialRigid:
         return tuple(range(6))
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
-        """First coordinate, first frame, number of frames, offsets of their poses and of the rotation, first slot."""
-        offset = buffers.floats(value for pose in poses for value in pose)
+        """First coordinate, first frame, number of frames, offsets of their poses and of the rotation, first slot, and
+        0 for no rotors."""
+        offset = buffers.floats(value for pose in poses for value in pose[:POINT])
         singular = self.massless()[3:].any()
-        inverse = np.zeros((3, 3)) if singular else np.linalg.inv(self._J)
+        inverse = np.zeros((3, 3)) if singular else np.linalg.inv(self._free)
         rotation = [*np.eye(3).ravel(), 1.0, 0.0, 0.0, 0.0, *np.eye(3).ravel(), *self._J.ravel(), *inverse.ravel()]
         at = buffers.floats([*rotation, *[0.0] * (ROTATION - len(rotation))])
         buffers.rotations.append((d + 3, at))
         rows = range(d + 3, d + 6)
-        return [d, first, len(poses), offset, at, buffers.slots(rows, rows)]
+        return [d, first, len(poses), offset, at, buffers.slots(rows, rows), 0]
 
     def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
         """Entry of a frame's pose or rate, in world axes."""
         k = (VELOCITIES if key in VELOCITIES else POSITIONS).index(key)
         i = k % 3
         if key in VELOCITIES[:3]:
-            return v[:, i] + (self._attitudes(q)[:, i] * np.cross(v[:, 3:], pose[:3])).sum(axis=1)
+            return v[:, i] + (self._attitudes(q)[:, i] * np.cross(v[:, 3:6], pose[:3])).sum(axis=1)
         row = self._attitudes(q)[:, i]
         if key in VELOCITIES:
-            return (row * v[:, 3:]).sum(axis=1)
+            return (row * v[:, 3:6]).sum(axis=1)
         found = row @ np.array(pose[k - i : k - i + 3])
         return q[:, i] + found if k < 3 else found
 
@@ -92,7 +94,7 @@ class SpatialRigid:
         a frame in space has 18 coordinates."""
         last, found = self._last
         if last() is not q:
-            found = matrices(q[:, 3:])
+            found = matrices(q[:, 3:6])
             if len(q) <= KEPT:
                 self._last = weakref.ref(q), found
         return found
@@ -101,7 +103,7 @@ class SpatialRigid:
         """Derivatives of a frame's position and axes (12, 6) with respect to displacements of the body and rotations in
         its axes; of its velocities (6, 6) with respect to those of the body; of its velocities (6, 6) with respect to
         displacements and rotations."""
-        R = matrices(q[None, 3:])[0]
+        R = matrices(q[None, 3:6])[0]
         B, G, rate = np.zeros((12, 6)), np.zeros((6, 6)), np.zeros((6, 6))
         B[:3, :3] = G[:3, :3] = np.eye(3)
         for k in range(4):

@@ -13,7 +13,8 @@ they change with the motion of the mechanism alone, and not with the spin of its
 psi in the coordinates and R_0, as a quaternion, in numbers.
 
 Record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames' (s, R_m),
-offset in numbers of the rotation (see the names below), first of nine slots of the rotations in the iteration matrix.
+offset in numbers of the rotation (see the names below), first of nine slots of the rotations in the iteration matrix,
+and of a body that carries rotors (:mod:`mbdsl.bodies.gyrostat_kernels`) the offset in layout of their record.
 
 Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137, for the formulation on R^3 x SO(3).
 """
@@ -40,7 +41,7 @@ from mbdsl.compilation.buffer_layout_in_space import (
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.numerics.rotation import BASE, INVERSE_INERTIA, attitude, inverse_tangent, product, turned, turned_back
 
-RECORD = 6  #: ints of a body in layout
+RECORD = 7  #: ints of a body in layout
 POINT = 12  #: floats of a frame in numbers: s, then the columns of R_m
 #: floats of a rotation in numbers: R, row by row; the quaternion of R_0; R at the start of the step; moments of inertia
 #: J, row by row, and their inverse; scratch
@@ -146,14 +147,21 @@ def jacobians(block, vectors, frames, numbers, layout):
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            B = numbers[layout[layout[FRAMES] + 2 * f + 1] :]
-            lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
             wx, wy, wz = frames[f, RATE + 3], frames[f, RATE + 4], frames[f, RATE + 5]
-            for j in range(6):
-                B[7 * j] = 1.0
-            minus_cross(lx, ly, lz, B, 3)
-            minus_cross(wy * lz - wz * ly, wz * lx - wx * lz, wx * ly - wy * lx, B, 36 + 3)
-            minus_cross(wx, wy, wz, B, 36 + 21)
+            frame_jacobian(f, 6, wx, wy, wz, frames, numbers[layout[layout[FRAMES] + 2 * f + 1] :])
+
+
+@kernel
+def frame_jacobian(f, n, wx, wy, wz, frames, B):
+    """Write B and (B v)_q of frame ``f``, 6 x n each, in their first six columns; (wx, wy, wz) is the angular velocity
+    of the body in world axes."""
+    C = B[6 * n :]
+    lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+    for j in range(6):
+        B[(n + 1) * j] = 1.0
+    minus_cross(lx, ly, lz, n, B, 3)
+    minus_cross(wy * lz - wz * ly, wz * lx - wx * lz, wx * ly - wy * lx, n, C, 3)
+    minus_cross(frames[f, RATE + 3], frames[f, RATE + 4], frames[f, RATE + 5], n, C, 3 * n + 3)
 
 
 @kernel
@@ -164,21 +172,26 @@ def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
         W = numbers[layout[o + 4] + SCRATCH :]
         velocity_by_turn(layout[CHART], cK, cD, layout[o] + 3, vectors, numbers[layout[o + 4] :])
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            B = numbers[layout[layout[FRAMES] + 2 * f + 1] :]
-            C = B[36:]
-            lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
-            for j in range(3):
-                x, y, z = W[j], W[3 + j], W[6 + j]
-                C[7 * j + 3], C[7 * j + 21] = 0.0, 0.0  # not set otherwise
-                for i in range(3):  # after ``past_jacobians``
-                    B[6 * i + 21 + j] = 1.0 if i == j else 0.0
-                B[7 * j + 3] = 0.0
-                C[3 + j] -= ly * z - lz * y
-                C[9 + j] -= lz * x - lx * z
-                C[15 + j] -= lx * y - ly * x
-                C[21 + j] += x
-                C[27 + j] += y
-                C[33 + j] += z
+            step_jacobian(f, 6, W, frames, numbers[layout[layout[FRAMES] + 2 * f + 1] :])
+
+
+@kernel
+def step_jacobian(f, n, W, frames, B):
+    """Add B W to (B v)_q of frame ``f``, 6 x n each."""
+    C = B[6 * n :]
+    lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+    for j in range(3):
+        x, y, z = W[j], W[3 + j], W[6 + j]
+        C[(n + 1) * j + 3], C[(n + 1) * j + 3 * n + 3] = 0.0, 0.0  # not set otherwise
+        for i in range(3):  # after ``past_jacobians``
+            B[n * (3 + i) + 3 + j] = 1.0 if i == j else 0.0
+        B[(n + 1) * j + 3] = 0.0
+        C[3 + j] -= ly * z - lz * y
+        C[n + 3 + j] -= lz * x - lx * z
+        C[2 * n + 3 + j] -= lx * y - ly * x
+        C[3 * n + 3 + j] += x
+        C[4 * n + 3 + j] += y
+        C[5 * n + 3 + j] += z
 
 
 @kernel
@@ -215,28 +228,39 @@ def past_jacobians(block, cG, frames, numbers, layout):
         o = layout[block + 1] + RECORD * e
         own = numbers[layout[o + 4] :]
         Q = own[SCRATCH:]
-        for i in range(3):
-            for j in range(3):
-                Q[3 * i + j] = (
-                    own[R + 3 * i] * own[PAST + 3 * j]
-                    + own[R + 3 * i + 1] * own[PAST + 3 * j + 1]
-                    + own[R + 3 * i + 2] * own[PAST + 3 * j + 2]
-                )
+        turn_since(own, Q)
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            B = numbers[layout[layout[FRAMES] + 2 * f + 1] :]
-            lx, ly, lz = frames[f, PAST_LEVER], frames[f, PAST_LEVER + 1], frames[f, PAST_LEVER + 2]
-            for j in range(3):
-                x, y, z = Q[3 * j], Q[3 * j + 1], Q[3 * j + 2]  # column j of Q^T
-                B[3 + j], B[9 + j], B[15 + j] = lz * y - ly * z, lx * z - lz * x, ly * x - lx * y
-                B[21 + j], B[27 + j], B[33 + j] = x, y, z
+            past_jacobian(f, 6, Q, frames, numbers[layout[layout[FRAMES] + 2 * f + 1] :])
 
 
 @kernel
-def minus_cross(x, y, z, B, k):
-    """Write -(x, y, z)~ to the matrix B with six columns, from entry k on."""
+def turn_since(own, Q):
+    """Q <- R R_n^T, the rotation since the start of the step."""
+    for i in range(3):
+        for j in range(3):
+            Q[3 * i + j] = (
+                own[R + 3 * i] * own[PAST + 3 * j]
+                + own[R + 3 * i + 1] * own[PAST + 3 * j + 1]
+                + own[R + 3 * i + 2] * own[PAST + 3 * j + 2]
+            )
+
+
+@kernel
+def past_jacobian(f, n, Q, frames, B):
+    """Overwrite B of frame ``f``, 6 x n."""
+    lx, ly, lz = frames[f, PAST_LEVER], frames[f, PAST_LEVER + 1], frames[f, PAST_LEVER + 2]
+    for j in range(3):
+        x, y, z = Q[3 * j], Q[3 * j + 1], Q[3 * j + 2]  # column j of Q^T
+        B[3 + j], B[n + 3 + j], B[2 * n + 3 + j] = lz * y - ly * z, lx * z - lz * x, ly * x - lx * y
+        B[3 * n + 3 + j], B[4 * n + 3 + j], B[5 * n + 3 + j] = x, y, z
+
+
+@kernel
+def minus_cross(x, y, z, n, B, k):
+    """Write -(x, y, z)~ to the matrix B with n columns, from entry k on."""
     B[k + 1], B[k + 2] = z, -y
-    B[k + 6], B[k + 8] = -z, x
-    B[k + 12], B[k + 13] = y, -x
+    B[k + n], B[k + n + 2] = -z, x
+    B[k + 2 * n], B[k + 2 * n + 1] = y, -x
 
 
 @kernel

@@ -298,10 +298,19 @@ def build(scene: Scene) -> MechanismGraph:
     # A law of the velocity of a body shows that the body is meant to move without being held.
     meant = ((GROUND, *e.also) for e in joints if not e.component.ports)
     held = connected((GROUND, *bodies), (*((e.body_i, e.body_j) for e in (*joints, *forces)), *meant))
-    checks.joints_join(joints, grounds[0])
-    checks.forces_act(forces)
+    # a rotor of a gyrostat turns relative to the body of which its frames are
+    fixed = {name for name, c in scene.components.items() if not _to_rotor(scene, c)}
+    checks.joints_join([e for e in joints if e.name in fixed], grounds[0])
+    checks.forces_act([e for e in forces if e.name in fixed])
     checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
-    return MechanismGraph(scene, grounds[0], bodies, joints, forces, checks.warnings(joints, forces))
+    return MechanismGraph(
+        scene, grounds[0], bodies, joints, forces, checks.warnings(joints, [e for e in forces if e.name in fixed])
+    )
+
+
+def _to_rotor(scene: Scene, component: Component) -> bool:
+    """Whether a joint or force is between frames that turn relative to each other on the same gyrostat."""
+    return len({getattr(scene.frames[name], "rotor", 0) for name in component.ports.values()}) > 1
 
 
 def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -> Edge:

@@ -79,6 +79,7 @@ class SpatialFrame(Frame):
 
     z: float = 0.0
     axes: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    rotor: int = 0  #: in a reduced scene, the number of the rotor on a gyrostat with which the frame turns; 0: none
 
     @property
     def pose(self) -> tuple[float, ...]:

@@ -26,8 +26,10 @@ from mbdsl.integrators.run import Integration
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Flattened, Note, Part, Reduction, reduce
+from mbdsl.mechanism.reduction.gyrostats import Gyrostats
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
+from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.left_out_rows import violated, violations
 from mbdsl.simulation.plan import Plan, check_space
 from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
@@ -43,8 +45,10 @@ GLANCE = 64
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 
 
-#: the planar states of a mechanism in space, and q and v of its planar scene at the start
-Start = tuple[PlanarStates, Array, Array]
+#: the states in which a mechanism in space is solved
+Solved = PlanarStates | GyrostatStates
+#: these, and q and v of the scene that is solved, at the start
+Start = tuple[Solved, Array, Array]
 
 
 @dataclass
@@ -77,7 +81,7 @@ class Motion:
         That of the scene as written, to which a trajectory refers. It is that of the only part if nothing was reduced.
     parts : list of Moving
     assembled : list of (System, InitialState)
-        The initial state of each part, or of the mechanism in space that parts solve in a plane.
+        The initial state of each part, or of the mechanism in space that parts solve in a plane or with gyrostats.
     whole : WholeScene
         The map from the states of the parts to that of the scene.
     failed : Moving or None
@@ -115,7 +119,7 @@ class Motion:
         self._taken = 0
 
     def _built(self) -> tuple[list[System], list[System]]:
-        """The systems of the parts, and of the mechanisms in space that parts solve in a plane."""
+        """The systems of the parts, and of the mechanisms in space that parts solve in a plane or with gyrostats."""
         reduction, size = self.reduction, self._size
         if reduction.nothing_done:
             return [self.system], []
@@ -144,11 +148,12 @@ class Motion:
     def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
         """Compile or load the code, and assemble the initial states; ``lap`` is called after each phase."""
         check_loose(self.reduction, self.system, self.plan.start)
-        planar: list[PlanarStates] = []
+        solved_as: list[Solved] = []
         starts: dict[int, Start] = {}
         for flat, space in zip(self.reduction.flattened, self._spaces, strict=True):
             first = initial_state(space, flat.motion.graph, self.plan.start)
-            states = PlanarStates(flat, [self._systems[k] for k in flat.numbers], self._size)
+            made = GyrostatStates if isinstance(flat.motion, Gyrostats) else PlanarStates
+            states: Solved = made(flat, [self._systems[k] for k in flat.numbers], self._size)
             try:
                 start = states.of(space, first)
             except OutOfPlane:
@@ -158,7 +163,7 @@ class Motion:
             self.system.tables.first_angles |= space.tables.first_angles
             self.assembled.append((space, first))
             lap("initialise")
-            planar.append(states)
+            solved_as.append(states)
             starts |= dict.fromkeys(flat.numbers, (states, *start))
         for k, (part, system) in enumerate(self._pairs()):
             self.parts.append(self._moving(part, system, lap, starts.get(k)))
@@ -168,7 +173,7 @@ class Motion:
         row = {name: k for k, name in enumerate(names)} if any(x.redundant for _, x in self.assembled) else {}
         self.left_out = tuple(row[name] for name in self.redundant)
         solved = [p.method != KINEMATIC for p in self.parts]
-        self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved, planar)
+        self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved, solved_as)
 
     def _solve_in_space(self, flat: Flattened) -> None:
         """Solve all parts in space, because ``flat`` is assembled in another plane than its joints say."""
@@ -192,7 +197,7 @@ class Motion:
         options = {} if part.kinematic else plan.options
         integration = _run(system, method, plan, options)
         lap("compile")
-        initial = self._initial(part, system) if start is None else _in_plane(system, plan.start, *start)
+        initial = self._initial(part, system) if start is None else _solved(system, plan.start, *start)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None
             self._is_not_kinematic(part)
@@ -539,7 +544,7 @@ class Motion:
         return times, *self.whole.state(times, states)
 
 
-def _in_plane(system: System, t: float, states: PlanarStates, q: Array, v: Array) -> InitialState:
+def _solved(system: System, t: float, states: Solved, q: Array, v: Array) -> InitialState:
     """The initial state of a part of a mechanism that was assembled in space."""
     return state_at(system, t, *states.of_part(system, q, v))
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mbdsl.initial.consistent import InitialState
 from mbdsl.mechanism.graph import GROUND
 from mbdsl.mechanism.reduction import Flattened
+from mbdsl.mechanism.reduction.planar_motion import PlanarMotion
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system import System, build
 from mbdsl.system.body_models import body_pose
@@ -62,7 +63,8 @@ class PlanarStates:
 
     def __init__(self, flat: Flattened, parts: Sequence[System], size: float) -> None:
         motion = flat.motion
-        planar, scene = motion.planar, motion.graph.scene
+        assert isinstance(motion, PlanarMotion)
+        planar, scene = motion.reduced, motion.graph.scene
         self.flat, self._motion = flat, motion
         self.system = parts[0] if flat.reduction.nothing_done else build(planar.scene, planar, size=size)
         plane = motion.plane

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES
+from mbdsl.bodies.gyrostat_kernels import ANGLES
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.array_operations import table_value
 from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, rebuild, substitute, walk
@@ -22,6 +23,8 @@ from mbdsl.integrators.run import Integration
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation import BASE
+from mbdsl.numerics.rotation_arrays import cross_matrix
+from mbdsl.simulation.gyrostat_states import Placed
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
 from mbdsl.simulation.planar_states import PlanarBody, PlanarStates
 from mbdsl.simulation.trajectory import Trajectory
@@ -209,9 +212,9 @@ class PresentSignals:
 
     def _multiplier(self, key: tuple[str, int]) -> Expr:
         if self._motion.own_reactions and not shares(self._motion.system, self._motion.left_out):
+            reduced = {k for x in self._motion.whole.reduced for k in x.flat.numbers}
             for k, p in enumerate(self._motion.parts):
-                same = p.system.scene.spatial == self._motion.system.scene.spatial
-                if same and p.method != KINEMATIC and key in p.system.tables.multipliers:
+                if k not in reduced and p.method != KINEMATIC and key in p.system.tables.multipliers:
                     return _buffer(f"l{k}", p.system.tables.multipliers[key])
         raise _NotHere
 
@@ -253,21 +256,48 @@ class PresentSignals:
 
     def _state(self, body: str) -> tuple[Vector, list[Vector], Vector, Vector]:
         """The position x, the attitude R by rows, the velocity v, and the angular velocity w in the body's axes."""
-        if (k := self._owner.get(body)) is not None and self._motion.parts[k].system.scene.spatial:
-            part = self._motion.parts[k]
-            d, model = part.system.tables.coordinates[body], part.system.tables.models[body]
-            own = [[_buffer(f"{row}{k}", d + i) for i in range(model.n)] for row in "qv"]
-            if model.n == 3:
-                return own[0], _constant(np.eye(3)), own[1], _constant(np.zeros((1, 3)))[0]
-            (at,) = (int(at) for first, at in part.system.tables.rotations if first == d + 3)
-            # between steps, the rotation vector in the chart is zero: the attitude is that of the chart
-            p = [_buffer(f"n{k}", at + BASE + i) for i in range(4)]
-            return own[0][:3], _attitude(*p), own[1][:3], own[1][3:]
-        for states in self._motion.whole.planar:
+        for states in self._motion.whole.reduced:
             for own in states.bodies:
                 if own.name == body:
+                    if isinstance(own, Placed):
+                        return self._on_gyrostat(own)
+                    assert isinstance(states, PlanarStates)
                     return self._from_plane(states, own)
-        raise _NotHere
+        return self._state_of_part(body)
+
+    def _state_of_part(self, body: str) -> tuple[Vector, list[Vector], Vector, Vector]:
+        """As ``_state``, of a body of a part."""
+        if (k := self._owner.get(body)) is None:
+            raise _NotHere
+        part = self._motion.parts[k]
+        d, model = part.system.tables.coordinates[body], part.system.tables.models[body]
+        own_q, own_v = ([_buffer(f"{row}{k}", d + i) for i in range(model.n)] for row in "qv")
+        if model.n == 3:
+            return own_q, _constant(np.eye(3)), own_v, _constant(np.zeros((1, 3)))[0]
+        (at,) = (int(at) for first, at in part.system.tables.rotations if first == d + 3)
+        # between steps, the rotation vector in the chart is zero: the attitude is that of the chart
+        p = [_buffer(f"n{k}", at + BASE + i) for i in range(4)]
+        return own_q[:3], _attitude(*p), own_v[:3], own_v[3:6]
+
+    def _on_gyrostat(self, body: Placed) -> tuple[Vector, list[Vector], Vector, Vector]:
+        """As ``_state``, of a body that is part of a gyrostat: R = R_carrier Q(theta) P."""
+        x, R, v, w = self._state_of_part(body.on)
+        lever = [float(a) for a in body.lever]
+        across = _cross(w, lever)
+        x, v = ([a[i] + _dot(R[i], d) for i in range(3)] for a, d in ((x, lever), (v, across)))
+        if body.rotor < 0:
+            return x, R, v, w
+        k = self._owner[body.on]
+        at = self._motion.parts[k].system.tables.coordinates[body.on] + ANGLES + body.rotor
+        theta, rate = _buffer(f"q{k}", at), _buffer(f"v{k}", at)
+        c, s = call("cos", theta), call("sin", theta)
+        # Q = c (I - n n^T) + s n~ + n n^T, with constant matrices
+        along = np.outer(body.n, body.n)
+        cosine, sine, fixed = (A @ body.P for A in (np.eye(3) - along, cross_matrix(body.n), along))
+        QP = [[c * cosine[i, j] + s * sine[i, j] + float(fixed[i, j]) for j in range(3)] for i in range(3)]
+        spin = [w[i] + float(body.n[i]) * rate for i in range(3)]
+        columns = [[QP[i][j] for i in range(3)] for j in range(3)]
+        return x, [[_dot(row, column) for column in columns] for row in R], v, [_dot(a, spin) for a in columns]
 
     def _from_plane(self, states: PlanarStates, body: PlanarBody) -> tuple[Vector, list[Vector], Vector, Vector]:
         """As ``_state``, of a body that is solved for in a plane: R = E Rz(phi) A."""
@@ -306,13 +336,16 @@ def _dot(row: Sequence[Expr], vector: Sequence[Expr | float]) -> Expr:
     return row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2]
 
 
+def _cross(a: Sequence[Expr], b: Sequence[float]) -> Vector:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
 def _of_frame(pose: Sequence[float], key: str, x: Vector, R: list[Vector], v: Vector, w: Vector) -> Expr:
     """A coordinate of a frame at a pose (12) on a body in space, as :meth:`SpatialRigid.frame` has it."""
     k = (SPATIAL_VELOCITIES if key in SPATIAL_VELOCITIES else SPATIAL_POSITIONS).index(key)
     i, s = k % 3, pose[:3]
     if key in SPATIAL_VELOCITIES[:3]:
-        lever = [w[1] * s[2] - w[2] * s[1], w[2] * s[0] - w[0] * s[2], w[0] * s[1] - w[1] * s[0]]
-        return v[i] + _dot(R[i], lever)
+        return v[i] + _dot(R[i], _cross(w, s))
     if key in SPATIAL_VELOCITIES:
         return _dot(R[i], w)
     found = _dot(R[i], [float(y) for y in pose[k - i : k - i + 3]])

@@ -2,8 +2,8 @@
 
 Reduction fixes every body of the scene to a body of a part at a constant pose, or prescribes its motion as a function
 of time: the frames of the reduced scene contain this information. The map is set up once. Multipliers are copied from
-the part that solves for them. Of a mechanism in space that is solved in a plane, the state of its planar scene is found
-first; its multipliers follow from the motion.
+the part that solves for them. Of a mechanism in space that is solved in a plane, or with gyrostats, the state of the
+scene that is solved is found first; its multipliers follow from the motion.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate
 from mbdsl.mechanism.reduction import Reduction
+from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.planar_states import PlanarStates
 from mbdsl.system import System
 from mbdsl.system.signals import values
@@ -47,12 +48,12 @@ class WholeScene:
         Those of its parts.
     solved : sequence of bool
         Whether a part solves for its multipliers; else they follow from the motion.
-    planar : sequence of PlanarStates, optional
-        Those of the mechanisms in space that parts solve in a plane.
+    reduced : sequence of PlanarStates or GyrostatStates, optional
+        Those of the mechanisms in space that parts solve in a plane or with gyrostats.
 
     Attributes
     ----------
-    planar : tuple of PlanarStates
+    reduced : tuple of PlanarStates or GyrostatStates
     known : (m + p,) of bool
         The multipliers that the parts solve for.
     """
@@ -63,16 +64,16 @@ class WholeScene:
         reduction: Reduction,
         parts: Sequence[System],
         solved: Sequence[bool],
-        planar: Sequence[PlanarStates] = (),
+        reduced: Sequence[PlanarStates | GyrostatStates] = (),
     ) -> None:
         self._system, self._parts = system, parts
-        self.planar = tuple(planar)
-        self._planar = [
+        self.reduced = tuple(reduced)
+        self._reduced = [
             (x, x.flat.numbers, WholeScene(x.system, x.flat.reduction, own, [True] * len(own)))
-            for x in planar
+            for x in reduced
             for own in [[parts[k] for k in x.flat.numbers]]
         ]
-        flat = {k for x in planar for k in x.flat.numbers}
+        flat = {k for x in reduced for k in x.flat.numbers}
         solved = [own and k not in flat for k, own in enumerate(solved)]
         for part in parts:
             system.tables.first_angles |= part.tables.first_angles
@@ -141,9 +142,9 @@ class WholeScene:
             else:
                 found = np.transpose(values(where, body.source, t, part_q, part_v))
                 q[:, body.columns], v[:, body.columns] = np.split(found, 2, axis=1)
-        for planar, numbers, inner in self._planar:
-            planar_q, planar_v, _ = inner.state(t, [states[k] for k in numbers])
-            planar.write(system, planar_q, planar_v, q, v)
+        for reduced, numbers, inner in self._reduced:
+            own_q, own_v, _ = inner.state(t, [states[k] for k in numbers])
+            reduced.write(system, own_q, own_v, q, v)
         for rows, (_, _, part_lam) in zip(self._rows, states, strict=True):
             lam[:, rows[:, 0]] = part_lam[:, rows[:, 1]]
         return q, v, lam

@@ -46,10 +46,10 @@ def body_models(bodies: Iterable[Component]) -> dict[str, Body]:
 
 def body_pose(component: Component, frame) -> Pose:
     """A frame's (x, y, phi) from the centre of mass (of a beam: from its centre), in the body's axes; of bodies in
-    space the origin and the axes (12 numbers)."""
+    space the origin and the axes (12 numbers), followed on a rotor of a gyrostat by its number."""
     if isinstance(component.kind, BodyKind) and component.kind.spatial:
         x, y, z = component.kind.com(component.values)
-        return frame.x - x, frame.y - y, frame.z - z, *frame.axes
+        return frame.x - x, frame.y - y, frame.z - z, *frame.axes, *((frame.rotor,) if frame.rotor else ())
     cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
     return frame.x - cx, frame.y - cy, frame.phi
 

@@ -54,7 +54,7 @@ def _of_a_mass(I) -> str | None:
             if abs(I[i][j] - I[j][i]) > ROUNDING * size:
                 names = f"I[{i + 1}, {j + 1}] = {I[i][j]:g}", f"I[{j + 1}, {i + 1}] = {I[j][i]:g} kg.m2"
                 return f"the matrix of inertia I is not symmetric: {names[0]}, but {names[1]}"
-        if _least_minor(I, size) < -ROUNDING:
+        if least_minor(I, size) < -ROUNDING:
             return "the matrix of inertia I has a negative principal moment; is a product of inertia too large?"
         return None
     name, least = min(zip(("Ixx", "Iyy", "Izz"), I, strict=True), key=lambda x: x[1])
@@ -69,7 +69,7 @@ def impossible(I) -> str | None:
     J = inertia(I)
     half = 0.5 * (J[0] + J[4] + J[8])
     second = [[(half if i == j else 0.0) - J[3 * i + j] for j in range(3)] for i in range(3)]
-    if _least_minor(second, max(map(abs, J))) > -FEW_DIGITS:
+    if least_minor(second, max(map(abs, J))) > -FEW_DIGITS:
         return None
     if isinstance(I[0], tuple):
         return "a principal moment of inertia is larger than the sum of the other two"
@@ -79,7 +79,7 @@ def impossible(I) -> str | None:
     return f"{names[k]} = {I[k]:g} kg.m2 is larger than {others} = {sum(I) - I[k]:g} kg.m2"
 
 
-def _least_minor(I, size: float) -> float:
+def least_minor(I, size: float) -> float:
     """The least principal minor, relative to the largest entry.
 
     A symmetric matrix has no negative eigenvalue if and only if no principal minor is negative.

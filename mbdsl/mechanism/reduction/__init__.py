@@ -1,7 +1,8 @@
 """Reduction: the parts of a scene that have to be solved, without the motions that are known before the first step.
 
 Welded bodies are merged, bodies that drivers move one after the other become part of the ground, and independent
-sub-mechanisms are separated. Of a model in space, sub-mechanisms that can only move in a plane become planar first.
+sub-mechanisms are separated. Of a model in space, sub-mechanisms that can only move in a plane become planar first;
+in the others, rotors that are symmetric about their axles become parts of gyrostats.
 The trajectory still refers to the scene as it was written: every body belongs to a part (or to the ground), and its
 motion follows from that of a frame there.
 """
@@ -18,6 +19,7 @@ from mbdsl.mechanism import graph as mechanism
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.reduction import drivers, welds
+from mbdsl.mechanism.reduction.gyrostats import Gyrostats, gyrostats
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.reduction.planar_motion import NotPlanar, PlanarMotion, in_plane
 from mbdsl.mechanism.scene import Component, Frame, InitialValue, Scene
@@ -45,10 +47,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Flattened:
-    """A sub-mechanism in space that is solved in a plane: the ``reduction`` of its planar scene, whose parts are those
-    of the whole reduction from number ``first`` on."""
+    """A sub-mechanism in space that is solved in a plane, or with gyrostats: the ``reduction`` of the scene that is
+    solved, whose parts are those of the whole reduction from number ``first`` on."""
 
-    motion: PlanarMotion
+    motion: PlanarMotion | Gyrostats
     reduction: Reduction
     first: int
 
@@ -61,7 +63,7 @@ class Flattened:
 class Reduction:
     """The ``parts`` to solve, possibly none. They were cut from ``scene``, whose ground includes all that became part
     of it; ``loose`` are initial values that depend on this ground only. ``flattened`` are the sub-mechanisms in space
-    whose parts are planar."""
+    whose parts are planar, or have gyrostats."""
 
     graph: MechanismGraph
     scene: Scene
@@ -78,7 +80,7 @@ class Reduction:
 
 def reduce(graph: MechanismGraph, planar: bool = True) -> Reduction:
     """The parts of the mechanism of ``graph``; with ``planar`` those of a model in space that can only move in a plane
-    are planar."""
+    are planar, and the others may have gyrostats."""
     scene, notes = graph.scene, list[Note]()
     reduced = graph
     for step in () if scene.spatial else (welds.merge, drivers.carry):
@@ -98,12 +100,15 @@ def reduce(graph: MechanismGraph, planar: bool = True) -> Reduction:
         alone = reduced if len(groups) == 1 else mechanism.build(_cut(reduced, owner, k))
         if len(groups) > 1:
             notes.append(Note("split", tuple(group), "nothing joins it to the rest"))
-        motion = _planar(alone, notes) if scene.spatial and planar else None
+        motion: PlanarMotion | Gyrostats | None = _planar(alone, notes) if scene.spatial and planar else None
+        if scene.spatial and planar and motion is None:
+            motion, more = gyrostats(alone)
+            notes += more
         if motion is None:
             own.append(_part(alone))
             parts.append(own[-1])
         else:
-            inner = reduce(motion.planar)
+            inner = reduce(motion.reduced, planar=False)
             flattened.append(Flattened(motion, inner, len(parts)))
             parts += inner.parts
             notes += inner.notes

@@ -27,5 +27,6 @@ class Note:
 #: merged: welded bodies became the first of them; grounded: welded to the ground and removed; moved: driven bodies
 #: became part of the ground, as functions of time; dropped: acts on nothing that remains; kept: could not be reduced;
 #: split: integrated separately; planar: bodies in space that can only move in a plane, and are solved there;
+#: gyrostat: rotors, whose angles are the only coordinates that they have in addition to those of their carrier;
 #: kinematic: solved from its constraints alone
-ACTIONS = ("merged", "grounded", "moved", "dropped", "kept", "split", "planar", "kinematic")
+ACTIONS = ("merged", "grounded", "moved", "dropped", "kept", "split", "planar", "gyrostat", "kinematic")

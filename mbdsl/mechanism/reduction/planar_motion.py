@@ -51,11 +51,11 @@ class Angle:
 
 @dataclass(frozen=True)
 class PlanarMotion:
-    """The mechanism of ``graph``, which is in space, as the ``planar`` one."""
+    """The mechanism of ``graph``, which is in space, as the ``reduced`` one, which is planar."""
 
     graph: MechanismGraph
     plane: Plane
-    planar: MechanismGraph
+    reduced: MechanismGraph
     angles: tuple[Angle, ...]
 
 

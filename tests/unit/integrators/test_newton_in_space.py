@@ -13,6 +13,7 @@ from mbdsl.integrators import modules
 
 SCRIPT = Path(__file__).with_name("uncompiled_in_space.py")
 NAMES = [name for name in methods() if not hasattr(modules()[name], "take")]
+MODELS = ("sprung", "driven", "rotors")
 FULL = [name for name in NAMES if modules()[name].METHOD.coupled]
 
 
@@ -31,8 +32,8 @@ def test_all_methods_that_hold_both_levels_have_a_full_system():
 @pytest.mark.parametrize("name", NAMES)
 def test_corrections_are_newtons(found, name):
     """The part of an error that one correction leaves is that of rounding, over differences of five points."""
-    assert [key for key in found if key.endswith(f" {name}")] == [f"sprung {name}", f"driven {name}"]
-    for model in ("sprung", "driven"):
+    assert [key for key in found if key.endswith(f" {name}")] == [f"{model} {name}" for model in MODELS]
+    for model in MODELS:
         (near, small, _), (far, large, _) = steps = found[f"{model} {name}"]
         assert 0.1 < small < 0.3 and large > 1.0
         assert near < 1e-9 and far < 1e-7

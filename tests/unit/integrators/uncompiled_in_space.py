@@ -10,10 +10,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import uncompiled
 from uncompiled import NAMES, Step
 
 from mbdsl.compilation import buffer_layout
+from mbdsl.initial.consistent import state_at
 from mbdsl.integrators.loop import loop_state, split_correction
+from mbdsl.mechanism.reduction import reduce
+from mbdsl.simulation.gyrostat_states import GyrostatStates
+from mbdsl.system import build
 
 #: joints off the centres of mass, springs and dampers between the bodies and to the ground
 SPRUNG = """
@@ -45,9 +50,42 @@ initial equation
   a.wx_local = 0.2 rad/s; a.wy_local = -0.3 rad/s; a.wz_local = 0.5 rad/s;
 end Driven;
 """
-MODELS = {"sprung": SPRUNG, "driven": DRIVEN}
+#: a body that hangs on a ball joint, with rotors that a law, a damper and a driver turn
+ROTORS = """
+spatial model Rotors
+  Ground ground;
+  Body bus(m = 3 kg, I = {1, 1.5, 0.8} kg.m2, frames(p = {0.3, 0.1, -0.2} m, q = {-0.1, 0.2, 0.3} m));
+  Body a(m = 0.5 kg, I = {0.3, 0.2, 0.2} kg.m2);
+  Body b(m = 0.4 kg, I = {0.1, 0.25, 0.1} kg.m2, frames(p = {0, 0.1, 0} m));
+  Spherical hip(ground, bus.p);
+  Revolute j(bus.q, a.c, n = {1, 0, 0});
+  Revolute k(b.p, bus.c, n = {0, 1, 0});
+  Torque t(bus.q, a.c, n = {1, 0, 0}, tau = -0.2 N.m.s*j.w + 0.3 N.m.s*bus.wy + 1 N.m*bus.y/(1 m));
+  RotationalSpringDamper d(b.p, bus.c, n = {0, 1, 0}, c = 0.3 N.m.s/rad);
+  SpringDamper s(ground, bus.q, k = 20 N/m, c = 3 N.s/m, s0 = 0.5 m);
+initial equation
+  bus.wx_local = 0.3 rad/s; bus.wy_local = -0.4 rad/s; bus.wz_local = 0.6 rad/s;
+  j.w = 10 rad/s; k.w = 5 rad/s;
+end Rotors;
+"""
+MODELS = {"sprung": SPRUNG, "driven": DRIVEN, "rotors": ROTORS}
 #: steps [s], in which bodies turn by about a fifth of a radian, and by more than one
 STEPS = (0.1, 0.8)
+
+
+def solved(path):
+    """As ``uncompiled.prepared``, of a model with gyrostats: the system that is solved."""
+    scene, whole, first = in_full(path)
+    reduction = reduce(whole.graph)
+    if not reduction.flattened:
+        return scene, whole, first
+    part = reduction.parts[0]
+    system = build(part.scene, part.graph, size=whole.tables.size)
+    states = GyrostatStates(reduction.flattened[0], [system], whole.tables.size)
+    return part.scene, system, state_at(system, 0.0, *states.of_part(system, *states.of(whole, first)))
+
+
+in_full, uncompiled.prepared = uncompiled.prepared, solved
 
 
 def left_by(path, name, h):

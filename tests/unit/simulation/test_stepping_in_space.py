@@ -63,6 +63,54 @@ def test_angles_count_turns():
         blind["hinge.phi"]
 
 
+#: a wheel on a frame off the centres of mass, turned by an input
+WHEEL = """
+spatial model Wheel
+  input Torque u(start = 0.1 N.m);
+  Ground ground(g = 0);
+  Body bus(m = 3 kg, I = {0.8, 1.1, 0.9} kg.m2, frames(a = {0.3, 0.1, -0.2} m));
+  Cylinder wheel(m = 0.5 kg, length = 0.05 m, radius = 0.15 m, n = {1, 0, 0}, frames(s = {0.04, 0, 0} m));
+  PointMass p(m = 1 kg);
+  FreeMotion free(ground, bus.c);
+  SpringDamper s(bus.a, p, k = 20 N/m, s0 = 0.5 m);
+  Revolute j(bus.a, wheel.s, n = {1, 0, 0});
+  Torque t(bus.a, wheel.s, n = {1, 0, 0}, tau = u - 0.001 N.m.s/rad*j.w);
+initial equation
+  bus.wx_local = 0.2 rad/s; bus.wy_local = -0.3 rad/s; bus.wz_local = 0.5 rad/s; p.y = 1 m; j.w = 30 rad/s;
+end Wheel;
+"""
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "radau5"])
+def test_rotors_of_gyrostats(method):
+    """Signals of each body from its gyrostat, reactions of the hinge from the motion; states, copies and pickles."""
+    scene = mbdsl.parse(WHEEL)
+    steps = mbdsl.Simulation(scene, step=1e-2, method=method)
+    steps.step(20)
+    state, copy, other = steps.state, steps.copy(), pickle.loads(pickle.dumps(steps))
+    found = []
+    for each in (steps, copy, other):
+        each.step(30)
+        found.append(each["wheel.wy"])
+    steps.state = state
+    steps.inputs.u = 0.1
+    steps.step(30)
+    assert len({*found, steps["wheel.wy"]}) == 1
+    run = mbdsl.simulate(scene, method=method, step=1e-2, stop=0.5, interval=1e-2)
+    for body in ("bus", "wheel"):
+        for key in ("x", "y", "vx", "vz", "wx", "wy", "wz_local", "phi_y"):
+            assert steps[f"{body}.{key}"] == pytest.approx(run[f"{body}.{key}"][-1], rel=1e-13, abs=1e-14)
+        assert abs(steps[f"{body}.p1"]) == pytest.approx(abs(run[f"{body}.p1"][-1]), rel=1e-13)
+    for name in ("p.x", "p.vy", "j.w", "j.fx", "j.ty", "wheel.s.vz", "j.phi", "energy.total"):
+        assert steps[name] == pytest.approx(run[name][-1], rel=1e-12, abs=1e-14), name
+    steps.inputs.u = 0.3
+    steps.step(1)
+    turned = steps["wheel.wx_local"]
+    # the moment about the axle is that of the torque, 0.3 - 0.001 w N.m, to second order in the step
+    slope = (turned - run["wheel.wx_local"][-1]) / 1e-2
+    assert slope == pytest.approx((0.3 - 0.001 * steps["j.w"]) / (0.5 * 0.15**2 / 2), rel=1e-3)
+
+
 FURUTA = """
 spatial model Furuta
   input Torque u(start = 0.02 N.m);

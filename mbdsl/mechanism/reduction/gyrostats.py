@@ -1,0 +1,266 @@
+"""Rotors that are symmetric about their axles, and the bodies that carry them, as gyrostats.
+
+A body that only a hinge holds, whose mass is distributed symmetrically about the axis of the hinge, does not change the
+distribution of mass when it turns: the body that carries it moves as if they were one rigid body with an additional
+angular momentum along the axle (:mod:`mbdsl.bodies.gyrostat_kernels`). The hinge disappears, and the rotor's six
+coordinates become one angle, on which nothing depends. Reactions of the hinge follow from the motion.
+
+A rotor is left as it is where something depends on its angle: a law, a spring, a stop or a driver of the angle, or a
+joint or force off its axle; and where the reactions of its hinge are needed, for friction or in a law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import hypot
+from typing import Any
+
+from mbdsl.elements import of_variant
+from mbdsl.elements.in_space.body import least_minor
+from mbdsl.elements.kind import BodyKind
+from mbdsl.expressions.symbolic import Expr, leaves, walk
+from mbdsl.mechanism import graph as mechanism
+from mbdsl.mechanism.edge import Edge
+from mbdsl.mechanism.graph import GROUND, MechanismGraph
+from mbdsl.mechanism.poses_in_space import composed, inverse, product, turned
+from mbdsl.mechanism.reduction.note import Note
+from mbdsl.mechanism.reduction.plane import RIGID
+from mbdsl.mechanism.scene import Component, Scene, SpatialFrame
+
+Vector = tuple[float, ...]
+#: differences of moments of inertia, relative to the largest, and distances from the axle, relative to the largest
+#: position of a frame, that count as rounding
+SAME = 1e-12
+#: least principal minor of the inertia of the body with rotors that turn freely, relative to its largest entry
+REGULAR = 1e-12
+#: kinds that may act on a rotor: they turn it, but do not depend on its angle; of the second ones, if both axes are the
+#: axle
+TURNING = ("Torque", "FreeMotion", "RotationalSpringDamper", "RotationalVelocityDriver")
+ALIGNED = ("RotationalSpringDamper", "RotationalVelocityDriver")
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """A rotor on ``carrier``: at the angle zero, ``pose`` (12) is the pose of the rotor's axes in those of the carrier;
+    ``n`` is its axle there, and ``centre`` its centre of mass."""
+
+    name: str
+    carrier: str
+    hinge: Component
+    pose: Vector
+    n: Vector
+    centre: Vector
+    inertia: float  #: about the axle [kg.m2]
+
+
+@dataclass(frozen=True)
+class Gyrostats:
+    """The mechanism of ``graph``, which is in space, as the ``reduced`` one, whose hinges and rotors are gone."""
+
+    graph: MechanismGraph
+    reduced: MechanismGraph
+    rotors: tuple[Rotor, ...]
+
+
+def gyrostats(graph: MechanismGraph) -> tuple[Gyrostats | None, list[Note]]:
+    """The mechanism with its symmetric rotors as parts of gyrostats, None if it has none; and the notes."""
+    scene, notes, found = graph.scene, list[Note](), list[Rotor]()
+    for e in graph.joints:
+        if e.component.kind.name != "Revolute" or GROUND in (e.body_i, e.body_j):
+            continue
+        for name, carrier in ((e.body_j, e.body_i), (e.body_i, e.body_j)):
+            taken = {x for r in found for x in (r.name, r.carrier)}
+            if name in taken or carrier in {r.name for r in found}:
+                continue
+            rotor = _rotor(graph, e, name, carrier)
+            if rotor is None:
+                continue
+            kept = _dependence(graph, rotor)
+            if kept is None:
+                found.append(rotor)
+                break
+            by, why = kept
+            notes.append(Note("kept", (name,), f"symmetric about its axle, but {why}", (by.name,), by.span))
+    found = [r for own in _groups(found).values() if _regular(scene, own) for r in own]
+    if not found:
+        return None, notes
+    for carrier, own in _groups(found).items():
+        names = tuple(r.name for r in own)
+        why = f"symmetric about axles on {carrier}: a gyrostat, whose steps need not resolve the spin"
+        notes.append(Note("gyrostat", names, why, (), own[0].hinge.span))
+    return Gyrostats(graph, mechanism.build(_scene(scene, found)), tuple(found)), notes
+
+
+def _groups(rotors: Iterable[Rotor]) -> dict[str, list[Rotor]]:
+    """Carrier -> its rotors."""
+    found: dict[str, list[Rotor]] = {}
+    for r in rotors:
+        found.setdefault(r.carrier, []).append(r)
+    return found
+
+
+def _rotor(graph: MechanismGraph, e: Edge, name: str, carrier: str) -> Rotor | None:
+    """The rotor, if a body that nothing but a hinge holds is symmetric about its axis."""
+    scene, c = graph.scene, graph.bodies[name]
+    holding = [j for j in graph.kinematic_joints if name in (j.body_i, j.body_j)]
+    if len(holding) > 1 or any(len(graph.bodies[body].coordinates) != RIGID for body in (name, carrier)):
+        return None
+    mine, other = (scene.frames[e.component.ports[port]] for port in ("frame_a", "frame_b"))
+    if name == e.body_j:
+        mine, other = other, mine
+    assert isinstance(mine, SpatialFrame) and isinstance(other, SpatialFrame)
+    m, J, com = _masses(c)
+    axle, largest = mine.axes[6:], max(map(abs, J))
+    Jn = tuple(sum(J[3 * i + j] * axle[j] for j in range(3)) for i in range(3))
+    C = sum(x * y for x, y in zip(axle, Jn, strict=True))
+    A = 0.5 * (J[0] + J[4] + J[8] - C)
+    if not (m > 0.0 and SAME * largest < C and _masses(graph.bodies[carrier])[0] > 0.0):
+        return None
+    for i in range(3):
+        for j in range(3):
+            symmetric = (C - A) * axle[i] * axle[j] + (A if i == j else 0.0)
+            if abs(J[3 * i + j] - symmetric) > SAME * largest:
+                return None
+    if not _on_axle(com, mine, scene):
+        return None
+    pose = composed(other.pose, inverse(mine.pose))
+    return Rotor(name, carrier, e.component, pose, other.axes[6:], composed(pose, (*com, *mine.axes))[:3], C)
+
+
+def _masses(c: Component) -> tuple[float, Vector, Vector]:
+    """Mass, inertia about the centre of mass (9), and the centre of mass from the reference point."""
+    assert isinstance(c.kind, BodyKind)
+    m, *J = c.kind.table(c.values)
+    return m, tuple(J), c.kind.com(c.values)
+
+
+def _on_axle(place: Sequence[float], mine: SpatialFrame, scene: Scene) -> bool:
+    """Whether a place on a rotor is on its axle, which is the z axis of its frame ``mine``."""
+    away = [x - y for x, y in zip(place, mine.pose, strict=False)]
+    largest = max(abs(x) for f in scene.frames.values() if f.body == mine.body for x in f.pose[:3])
+    return hypot(*product(mine.axes[6:], away)) <= SAME * largest
+
+
+def _dependence(graph: MechanismGraph, rotor: Rotor) -> tuple[Component, str] | None:
+    """The component that prevents the reduction, and the reason; None if there is none."""
+    scene, hinge = graph.scene, rotor.hinge
+    mine = next(scene.frames[f] for f in hinge.ports.values() if scene.frames[f].body == rotor.name)
+    assert isinstance(mine, SpatialFrame)
+    if hinge.friction is not None:
+        return hinge, "the friction of its hinge depends on reactions there"
+    ends = {rotor.name, rotor.carrier}
+
+    def along(frame: SpatialFrame, k: int, axle: Sequence[float]) -> bool:
+        return hypot(*product(frame.axes[3 * k : 3 * k + 3], axle)) <= SAME
+
+    aligned = {hinge.name}
+    touching = [c for c in scene.components.values() if c.ports and _touches(scene, c, rotor.name) and c is not hinge]
+    for c in touching:
+        frames = [scene.frames[f] for f in c.ports.values()]
+        if c.kind.name not in TURNING:
+            return c, f"{c.kind.name} may depend on its angle"
+        if {f.body for f in frames} == ends:
+            axles = [(mine if f.body == rotor.name else _other(scene, hinge, mine)).axes[6:] for f in frames]
+            if all(along(f, 2, n) for f, n in zip(frames, axles, strict=True)):  # type: ignore[arg-type]
+                aligned.add(c.name)
+        if c.kind.name in ALIGNED and c.name not in aligned:
+            return c, "this acts about another axis"
+        first = frames[0]
+        if c.kind.name == "Torque" and first.body == rotor.name and not along(first, 2, mine.axes[6:]):  # type: ignore
+            return c, "this acts about an axis that turns with it"
+        if c.kind.name == "RotationalSpringDamper" and c.values["k"]:
+            return c, "this spring depends on its angle"
+    known = {scene.signal_of(scene.components[name], "w") for name in aligned}
+    for c in scene.components.values():
+        rows = () if c.name in aligned else (*c.velocity_constraints, *c.friction_rows)
+        given = [x for x in (*c.values.values(), *rows, c.friction) if isinstance(x, Expr)]
+        read = _read(given, known)
+        if any(n.op == "multiplier" and n.value[0] == hinge.name for n in read):  # type: ignore[index]
+            return c, "a law reads the reactions of its hinge"
+        used = [scene.frames[n.value[0]] for n in read if n.op == "coordinate"]  # type: ignore[index]
+        if c is not hinge:
+            used += [scene.frames[f] for f in c.ports.values()]
+        if any(f.body == rotor.name and not _on_axle(f.pose[:3], mine, scene) for f in used):
+            return c, "this refers to a frame off its axle"
+        for n in read:
+            if n.op == "coordinate" and scene.frames[n.value[0]].body == rotor.name:  # type: ignore[index]
+                frame, key = scene.frames[n.value[0]], n.value[1]  # type: ignore[index]
+                assert isinstance(frame, SpatialFrame)
+                if len(key) == 2 and key[0] in "xyz" and not along(frame, "xyz".index(key[0]), mine.axes[6:]):
+                    return c, "a law depends on its angle"
+    return None
+
+
+def _other(scene: Scene, hinge: Component, mine: SpatialFrame) -> SpatialFrame:
+    """The frame of a hinge on the other body."""
+    found = next(scene.frames[f] for f in hinge.ports.values() if scene.frames[f].body != mine.body)
+    assert isinstance(found, SpatialFrame)
+    return found
+
+
+def _touches(scene: Scene, c: Component, body: str) -> bool:
+    return any(scene.frames[f].body == body for f in c.ports.values())
+
+
+def _read(roots: Sequence[Expr], known: set[Expr | None]) -> list[Expr]:
+    """The leaves of expressions, without those below nodes that are ``known``."""
+    order = walk(*roots) if roots else []
+    used = set(roots)
+    for n in reversed(order):
+        if n in used and n not in known:
+            used.update(n.args)
+    return [n for n in leaves(*roots) if n in used] if roots else []
+
+
+def _regular(scene: Scene, rotors: Sequence[Rotor]) -> bool:
+    """Whether the inertia of a carrier with rotors that turn freely is regular."""
+    _m, _com, J = _together(scene, rotors)
+    free = list(J)
+    for r in rotors:
+        for i in range(3):
+            for j in range(3):
+                free[3 * i + j] -= r.inertia * r.n[i] * r.n[j]
+    return least_minor([free[k : k + 3] for k in (0, 3, 6)], max(map(abs, free))) > REGULAR
+
+
+def _together(scene: Scene, rotors: Sequence[Rotor]) -> tuple[float, Vector, Vector]:
+    """Mass, centre of mass from the carrier's reference point, and inertia about it (9), of a carrier with rotors."""
+    m, J, com = _masses(scene.components[rotors[0].carrier])
+    parts = [(m, J, com)]
+    for r in rotors:
+        m, J, _ = _masses(scene.components[r.name])
+        axes = r.pose[3:]
+        columns = [turned(axes, J[k : k + 3]) for k in (0, 3, 6)]  # P J, as J is symmetric
+        turned_J = [turned(axes, [column[i] for column in columns]) for i in range(3)]
+        parts.append((m, tuple(x for row in turned_J for x in row), r.centre))
+    mass = sum(m for m, _, _ in parts)
+    centre = tuple(sum(m * c[i] for m, _, c in parts) / mass for i in range(3))
+    total = [0.0] * 9
+    for m, J, c in parts:
+        d = [x - y for x, y in zip(c, centre, strict=True)]
+        square = sum(x * x for x in d)
+        for i in range(3):
+            for j in range(3):
+                total[3 * i + j] += J[3 * i + j] + m * ((square if i == j else 0.0) - d[i] * d[j])
+    return mass, centre, tuple(total)
+
+
+def _scene(scene: Scene, rotors: Sequence[Rotor]) -> Scene:
+    """The scene without the rotors and their hinges; frames on a rotor's axle become frames of its carrier."""
+    gone = {x for r in rotors for x in (r.name, r.hinge.name)}
+    components = {name: c for name, c in scene.components.items() if name not in gone}
+    frames = {name: f for name, f in scene.frames.items() if f.body not in gone}
+    kind = of_variant("gyrostat").KIND
+    for carrier, own in _groups(rotors).items():
+        m, com, J = _together(scene, own)
+        values: Mapping[str, Any] = {"m": m, "com": com, "J": J, "rotors": tuple((r.n, r.inertia) for r in own)}
+        components[carrier] = replace(components[carrier], kind=kind, values=values, signals=())
+        for k, r in enumerate(own):
+            mine = next(scene.frames[f] for f in r.hinge.ports.values() if scene.frames[f].body == r.name)
+            for name, f in scene.frames.items():
+                if f.body == r.name and _on_axle(f.pose[:3], mine, scene):  # type: ignore[arg-type]
+                    x, y, z, *axes = composed(r.pose, f.pose)
+                    frames[name] = SpatialFrame(name, carrier, x, y, f.phi, f.span, None, z, tuple(axes), k + 1)
+    empty: dict[str, Any] = {"initial": (), "variables": {}, "parameters": {}, "shapes": {}, "warnings": ()}
+    return replace(scene, components=components, frames=frames, **empty)
