@@ -1,4 +1,7 @@
-"""Measures of a run: one number of a signal, such as its largest value, written as ``max(pin.fx)``."""
+"""Measures of a model: one number, such as the largest value of a signal in a run, written as ``max(pin.fx)``.
+
+Measures belong to a run, to the static equilibrium (``static(pin.fy)``) or to a mode (``frequency(1)``).
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,7 @@ from mbdsl.results import selection
 
 Array = NDArray[np.float64]
 MOST = 200  #: largest number of measures
+RUN, STATIC, MODES = "run", "static", "modes"  #: what measures belong to
 _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*\((.*)\)\s*", re.DOTALL)
 
 
@@ -39,12 +43,18 @@ def _period(t: Array, x: Array) -> float:
 
 @dataclass(frozen=True)
 class Function:
-    """A function of a signal: its value from the times and values (N,), its explanation, and its unit ("": that of the
-    signal)."""
+    """A function of a signal: its value from the times and values (N,), its explanation, its unit ("": that of the
+    signal), and what it belongs to: a run, the equilibrium, or modes, where its argument is the number of a mode."""
 
     value: Callable[[Array, Array], float]
     doc: str
     unit: str = ""
+    of: str = RUN
+
+
+def _only(t: Array, x: Array) -> float:
+    """The single value."""
+    return float(x[-1])
 
 
 FUNCTIONS = {
@@ -58,6 +68,10 @@ FUNCTIONS = {
     "period": Function(_period, "mean time between upward crossings of the middle of the range", "s"),
     "time_of_max": Function(lambda t, x: float(t[x.argmax()]), "time of the largest value", "s"),
     "time_of_min": Function(lambda t, x: float(t[x.argmin()]), "time of the least value", "s"),
+    "static": Function(_only, "value at the static equilibrium", of=STATIC),
+    "frequency": Function(_only, "undamped frequency of a mode, such as 1", "Hz", MODES),
+    "damped_frequency": Function(_only, "frequency of the damped vibration of a mode", "Hz", MODES),
+    "damping": Function(_only, "damping ratio of a mode", of=MODES),
 }
 
 
@@ -68,7 +82,7 @@ class Measure:
     Attributes
     ----------
     function, signal : str
-        Names.
+        Names; in place of a signal the number of a mode.
     unit : str
         Unit of its value; "" if it has none.
     """
@@ -84,6 +98,11 @@ class Measure:
     def head(self) -> str:
         """The measure with its unit in brackets, for a table or an axis."""
         return f"{self}{f' [{self.unit}]' if self.unit else ''}"
+
+    @property
+    def of(self) -> str:
+        """What it belongs to: "run", "static" (the equilibrium) or "modes"."""
+        return FUNCTIONS[self.function].of
 
     def value(self, t: Array, x: Array) -> float:
         """Evaluate the measure.
@@ -130,6 +149,16 @@ def read(texts: Iterable[str], names: AskedSignals) -> list[Measure]:
             hint = f"{_hint()}; for another function, simulate with each value and apply it to the results"
             raise UsageError(f"measures: found {text!r}, expected a text", hint=hint)
         function, pattern = _split(text)
+        if FUNCTIONS[function].of == MODES:
+            if not (pattern.isdecimal() and int(pattern)):
+                raise UsageError(
+                    f"`{text}`: found `{pattern}`, expected the number of a mode",
+                    hint=f"modes are counted from 1, by ascending frequency: {function}(1)",
+                )
+            found.setdefault(
+                f"{function}({int(pattern)})", Measure(function, str(int(pattern)), FUNCTIONS[function].unit)
+            )
+            continue
         for signal in names.select([pattern]):
             measure = Measure(function, signal, FUNCTIONS[function].unit or names.unit(signal))
             found.setdefault(str(measure), measure)
