@@ -11,9 +11,10 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mbdsl.errors import ModelError, UsageError
-from mbdsl.lang import limits
+from mbdsl.errors import ModelError, Span, UsageError
+from mbdsl.lang import data_files, limits
 from mbdsl.lang import syntax as s
+from mbdsl.lang.data_files import Column, Columns
 from mbdsl.lang.parser import parse
 from mbdsl.lang.source import span_of
 from mbdsl.messages import did_you_mean
@@ -77,7 +78,7 @@ class Library:
 
     A model is data, perhaps from other authors: what it imports must be models, inside the folder of the model after
     all links are resolved, unless ``allowed`` permits more. ``unsaved`` texts, which an editor has, are read instead of
-    the files of these names.
+    the files of these names. ``data`` are columns of files of numbers that were read before.
     """
 
     def __init__(
@@ -85,23 +86,68 @@ class Library:
         allowed: Allowed | None = None,
         texts: Mapping[str, str] | None = None,
         unsaved: Mapping[str, str] = {},
+        data: Mapping[str, Columns] = {},
     ) -> None:
         self._units: dict[str, Unit] = {}
         self._texts = texts  #: the files by name, if they are not read from the disk
         self._unsaved = {key_of(file): text for file, text in unsaved.items()}
         self._allowed = True if texts is not None else allowed_now() if allowed is None else allowed
         self._root = ""  #: the folder that imports must not leave
+        self._home = ""  #: the folder of the model
+        self.data: dict[str, Columns] = {path: dict(columns) for path, columns in data.items()}
+        self._used: dict[str, Columns] = {}
 
     @property
     def files(self) -> dict[str, str]:
-        """Names of the files, and their texts as read."""
-        return {unit.file.name: unit.text for unit in self._units.values()}
+        """Names of the files, and their texts as read; of files of numbers the columns that are used, as CSV."""
+        texts = {unit.file.name: unit.text for unit in self._units.values()}
+        return texts | {path: data_files.as_text(columns) for path, columns in self._used.items()}
+
+    @property
+    def used(self) -> dict[str, Columns]:
+        """The columns of files of numbers that the model uses."""
+        return self._used
+
+    def columns(self, name: str, naming: str, x: str | None, y: str | None, span: Span | None) -> list[Column]:
+        """Two columns of a file of numbers, which the file ``naming`` names at ``span``.
+
+        Raises
+        ------
+        ModelError
+            If it is not in the folder of the model or below, or cannot be read.
+        """
+        path = None
+        try:
+            path = data_files.resolved(name, naming, self._home)
+            found = self._columns(path, x, y)
+        except data_files.DataError as problem:
+            raise data_files.blamed(problem, name, path, span) from None
+        kept = self._used.setdefault(path, {})
+        kept |= found
+        if len({len(column.numbers) for column in kept.values()}) > 1:
+            raise ModelError(f"`{name}`: its columns have different lengths", span)
+        if sum(len(c.numbers) for columns in self._used.values() for c in columns.values()) > limits.DATA_NUMBERS:
+            raise ModelError(f"the files of this model have more than {limits.DATA_NUMBERS} numbers", span)
+        return [found[column] for column in (x, y)] if x is not None and y is not None else list(found.values())
+
+    def _columns(self, path: str, x: str | None, y: str | None) -> Columns:
+        known = self.data.get(path, {})
+        if x in known and y in known:
+            return {name: known[name] for name in (x, y)}  # type: ignore[misc, index]
+        if known and x is None and y is None:
+            return dict(known)
+        if self._texts is None:
+            return data_files.read(path, x, y)
+        if path not in self._texts:
+            raise data_files.DataError("the stored model has no such file", "load the model from its file")
+        return data_files.from_text(self._texts[path], x, y)
 
     def add(self, text: str, file: str) -> Unit:
         """Add a text and, recursively, all that it imports."""
         if self._allowed is not True:
             folder = os.path.dirname(file) if self._allowed is False else os.fspath(self._allowed)
             self._root = os.path.realpath(folder)
+        self._home = os.path.realpath(os.path.dirname(file))
         unit = self._parse(text, file)
         waiting = [unit]
         while waiting:
