@@ -6,23 +6,27 @@ elsewhere. Only the columns that tables use are kept.
 
 from __future__ import annotations
 
+import ast
 import csv
 import io
 import math
 import os
 import re
 import stat
+import sys
+from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from itertools import chain, count, islice
-from typing import BinaryIO, NoReturn
+from itertools import chain, pairwise
+from typing import TYPE_CHECKING, BinaryIO, NoReturn
 
 from mbdsl.errors import ModelError, Span
 from mbdsl.lang import limits, units
 from mbdsl.mechanism.points import Points
-from mbdsl.messages import count as count_of
-from mbdsl.messages import did_you_mean, few
+from mbdsl.messages import count, did_you_mean, few
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile
 
 SUFFIXES = (".csv", ".npz")
 DIGEST = "SHA-256 of the columns: "  #: begins the text of a file that is too long to be stored with results
@@ -109,7 +113,7 @@ def read(path: str, x: str | None, y: str | None) -> Columns:
                 raise DataError(f"it has {status.st_size} bytes; a file of a table has at most {limits.DATA_SIZE}")
             key = os.path.realpath(path), status.st_mtime_ns, status.st_size, status.st_ino, x, y
             if key not in _cache:
-                found = _npz(path, x, y) if path.lower().endswith(".npz") else _csv(stream, x, y)
+                found = _npz(stream, x, y) if path.lower().endswith(".npz") else _csv(stream, x, y)
                 while len(_cache) >= _CACHED:
                     del _cache[next(iter(_cache))]
                 _cache[key] = found
@@ -177,44 +181,44 @@ def _csv(stream: BinaryIO, x: str | None, y: str | None) -> Columns:
 
 
 def _columns(text: io.TextIOWrapper, x: str | None, y: str | None) -> Columns:
-    import numpy as np
-
     header = text.readline(limits.TEXT)
     mark = next((c for c in (",", ";", "\t") if c in header), ",")
     heads = [_HEAD.fullmatch(cell) for cell in next(csv.reader([header], delimiter=mark), [])]
     names, own = [m[1] for m in heads if m], [m[2] or "" for m in heads if m]
     if not any(names) or all(_is_number(name) for name in names if name):
         raise DataError("it has no names of columns", FORM, 1, header)
-    places = [_place(names, x, "x", 0, header), _place(names, y, "y", 1, header)]
-    line = text.readline()
-    second = next(csv.reader([line], delimiter=mark), [])
-    before = 1
-    if len(second) == len(names) and not any(own) and not any(map(_is_number, second)) and any(second):
-        own, before, line = ["" if cell.strip() in ("1", "-") else cell.strip() for cell in second], 2, text.readline()
-    found = [_unit(own[k], names[k], before, header) for k in places]
-    while line and not line.strip():
-        line = text.readline()
-    rows = None
-    if not line:
-        rows = np.empty((0, 2))
-    else:
-        lines = chain([line], islice(text, limits.DATA_ROWS))
-        with suppress(ValueError):
-            rows = np.loadtxt(lines, delimiter=mark, usecols=places, ndmin=2, comments=None, quotechar='"')
-    if rows is None or not np.isfinite(rows).all():
-        _blame(text, before, mark, names, places)
-    if len(rows) > limits.DATA_ROWS or next(text, ""):
-        raise DataError(f"it has more than {limits.DATA_ROWS} rows")
-    if len(rows) < 2:
-        raise DataError(f"it has {count_of(len(rows), 'row')} of numbers, expected at least 2", FORM)
-    falls = np.flatnonzero(~(rows[1:, 0] > rows[:-1, 0]))
-    if len(falls):
-        at, row = next(islice(_rows(text, before, mark), int(falls[0]) + 1, None))
-        u, v = (f"{value:.12g}" for value in rows[falls[0] : falls[0] + 2, 0])
-        message = f"column `{names[places[0]]}` must grow, but has {v} after {u}"
-        raise DataError(message, "sort the rows, and give each value once", at, mark.join(row))
-    scales = [units.parse(unit).factor if unit else 1.0 for unit in found]  # type: ignore[union-attr]
-    return {names[k]: Column(Points((rows[:, j] * scales[j]).tolist()), found[j]) for j, k in enumerate(places)}
+    i, j = _place(names, x, "x", 0, header), _place(names, y, "y", 1, header)
+    rows = csv.reader(text, delimiter=mark)
+    first = next(rows, [])
+    if len(first) == len(names) and not any(own) and not any(map(_is_number, first)) and any(first):
+        own = ["" if cell.strip() in ("1", "-") else cell.strip() for cell in first]  # a row of units
+        first = []
+    units_of = [_unit(own[k], names[k], 1, header) for k in (i, j)]
+    us, ys, before = array("d"), array("d"), -math.inf
+    for row in chain([first], rows):
+        try:
+            u, y_of_u = float(row[i]), float(row[j])
+            if not (before < u < math.inf and -math.inf < y_of_u < math.inf) or len(us) == limits.DATA_ROWS:
+                raise ValueError
+        except (ValueError, IndexError):
+            if any(map(str.strip, row)):
+                _blame(row, rows.line_num + 1, mark, names, (i, j), before, len(us))
+            continue
+        us.append(u)
+        ys.append(y_of_u)
+        before = u
+    if len(us) < 2:
+        raise DataError(f"it has {count(len(us), 'row')} of numbers, expected at least 2", FORM)
+    return _made([names[i], names[j]], [us, ys], units_of)
+
+
+def _made(names: Sequence[str], columns: Sequence[array[float]], units_of: Sequence[str]) -> Columns:
+    """Columns in SI units."""
+    found = {}
+    for name, numbers, unit in zip(names, columns, units_of, strict=True):
+        scale = units.parse(unit).factor if unit else 1.0  # type: ignore[union-attr]
+        found[name] = Column(Points(numbers if scale == 1.0 else (scale * number for number in numbers)), unit)
+    return found
 
 
 def _is_number(text: str) -> bool:
@@ -252,77 +256,91 @@ def _unit(unit: str, name: str, line: int, header: str) -> str:
     return unit
 
 
-def _rows(text: io.TextIOWrapper, before: int, mark: str) -> Iterator[tuple[int, list[str]]]:
-    """Number of the line, and cells, of each row that is not blank, from the beginning of the file."""
-    text.seek(0)
-    for _ in range(before):
-        text.readline()
-    for line in count(before + 1):
-        found = text.readline()
-        if not found:
-            return
-        if found.strip():
-            yield line, next(csv.reader([found], delimiter=mark))
-
-
-def _blame(text: io.TextIOWrapper, before: int, mark: str, names: Sequence[str], places: Sequence[int]) -> NoReturn:
-    """Raise the error of the first row that is not a row of numbers."""
-    for line, row in _rows(text, before, mark):
-        for k in places:
-            shown = mark.join(row)
-            if len(row) <= k:
-                raise DataError(
-                    f"it has no value in column `{names[k]}`", "each row has a number in each column", line, shown
-                )
-            value = row[k].strip()
-            if not value:
-                raise DataError(f"column `{names[k]}` is empty", "each row has a number in each column", line, shown)
-            if not _is_number(value):
-                decimal = _is_number(value.replace(",", ".", 1))
-                right = "write decimals with a point" if decimal else "expected a number; units are in the first line"
-                raise DataError(f"found `{value[:40]}` in column `{names[k]}`", right, line, shown)
-            if not math.isfinite(float(value)):
-                raise DataError(f"found `{value}` in column `{names[k]}`, expected a finite number", None, line, shown)
-    raise DataError("its rows are not rows of numbers", FORM)
+def _blame(
+    row: Sequence[str], line: int, mark: str, names: Sequence[str], places: Sequence[int], before: float, rows: int
+) -> NoReturn:
+    """Raise the error of a row."""
+    shown, each = mark.join(row), "each row has a number in each column"
+    if rows == limits.DATA_ROWS:
+        raise DataError(f"it has more than {limits.DATA_ROWS} rows")
+    for k in places:
+        if len(row) <= k:
+            raise DataError(f"it has no value in column `{names[k]}`", each, line, shown)
+        value = row[k].strip()
+        if not value:
+            raise DataError(f"column `{names[k]}` is empty", each, line, shown)
+        if not _is_number(value):
+            decimal = _is_number(value.replace(",", ".", 1))
+            right = "write decimals with a point" if decimal else "expected a number; units are in the first line"
+            raise DataError(f"found `{value[:40]}` in column `{names[k]}`", right, line, shown)
+        if not math.isfinite(float(value)):
+            raise DataError(f"found `{value}` in column `{names[k]}`, expected a finite number", None, line, shown)
+    message = f"column `{names[places[0]]}` must grow, but has {float(row[places[0]]):.12g} after {before:.12g}"
+    raise DataError(message, "sort the rows, and give each value once", line, shown)
 
 
 # -- npz ---------------------------------------------------------------------------------------------------------------
 
 
-def _npz(path: str, x: str | None, y: str | None) -> Columns:
-    from pathlib import Path
+def _npz(stream: BinaryIO, x: str | None, y: str | None) -> Columns:
+    import json
+    import zipfile
+    import zlib
 
-    import numpy as np
-
-    from mbdsl.results import npz_file
-
+    # archives may also be encrypted, packed by unknown methods, or have heads that cannot be read
+    damaged = (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, MemoryError)
+    damaged += (KeyError, ValueError, IndexError, SyntaxError, TypeError, AttributeError)
     try:
-        layout = npz_file.layout(Path(path))
-        names = list(layout.names)
-        wanted = [names[_place(names, x, "x", 0)], names[_place(names, y, "y", 1)]]
-        numbers = next(iter(layout.chunks(wanted, limits.DATA_ROWS + 1)), [np.empty(0), np.empty(0)])
-        units_of = {**dict.fromkeys(["time"], "s"), **layout.units}
-    except DataError:
-        raise
-    except Exception as problem:  # zipfile, zlib, json and numpy each raise their own errors at damaged bytes
-        raise DataError("it is not the npz of a run, or is damaged", str(problem)[:200] or None) from None
-    if len(numbers[0]) > limits.DATA_ROWS:
-        raise DataError(f"it has more than {limits.DATA_ROWS} rows")
-    if len(numbers[0]) < 2:
-        raise DataError(f"it has {count_of(len(numbers[0]), 'row')}, expected at least 2")
-    for name, values in zip(wanted, numbers, strict=True):
-        if not np.isfinite(values).all():
-            row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise DataError(f"`{name}` is not a finite number in row {row + 1}")
-    falls = np.flatnonzero(~(np.diff(numbers[0]) > 0.0))
-    if len(falls):
-        raise DataError(f"`{wanted[0]}` must grow, but has {numbers[0][falls[0] + 1]:.12g} after "
-                        f"{numbers[0][falls[0]]:.12g} in row {falls[0] + 2}")  # fmt: skip
-    pairs = zip(wanted, numbers, strict=True)
-    return {
-        name: Column(Points(np.asarray(v, float).tolist()), _unit(units_of.get(name) or "", name, 0, ""))
-        for name, v in pairs
-    }
+        with zipfile.ZipFile(stream) as archive:
+            about = json.loads(_member(archive, "_mbdsl", limits.DATA_SIZE).decode("utf-32-le").rstrip("\0"))
+            names, known = list(map(str, about["names"])), {"time": "s", **about["units"]}
+            asked = [names[_place(names, name, what, k)] for k, (name, what) in enumerate(((x, "x"), (y, "y")))]
+            columns = [array("d", _member(archive, name, 8 * limits.DATA_ROWS)) for name in asked]
+    except damaged as problem:
+        reason = str(problem)[:200] or None
+        raise DataError("it is not the npz of a run, or is damaged", reason) from None
+    if sys.byteorder == "big":
+        for column in columns:
+            column.byteswap()
+    us, _ys = columns
+    if len(us) < 2:
+        raise DataError(f"it has {count(len(us), 'row')}, expected at least 2")
+    for name, column in zip(asked, columns, strict=True):
+        if not all(map(math.isfinite, column)):
+            raise DataError(f"`{name}` is not a finite number in row {[*map(math.isfinite, column)].index(False) + 1}")
+    for k, (u, v) in enumerate(pairwise(us), 2):
+        if not u < v:
+            raise DataError(f"`{asked[0]}` must grow, but has {v:.12g} after {u:.12g} in row {k}")
+    return _made(asked, columns, [_unit(str(known.get(name) or ""), name, 0, "") for name in asked])
+
+
+def _member(archive: ZipFile, name: str, most: int) -> bytes:
+    """The numbers of an array of an archive, or its text, as they are stored (NEP 1 of NumPy).
+
+    Raises
+    ------
+    DataError
+        If they are more than ``most`` bytes.
+    ValueError
+        If it is not an array of 64-bit numbers, or a text.
+    """
+    with archive.open(f"{name}.npy") as member:
+        if member.read(6) != b"\x93NUMPY":
+            raise ValueError(f"`{name}` is not an array")
+        long = member.read(2)[0] > 1
+        head = ast.literal_eval(
+            member.read(min(10_000, int.from_bytes(member.read(4 if long else 2), "little"))).decode()
+        )
+        kind, shape = head["descr"], head["shape"]
+        if not (kind == "<f8" and len(shape) == 1) and not (kind[:2] == "<U" and shape == ()):
+            raise ValueError(f"`{name}` is not a column of numbers")
+        size = 8 * int(shape[0]) if shape else 4 * int(kind[2:])
+        if size > most:
+            raise DataError(f"it has more than {limits.DATA_ROWS} rows")
+        data = member.read(size)
+    if len(data) < size:
+        raise ValueError(f"`{name}` is shorter than it says")
+    return data
 
 
 def blamed(problem: DataError, name: str, path: str | None, span: Span | None) -> ModelError:

@@ -302,6 +302,27 @@ def test_messages_of_arguments(arguments, message, hint, folder):
     assert hint in (problem.value.hint or "")
 
 
+def test_damaged_archives_are_named(folder):
+    """Each is either refused or read: no other exception leaves."""
+    run = mbdsl.simulate(model(folder), step=0.1)
+    run[["wheel.x"]].save(folder / "run.npz")
+    whole = (folder / "run.npz").read_bytes()
+    path = model(
+        folder, None, MODEL.replace("road.csv", "run.npz").replace('x = "s", y = "z"', 'x = "time", y = "wheel.x"')
+    )
+    rng, refused = np.random.default_rng(3), 0
+    for k in range(60):
+        broken = bytearray(whole[: len(whole) - 7 * k] if k % 2 else whole)
+        for at in rng.integers(0, len(broken), 4):
+            broken[at] ^= 1 << int(rng.integers(8))
+        (folder / "run.npz").write_bytes(broken)
+        try:
+            mbdsl.load(path)
+        except ModelError as problem:
+            refused += "run.npz" in problem.message
+    assert refused > 30
+
+
 def test_models_of_the_library_have_points():
     library = mbdsl.Builder("Car")
     with pytest.raises((ModelError, TypeError)):
