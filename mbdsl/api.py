@@ -221,8 +221,8 @@ def _at_rest(
 
     if initial != "static":
         raise UsageError(
-            f'initial: found {initial!r}, expected "static", which is the equilibrium',
-            hint='or give values by signal: initial={"crank.phi": "30 deg"}',
+            f'initial: found {initial!r}, expected a mapping of signals to values, or "static", the equilibrium',
+            hint='e.g. initial={"crank.phi": "30 deg"}',
         )
     return static(model, start=start, parameters=parameters, without=without, announce=announce)
 

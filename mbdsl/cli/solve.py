@@ -34,9 +34,10 @@ def register(subparsers) -> argparse.ArgumentParser:
         metavar="F(SIGNAL)=VALUE",
         action="append",
         required=True,
-        help='a measure and its value, "max(shaft.w) = 160 rpm": final, min, max, maxabs, mean, rms, amplitude, '
-        "period, time_of_max or time_of_min of a signal in a run, static(SIGNAL) at the equilibrium, or frequency(N), "
-        "damped_frequency(N), damping(N) of mode N; twice for two parameters",
+        help='a measure and its value, "max(shaft.w) = 160 rpm"; final, min, max, maxabs, mean, rms, amplitude, '
+        "period, time_of_max, time_of_min of a signal in a run, time_when(CONDITION, first|last|count), "
+        "at(SIGNAL, TIME|CONDITION), at_max(SIGNAL, OTHER), at_min, static(SIGNAL) at the equilibrium, or "
+        "frequency(N), damped_frequency(N), damping(N) of mode N; twice for two parameters",
     )
     add_runs(parser)
     parser.add_argument("--quiet", action="store_true", help="print errors only")

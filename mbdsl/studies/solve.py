@@ -403,7 +403,9 @@ class _Runs:
         if not np.isfinite(y).all(axis=1).any():
             run = next(iter(self.done.values()))
             said = self.sweep()
-            reason = said.reason(0) if not run.done else f"{self.of.measures[0]} has no value"
+            lacking = f"{self.of.measures[0]} has no value"
+            lacking += f", {self.of.measures[0].lacking}" if self.of.measures[0].lacking else ""
+            reason = said.reason(0) if not run.done else lacking
             raise UsageError(f"no run of the range gives a value; {said.point(0)}: {reason}")
 
 

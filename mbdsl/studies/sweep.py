@@ -72,7 +72,10 @@ def sweep(
         N/mm"), a text "1, 2, 5", or a sequence of numbers in SI units, Booleans or texts with units.
     measures : str or sequence of str, optional
         Measures of each run, such as ``max(pin.fx)``; functions are final, min, max, maxabs, mean, rms, amplitude,
-        period, time_of_max and time_of_min; glob patterns stand for several signals. ``static(pin.fx)`` is the value at
+        period, time_of_max and time_of_min; glob patterns stand for several signals. ``time_when(mass.x > 0.5 m)`` is
+        the first time at which a condition holds (with ``, last`` the last, with ``, count`` how often),
+        ``at(mass.vx, mass.x > 0.5 m)`` or ``at(mass.vx, 2 s)`` the value at a time, ``at_max(mass.y, rod.fy)`` and
+        ``at_min`` that where another signal is largest or least. ``static(pin.fx)`` is the value at
         the equilibrium that ``mbdsl.static`` finds; frequency(1), damped_frequency(1) and damping(1) are those of the
         first mode of ``mbdsl.eigen``. Models are simulated only if a measure needs it. Default: least and largest value
         of the coordinates of the first body.

@@ -173,8 +173,9 @@ def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
     for m in of.measures:
         if m.of != RUN:
             continue
-        x = np.asarray(found[m.signal], float) if m.signal in found else np.full(len(found.t), math.nan)
-        values[str(m)] = m.value(found.t[after], x[after])
+        known = all(name in found for name in m.signals)
+        xs = [np.asarray(found[name], float)[after] for name in m.signals] if known else []
+        values[str(m)] = m.value(found.t[after], *xs) if known else math.nan
     return values
 
 
