@@ -24,7 +24,7 @@ Allowed = bool | str | os.PathLike[str]
 
 _allowed: ContextVar[Allowed] = ContextVar("allowed imports", default=False)
 #: how a file of the language begins, after comments
-_MODEL = re.compile(r'(?:\s|//[^\n]*|/\*.*?\*/)*(?:import\s*"|(?:spatial|partial|model)\b|\Z)', re.DOTALL)
+_MODEL = re.compile(r'(?:\s|//[^\n]*|/\*.*?\*/)*(?:import\s*"|(?:spatial|partial|model|function)\b|\Z)', re.DOTALL)
 
 
 @contextmanager
@@ -67,6 +67,19 @@ class Unit:
                 return model, unit
         return None
 
+    def function(self, name: str) -> s.Function | None:
+        """The function that ``name`` (or ``alias.name``) denotes in this file."""
+        alias, dot, rest = name.partition(".")
+        if dot:
+            unit = self.aliases.get(alias)
+            return None if unit is None else next((f for f in unit.file.functions if f.name == rest), None)
+        return next((f for unit in [self, *self.imports] for f in unit.file.functions if f.name == name), None)
+
+    def function_names(self) -> list[str]:
+        """The names of all functions that this file can use."""
+        found = [f.name for unit in [self, *self.imports] for f in unit.file.functions]
+        return found + [f"{alias}.{f.name}" for alias, unit in self.aliases.items() for f in unit.file.functions]
+
     def names(self) -> list[str]:
         """The names of all models that this file can use."""
         found = [m.name for unit in [self, *self.imports] for m in unit.file.models]
@@ -88,7 +101,7 @@ class Library:
         unsaved: Mapping[str, str] = {},
         data: Mapping[str, Columns] = {},
     ) -> None:
-        self._units: dict[str, Unit] = {}
+        self.units: dict[str, Unit] = {}
         self._texts = texts  #: the files by name, if they are not read from the disk
         self._unsaved = {key_of(file): text for file, text in unsaved.items()}
         self._allowed = True if texts is not None else allowed_now() if allowed is None else allowed
@@ -100,7 +113,7 @@ class Library:
     @property
     def files(self) -> dict[str, str]:
         """Names of the files, and their texts as read; of files of numbers the columns that are used, as CSV."""
-        texts = {unit.file.name: unit.text for unit in self._units.values()}
+        texts = {unit.file.name: unit.text for unit in self.units.values()}
         return texts | {path: data_files.as_text(columns) for path, columns in self._used.items()}
 
     @property
@@ -156,7 +169,7 @@ class Library:
 
     def _parse(self, text: str, file: str) -> Unit:
         unit = Unit(parse(text, file), text)
-        self._units[key_of(file)] = unit
+        self.units[key_of(file)] = unit
         seen: dict[str, s.Model] = {}
         for model in unit.file.models:
             if model.name in seen:
@@ -166,16 +179,26 @@ class Library:
                     notes=(("the first one is here", span_of(seen[model.name].at)),),
                 )
             seen[model.name] = model
+        named: dict[str, s.Function] = {}
+        for f in unit.file.functions:
+            if f.name in named:
+                note = (("the first one is here", span_of(named[f.name].at)),)
+                raise ModelError(f"a second function `{f.name}` in this file", span_of(f.at), notes=note)
+            named[f.name] = f
         return unit
+
+    def unit_of(self, file: str) -> Unit:
+        """The file of this name; the main one for texts that are no files, as those of ``--set``."""
+        return self.units.get(key_of(file)) or next(iter(self.units.values()))
 
     def _import(self, unit: Unit) -> list[Unit]:
         """Connect ``unit`` with the files that it imports; return the new ones."""
         new = []
         for item in unit.file.imports:
             path = _resolve(item, unit.file.name)
-            known = self._units.get(key_of(path))
+            known = self.units.get(key_of(path))
             if known is None:
-                if len(self._units) >= limits.FILES:
+                if len(self.units) >= limits.FILES:
                     raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
                 self._refuse_outside(item, path)
                 try:
