@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from mbdsl.simulation.resume import resume as resume
     from mbdsl.simulation.trajectory import Trajectory as Trajectory
     from mbdsl.studies.recommendation import recommend as recommend
+    from mbdsl.studies.solve import solve as solve
     from mbdsl.studies.sweep import sweep as sweep
     from mbdsl.version import __version__ as __version__
 
@@ -52,6 +53,7 @@ _PUBLIC = {
     "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),
     "linearise": ("mbdsl.analysis.linearisation", "linearise"),
     "sweep": ("mbdsl.studies.sweep", "sweep"),
+    "solve": ("mbdsl.studies.solve", "solve"),
     "simulate": ("mbdsl.api", "simulate"),
     "check": ("mbdsl.reporting.views", "check"),
     "graph": ("mbdsl.reporting.views", "graph"),
@@ -110,6 +112,7 @@ __all__ = [
     "results",
     "resume",
     "simulate",
+    "solve",
     "static",
     "study",
     "sweep",

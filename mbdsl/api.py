@@ -22,7 +22,10 @@ from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from mbdsl.analysis.equilibria import Equilibrium
     from mbdsl.lang.builder import Builder
+
+UNSTABLE = "the run begins at an equilibrium that is unstable"
 
 
 def simulate(
@@ -43,7 +46,7 @@ def simulate(
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
     signals: str | Sequence[str] | None = None,
-    initial: Mapping[str, Any] | Trajectory | None = None,
+    initial: Mapping[str, Any] | Trajectory | str | None = None,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
@@ -101,12 +104,14 @@ def simulate(
         Names and glob patterns of signals, which are checked before the run. The trajectory is then a selection: it
         lists, shows, plots and writes these signals. Default: all signals are listed, and coordinates and velocities
         are written.
-    initial : mapping or Trajectory, optional
+    initial : mapping, Trajectory or "static", optional
         Initial values by signal, as numbers in SI units or as texts with units: ``{"crank.phi": "30 deg"}``. They are
         fixed, as in the model's ``initial equation``, and replace its values for the same signals; the other values
         remain. An entry "guess" is a mapping of values that the assembly may change. A Trajectory stands for the
         positions and velocities of all bodies at its end, which replace all initial values of the model; give its
-        last time as ``start`` if forces or drivers depend on time.
+        last time as ``start`` if forces or drivers depend on time. "static" is the equilibrium that ``mbdsl.static``
+        finds at the start time: the run begins there, at rest, and the initial values of the model are where the search
+        begins.
     progress : callable, optional
         Called about ten times a second with a ``Progress``.
     announce : callable, optional
@@ -189,9 +194,37 @@ def simulated(
     if isinstance(given.get("times"), (list, tuple)):
         given["times"] = values(given["times"], "s", "times")
     accuracy, budget = optional(accuracy, "1", "accuracy"), seconds(budget, "budget")
+    note = ""
+    if isinstance(given.get("initial"), str):
+        rest = _at_rest(model, parameters, without, given["initial"], given.get("start"), given.get("announce"))
+        given["initial"] = rest.trajectory
+        note = UNSTABLE if rest.stability == "unstable" else ""
     if accuracy is None:
-        return simulation.simulated(model, parameters=parameters, without=without, **given)
-    return _accurate(model, parameters, without, accuracy, budget, **given)
+        found = simulation.simulated(model, parameters=parameters, without=without, **given)
+    else:
+        found = _accurate(model, parameters, without, accuracy, budget, **given)
+    if note:
+        found.stats["warnings"].append(note)
+    return found
+
+
+def _at_rest(
+    model: Scene | Builder | str | PathLike,
+    parameters: Mapping[str, str | float] | None,
+    without: Sequence[str],
+    initial: str,
+    start: float | None,
+    announce: Callable[[str], None] | None,
+) -> Equilibrium:
+    """The equilibrium at the start."""
+    from mbdsl.analysis.equilibria import static
+
+    if initial != "static":
+        raise UsageError(
+            f'initial: found {initial!r}, expected a mapping of signals to values, or "static", the equilibrium',
+            hint='e.g. initial={"crank.phi": "30 deg"}',
+        )
+    return static(model, start=start, parameters=parameters, without=without, announce=announce)
 
 
 @blame_model

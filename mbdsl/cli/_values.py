@@ -80,6 +80,20 @@ def variation(text: str) -> tuple[str, str]:
         raise UsageError(f"--vary: found `{text}`, expected NAME=VALUES", hint=hint) from None
 
 
+def sought(text: str) -> tuple[str, str]:
+    """NAME=START:STOP of a parameter that is sought, as :func:`assignment`."""
+    try:
+        return assignment(text)
+    except argparse.ArgumentTypeError:
+        hint = f"write {text.partition('=')[0].strip() or 'm'}=1:10, with a unit after it"
+        raise UsageError(f"--vary: found `{text}`, expected NAME=START:STOP", hint=hint) from None
+
+
+def state(text: str) -> str | float:
+    """``static``, ``start`` or a time."""
+    return text if text in ("static", "start") else seconds(text)
+
+
 def named_number(name: str) -> Callable[[str], tuple[str, str]]:
     """X as ``assignment`` reads NAME=X, after a check that X is a number."""
     return lambda text: (name, f"{number(text)!r}")

@@ -21,11 +21,6 @@ TABLES = (".md", ".tex")
 SUFFIXES = (".csv", ".json", *TABLES)
 
 
-def state(text: str) -> str | float:
-    """``static``, ``start`` or a time."""
-    return text if text in ("static", "start") else values.seconds(text)
-
-
 def number_of_modes(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"`{text}` is not a number of modes: 1, 2, ...")
@@ -42,7 +37,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--at",
         metavar="STATE",
-        type=state,
+        type=values.state,
         default="static",
         help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
         "velocities; a time such as 1.5s: the state of a simulation at that time",

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
-from mbdsl.cli.eigen import state
 from mbdsl.errors import UsageError
 from mbdsl.storage.output_files import check, write_text, writing
 
@@ -32,7 +31,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--at",
         metavar="STATE",
-        type=state,
+        type=values.state,
         default="static",
         help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
         "velocities; a time such as 1.5s: the state of a simulation at that time",

@@ -7,7 +7,6 @@ import shlex
 import sys
 
 from mbdsl.cli import _values as values
-from mbdsl.cli.eigen import state
 from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
 from mbdsl.messages import visible
@@ -35,7 +34,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--at",
         metavar="STATE",
-        type=state,
+        type=values.state,
         help="with --eigen: the state, static (default), start, or a time such as 1.5s; see `mbdsl eigen`",
     )
     parser.add_argument("--out", metavar="FILE", help="the page (.html); default: NAME-report.html")

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 #: words of the command: the types of their values
 TYPES: dict[str, tuple[type, ...]] = {
     **dict.fromkeys(("model", "output"), (str,)),
-    **dict.fromkeys(("method", "signals", "stats", "method_file", "model_name"), (str, NoneType)),
+    **dict.fromkeys(("method", "signals", "stats", "method_file", "model_name", "initial"), (str, NoneType)),
     **dict.fromkeys(("step", "tol", "accuracy", "budget", "start", "stop", "interval"), (int, float, NoneType)),
     **dict.fromkeys(("force", "general", "verify", "units"), (bool,)),
     **dict.fromkeys(("set", "option", "without"), (list,)),
@@ -66,7 +66,7 @@ TYPES: dict[str, tuple[type, ...]] = {
 def _command(checkpoint: str, said: dict[str, Any]) -> argparse.Namespace:
     """The words of the command that has made a checkpoint."""
     former = {name: value for name, value in said.items() if name in TYPES}
-    former.setdefault("units", False)  # missing in checkpoints of earlier versions
+    former = {"units": False, "initial": None} | former  # missing in checkpoints of earlier versions
     try:
         for name, types in TYPES.items():
             number = float in types and isinstance(former.get(name), bool)

@@ -69,6 +69,12 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     values.add_times(parser)
     parser.add_argument(
+        "--from",
+        dest="initial",
+        choices=("static",),
+        help="start at rest at the equilibrium that `mbdsl static` finds; default: the initial values of the model",
+    )
+    parser.add_argument(
         "--input",
         metavar="NAME=FILE",
         action="append",
@@ -197,6 +203,7 @@ def _run(
             options=options,
             force=args.force,
             general=args.general,
+            initial=args.initial,
             progress=display,
             announce=once(display.say, said) if display else None,
             **kept(args, output, resumed),

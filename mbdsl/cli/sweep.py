@@ -40,8 +40,19 @@ def register(subparsers) -> argparse.ArgumentParser:
         action="append",
         default=[],
         help="measures of each run, repeatable: final, min, max, maxabs, mean, rms, amplitude, period, "
-        "time_of_max, time_of_min of a signal or glob; default: min and max of the coordinates of the first body",
+        "time_of_max, time_of_min of a signal or glob, time_when(CONDITION, first|last|count), "
+        "at(SIGNAL, TIME|CONDITION), at_max(SIGNAL, OTHER), at_min, static(SIGNAL) at the equilibrium, frequency(N), "
+        "damped_frequency(N), damping(N) of mode N; default: min and max of the coordinates of the first body",
     )
+    add_runs(parser)
+    talk = parser.add_mutually_exclusive_group()
+    talk.add_argument("--quiet", action="store_true", help="print errors only")
+    talk.add_argument("--verbose", action="store_true", help="print all rows of a long table")
+    return parser
+
+
+def add_runs(parser: argparse.ArgumentParser) -> None:
+    """The options of the runs of a sweep, and its files."""
     parser.add_argument("--after", metavar="T", type=values.seconds, help="ignore values before this time")
     parser.add_argument("--output", metavar="FILE", action="append", default=[],
                         help="table (.csv, .md, .tex), picture (.svg, .png, .pdf) or page with both (.html); "
@@ -52,16 +63,15 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     parser.add_argument("--interval", metavar="DT", type=values.interval_seconds,
                         help="output interval; default (stop - start)/2000; 0: every step")  # fmt: skip
+    parser.add_argument("--at", metavar="STATE", type=values.state, default="static",
+                        help="state about which modes are computed: static (default), start or a time, as for "
+                        "`mbdsl eigen`")  # fmt: skip
     parser.add_argument("--limit", metavar="S", type=values.positive_seconds, help="time limit of a run")
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
-    talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="print errors only")
-    talk.add_argument("--verbose", action="store_true", help="print all rows of a long table")
-    return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    vary = _once(args.vary)
+    vary = once(args.vary)
     if args.output:
         from mbdsl.studies.sweep_files import SUFFIXES
 
@@ -76,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
 
     counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("paired", "after", "method", "step", "tol", "start", "stop")}
-    given |= {name: getattr(args, name) for name in ("interval", "without", "limit", "fresh")}
+    given |= {name: getattr(args, name) for name in ("interval", "at", "without", "limit", "fresh")}
     try:
         found = sweep(
             args.model,
@@ -107,7 +117,8 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _once(vary: list[tuple[str, str]]) -> dict[str, str]:
+def once(vary: list[tuple[str, str]]) -> dict[str, str]:
+    """Values by the name of their parameter, each of which is given once."""
     for k, (name, _) in enumerate(vary):
         if name in (other for other, _ in vary[:k]):
             raise UsageError(f"`{name}` is varied twice", hint="give all of its values in one --vary")

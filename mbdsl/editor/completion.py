@@ -16,7 +16,7 @@ from mbdsl.elements import kinds
 from mbdsl.elements.kind import EFFECTS, REQUIRED, Kind
 from mbdsl.lang import orientations, quantities, shapes
 from mbdsl.lang import syntax as s
-from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS
+from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS, TABLE_ARGUMENTS
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.library import Unit
 from mbdsl.lang.parameters import ATTRIBUTES
@@ -25,7 +25,6 @@ _STATEMENTS = "parameter constant input for if end extends equation initial anno
 _IN_EXPRESSIONS = ("if", "true", "false", "not")
 _BEHIND = ("if", "then", "else", "elseif", "loop", "and", "or", "for", "annotation")
 _FRAME_ARGUMENTS = ("r", "phi")
-_TABLE_ARGUMENTS = ("table", "smoothness", "extrapolation")
 
 
 @dataclass(frozen=True)
@@ -215,7 +214,7 @@ def _arguments(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator
         yield from (_of_own(members[x], 3) for x in kind.ports if x not in at.given)
     elif target.form in (e.VALUE, e.TABLE, e.FRAME):
         of_frame = tuple(orientations.PARAMETERS) if target.owner.spatial else _FRAME_ARGUMENTS
-        listed = {e.VALUE: ATTRIBUTES, e.TABLE: _TABLE_ARGUMENTS, e.FRAME: of_frame}[target.form]
+        listed = {e.VALUE: ATTRIBUTES, e.TABLE: TABLE_ARGUMENTS, e.FRAME: of_frame}[target.form]
         yield from (Item(x, "parameter", "", descriptions.of_setting(x), 1) for x in listed if x not in at.given)
     if not at.path and ((kind is not None and kind.ports) or target.form in (e.FRAME, e.SUB_MODEL)):
         parts = (x for x in known.values() if x.form in (e.COMPONENT, e.SUB_MODEL, e.FRAME))

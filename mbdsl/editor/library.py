@@ -14,7 +14,7 @@ class LooseLibrary(Library):
 
     def _parse(self, text: str, file: str) -> Unit:
         unit = Unit(repaired(text, file).file, text)
-        self._units[key_of(file)] = unit
+        self.units[key_of(file)] = unit
         return unit
 
     def _import(self, unit: Unit) -> list[Unit]:

@@ -30,6 +30,7 @@ _BEGINNINGS = frozenset(
     "equation connect guess fixed".split()
 )
 _WHOLE = re.compile(r"(model|spatial|partial|import)\b")
+_FUNCTION = re.compile(r"\bfunction\s+(\w+)\b.*?\bend\s+\1\s*;", re.DOTALL)
 _BLOCKS = frozenset(("for", "if", "elseif", "else"))
 
 
@@ -82,8 +83,12 @@ def _ending(text: str) -> str:
 
 
 def _open_model(words: list[lexer.Piece]) -> str:
-    name = ""
+    name, functions = "", set[str]()
     for word, following in pairwise(words):
+        if word.text == "function":
+            functions.add(following.text)
+        elif word.text == "end" and following.text in functions:
+            continue
         if word.kind == lexer.KEYWORD and following.kind == lexer.NAME:
             if word.text == "model":
                 name = following.text
@@ -96,6 +101,8 @@ def _without(text: str, problem: MbdslError) -> str:
     """The text with blanks instead of the statement that has the error."""
     places = Places(text)
     at = places.of_span(problem.span)[0] if problem.span is not None else 0
+    if block := next((b.span() for b in _FUNCTION.finditer(text) if b.start() <= at < b.end()), None):
+        return blank(text, [block])
     # What was opened and not closed is the error, and not the place where the closing is missing.
     for opened in (_opened(places, span) for _, span in problem.notes if span is not None):
         at = at if opened is None else opened

@@ -178,7 +178,7 @@ def _assembled(
         try:
             unknowns, y, notes = _meant(system, graph, t, for_assembly(system.scene, positions), metric, until, shape)
             q = unknowns.expand(y)
-            if relax is not None and (static or isinstance(shape, AsIs)):
+            if relax is not None and (static or isinstance(shape, AsIs)) and not system.scene.deformed:
                 q = relax(q)
             return q, _velocities(system, t, q, y, unknowns, velocities, metric), notes
         except InitialisationError:
@@ -269,6 +269,9 @@ def _reaching(
 def _shapes(system: System, graph: MechanismGraph, t: float, positions: list[InitialValue]) -> list[Shape]:
     """The sets of unknowns for assembly, in the order of the attempts."""
     placed = place(system, graph, t, positions)
+    if begun := system.scene.deformed:  # the shapes of an equilibrium
+        placed = np.array([begun.get(name, x) for name, x in zip(system.names(), placed, strict=True)])
+        return [AsIs(system, placed)]
     as_is = AsIs(system, placed)
     if system.scene.spatial:
         in_plane = InPlane(system, placed)

@@ -209,5 +209,8 @@ class _Scope:
     def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
         """No warning: a number in a result is written by its reader."""
 
+    def call(self, e: s.Call) -> Value | None:
+        return None
+
     def function_names(self) -> list[str]:
         return []

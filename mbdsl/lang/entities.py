@@ -6,11 +6,11 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Union
 
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang.connections import Node
-from mbdsl.lang.modifiers import Contexts, Modifiers
+from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Frame, Input, Table
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 SMOOTHNESS = ("linear", "cubic", "monotone")
 EXTRAPOLATION = ("hold", "linear", "periodic", "error")
+TABLE_ARGUMENTS = ("table", "file", "x", "y", "smoothness", "extrapolation")
+
+#: two columns of numbers, and their dimensions
+Columns2 = tuple[tuple[float, ...], tuple[float, ...], units.Dimension | None, units.Dimension | None]
 
 
 class Namespace:
@@ -189,14 +193,63 @@ class TableMember:
         return self._made
 
     def _make(self) -> tuple[Table, units.Dimension | None, units.Dimension | None]:
-        given = self.modifiers.get("table")
-        if given is None or given.value is None:
+        given, file = self.modifiers.get("table"), self.modifiers.get("file")
+        if file is not None and file.value is not None:
+            if given is not None and given.value is not None:
+                raise ModelError(
+                    f"Table `{self.name}` has both `table` and `file`", given.value_span(), "leave one out"
+                )
+            span, what = file.value_span(), f"`file` of `{self.name}`"
+            u, y, u_dimension, y_dimension = self._of_file(span)
+        elif given is not None and given.value is not None:
+            span, what = given.value_span(), f"`table` of `{self.name}`"
+            u, y, u_dimension, y_dimension = self._of_points(given, what)
+        else:
             raise ModelError(
-                f"Table `{self.name}` needs `table`", span_of(self.at), "write `table = [0 s, 0 N; 1 s, 2 N]`"
+                f"Table `{self.name}` needs `table`",
+                span_of(self.at),
+                'write `table = [0 s, 0 N; 1 s, 2 N]`, or `file = "road.csv", x = "s", y = "z"`',
             )
+        smoothness = self._choice("smoothness", SMOOTHNESS)
+        extrapolation = self._choice("extrapolation", EXTRAPOLATION)
+        if extrapolation == "periodic" and y[0] != y[-1]:
+            raise ModelError(f"{what} is periodic, but begins with {y[0]:g} and ends with {y[-1]:g}", span)
+        return Table(self.name, u, y, smoothness, extrapolation), u_dimension, y_dimension
+
+    def _of_file(self, span: Span | None) -> Columns2:
+        """The columns of a file, and their dimensions."""
+        file, x, y = (self._text(name) for name in ("file", "x", "y"))
+        library = self.assembly.library
+        if library is None or file is None:
+            raise ModelError(
+                f"Table `{self.name}`: a file belongs to a model in a file",
+                span,
+                "in Python give the points: `table=list(zip(s, z))`",
+            )
+        naming = self.at[0].file if self.at is not None else ""
+        first, second = library.columns(file, naming, x, y, span)
+        return first.numbers, second.numbers, first.dimension, second.dimension
+
+    def _text(self, name: str) -> str | None:
+        """The value of an argument that is a text; None if it is not given."""
+        from mbdsl.elements.kind import Parameter
+
+        modifier = self.modifiers.get(name)
+        if modifier is None or modifier.value is None:
+            return None
+        try:
+            return argument_checks.argument(Parameter(name, ""), modifier.evaluate(), self.name)  # type: ignore[return-value]
+        except ModelError as problem:
+            problem.span = problem.span or modifier.value_span()
+            raise
+
+    def _of_points(self, given: Modifier, what: str) -> Columns2:
+        """The columns of ``table``, and their dimensions."""
+        for name in ("x", "y"):
+            if name in self.modifiers:
+                raise ModelError(f"`{name}` names a column of `file`", span_of(self.modifiers[name].at))
         span = given.value_span()
         rows = given.evaluate()
-        what = f"`table` of `{self.name}`"
         found = values.shape(rows)
         if len(found) != 2 or found[1] != 2:
             raise ModelError(
@@ -214,11 +267,7 @@ class TableMember:
                 raise ModelError(
                     f"{what}: the first column must grow, but row {k + 2} has {after:g} after {before:g}", span
                 )
-        smoothness = self._choice("smoothness", SMOOTHNESS)
-        extrapolation = self._choice("extrapolation", EXTRAPOLATION)
-        if extrapolation == "periodic" and y[0] != y[-1]:
-            raise ModelError(f"{what} is periodic, but begins with {y[0]:g} and ends with {y[-1]:g}", span)
-        return Table(self.name, u, y, smoothness, extrapolation), u_dimension, y_dimension
+        return u, y, u_dimension, y_dimension
 
     def _column(self, rows: tuple, k: int) -> tuple[tuple[float, ...], units.Dimension | None]:
         what = f"column {k + 1} of `{self.name}`"

@@ -52,7 +52,10 @@ class Scope(Protocol):
         """Warn if ``value`` is probably in degrees."""
 
     def function_names(self) -> list[str]:
-        """Names of the tables."""
+        """Names of the tables and functions."""
+
+    def call(self, e: s.Call) -> Value | None:
+        """The value of a function of the model; None if it has none of this name."""
 
 
 def evaluate(e: s.Expression, scope: Scope) -> Value:
@@ -202,6 +205,8 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
 def _call(e: s.Call, scope: Scope) -> Value:
     written = write(e.function)
     name = foreign_names.function(written)
+    if name not in functions.FUNCTIONS and name != "der" and (found := scope.call(e)) is not None:
+        return found
     named = next((a for a in e.arguments if a.name or a.each or a.final), None)
     if named is not None:
         raise ModelError(f"{name}() takes values only, found `{write_argument(named)}`", span_of(named.at))

@@ -5,9 +5,9 @@ Both front-ends use it, the text (:mod:`mbdsl.lang.instantiate`) and the library
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError, ModelNote, ModelWarning
@@ -29,6 +29,9 @@ from mbdsl.mechanism.loop_rows import with_rows_in_axes
 from mbdsl.mechanism.point_masses import turned_by_joints
 from mbdsl.mechanism.scene import ENERGIES, Component, Description, Experiment, Frame, Input, ParameterValue, Scene
 from mbdsl.messages import few
+
+if TYPE_CHECKING:
+    from mbdsl.lang.library import Library
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 _COORDINATE_DIMENSION = {key: units.dimension(unit) for key, unit in _COORDINATE_UNIT.items()}
@@ -75,6 +78,7 @@ class Assembly:
         self.slots: list[Slot] = []
         self.ground: Part | None = None
         self.without: tuple[str, ...] = ()  #: effects to leave out
+        self.library: Library | None = None  #: the files of a model that was read from a text
         self._active: dict[object, tuple[str, At]] = {}
         self._attachments: list[tuple[Part, list[Positional]]] = []
         self._connectors: list[tuple[Node, Positional, Contexts]] = []
@@ -279,7 +283,6 @@ class Assembly:
         name: str,
         doc: str = "",
         experiment: Experiment | None = None,
-        files: Mapping[str, str] = {},
     ) -> Scene:
         """Complete the checks and make the Scene."""
         left_out = tuple(dict.fromkeys((*self.without, *(experiment.without if experiment else ()))))
@@ -322,7 +325,7 @@ class Assembly:
             experiment or Experiment(),
             parameters,
             doc,
-            files,
+            self.library.files if self.library is not None else {},  # now that all tables have been read
             variables=variables,
             descriptions=descriptions,
             inputs=inputs,

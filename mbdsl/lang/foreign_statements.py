@@ -10,13 +10,13 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.lexer import Token
 from mbdsl.lang.source import Source
 
-_FUNCTION = "mbdsl has no user-defined functions; use expressions, or a Table"
+_FUNCTION = "write `function f input Real x; output Real y; algorithm y := x^2; end f;`"
 _MODIFIED = "components cannot be redeclared, only their values modified"
 _CONNECTOR = "connectors are frames: write `connector Frame name;`"
 #: words of Modelica that mbdsl does not have -> what to write; they may be names, and are mentioned where they break
 #: the syntax
 WORDS = {
-    "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
+    "algorithm": "only functions have algorithms: a model is components, connections and expressions",
     **dict.fromkeys(("class", "block"), "write `model`"),
     "package": 'a file is already a collection of models: leave the package out, use `import "file.mbd";`',
     **dict.fromkeys(("function", "operator", "pure", "impure"), _FUNCTION),

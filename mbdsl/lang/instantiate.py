@@ -15,7 +15,7 @@ from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
 from mbdsl.lang.classify import attached, classify, is_frame_type, no_type, other_dimension
 from mbdsl.lang.connections import Node
-from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Namespace, TableMember
+from mbdsl.lang.entities import TABLE_ARGUMENTS, Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop, place
 from mbdsl.lang.flat_component import Part, Template
 from mbdsl.lang.flat_model import Assembly, Positional
@@ -209,10 +209,10 @@ class Instance:
 
     def _check_table(self, d: s.Declaration, positional: Sequence[s.Expression], modifiers: Modifiers) -> None:
         if positional:
-            raise ModelError("a Table takes `table = [...]`", span_of(positional[0].at))
+            raise ModelError("a Table takes `table = [...]`, or `file = ...`", span_of(positional[0].at))
         for name, modifier in modifiers.items():
-            if name not in ("table", "smoothness", "extrapolation"):
-                hint = did_you_mean(name, ("table", "smoothness", "extrapolation"), "a Table has")
+            if name not in TABLE_ARGUMENTS:
+                hint = did_you_mean(name, TABLE_ARGUMENTS, "a Table has")
                 raise ModelError(f"a Table has no `{name}`", span_of(modifier.at), hint)
             refuse_inner(modifier, f"`{name}` of Table `{d.name}`", f"write `{name} = ...`")
 

@@ -11,9 +11,10 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mbdsl.errors import ModelError, UsageError
-from mbdsl.lang import limits
+from mbdsl.errors import ModelError, Span, UsageError
+from mbdsl.lang import data_files, limits
 from mbdsl.lang import syntax as s
+from mbdsl.lang.data_files import Column, Columns
 from mbdsl.lang.parser import parse
 from mbdsl.lang.source import span_of
 from mbdsl.messages import did_you_mean
@@ -23,7 +24,7 @@ Allowed = bool | str | os.PathLike[str]
 
 _allowed: ContextVar[Allowed] = ContextVar("allowed imports", default=False)
 #: how a file of the language begins, after comments
-_MODEL = re.compile(r'(?:\s|//[^\n]*|/\*.*?\*/)*(?:import\s*"|(?:spatial|partial|model)\b|\Z)', re.DOTALL)
+_MODEL = re.compile(r'(?:\s|//[^\n]*|/\*.*?\*/)*(?:import\s*"|(?:spatial|partial|model|function)\b|\Z)', re.DOTALL)
 
 
 @contextmanager
@@ -66,6 +67,19 @@ class Unit:
                 return model, unit
         return None
 
+    def function(self, name: str) -> s.Function | None:
+        """The function that ``name`` (or ``alias.name``) denotes in this file."""
+        alias, dot, rest = name.partition(".")
+        if dot:
+            unit = self.aliases.get(alias)
+            return None if unit is None else next((f for f in unit.file.functions if f.name == rest), None)
+        return next((f for unit in [self, *self.imports] for f in unit.file.functions if f.name == name), None)
+
+    def function_names(self) -> list[str]:
+        """The names of all functions that this file can use."""
+        found = [f.name for unit in [self, *self.imports] for f in unit.file.functions]
+        return found + [f"{alias}.{f.name}" for alias, unit in self.aliases.items() for f in unit.file.functions]
+
     def names(self) -> list[str]:
         """The names of all models that this file can use."""
         found = [m.name for unit in [self, *self.imports] for m in unit.file.models]
@@ -77,7 +91,7 @@ class Library:
 
     A model is data, perhaps from other authors: what it imports must be models, inside the folder of the model after
     all links are resolved, unless ``allowed`` permits more. ``unsaved`` texts, which an editor has, are read instead of
-    the files of these names.
+    the files of these names. ``data`` are columns of files of numbers that were read before.
     """
 
     def __init__(
@@ -85,23 +99,68 @@ class Library:
         allowed: Allowed | None = None,
         texts: Mapping[str, str] | None = None,
         unsaved: Mapping[str, str] = {},
+        data: Mapping[str, Columns] = {},
     ) -> None:
-        self._units: dict[str, Unit] = {}
+        self.units: dict[str, Unit] = {}
         self._texts = texts  #: the files by name, if they are not read from the disk
         self._unsaved = {key_of(file): text for file, text in unsaved.items()}
         self._allowed = True if texts is not None else allowed_now() if allowed is None else allowed
         self._root = ""  #: the folder that imports must not leave
+        self._home = ""  #: the folder of the model
+        self.data: dict[str, Columns] = {path: dict(columns) for path, columns in data.items()}
+        self._used: dict[str, Columns] = {}
 
     @property
     def files(self) -> dict[str, str]:
-        """Names of the files, and their texts as read."""
-        return {unit.file.name: unit.text for unit in self._units.values()}
+        """Names of the files, and their texts as read; of files of numbers the columns that are used, as CSV."""
+        texts = {unit.file.name: unit.text for unit in self.units.values()}
+        return texts | {path: data_files.as_text(columns) for path, columns in self._used.items()}
+
+    @property
+    def used(self) -> dict[str, Columns]:
+        """The columns of files of numbers that the model uses."""
+        return self._used
+
+    def columns(self, name: str, naming: str, x: str | None, y: str | None, span: Span | None) -> list[Column]:
+        """Two columns of a file of numbers, which the file ``naming`` names at ``span``.
+
+        Raises
+        ------
+        ModelError
+            If it is not in the folder of the model or below, or cannot be read.
+        """
+        path = None
+        try:
+            path = data_files.resolved(name, naming, self._home)
+            found = self._columns(path, x, y)
+        except data_files.DataError as problem:
+            raise data_files.blamed(problem, name, path, span) from None
+        kept = self._used.setdefault(path, {})
+        kept |= found
+        if len({len(column.numbers) for column in kept.values()}) > 1:
+            raise ModelError(f"`{name}`: its columns have different lengths", span)
+        if sum(len(c.numbers) for columns in self._used.values() for c in columns.values()) > limits.DATA_NUMBERS:
+            raise ModelError(f"the files of this model have more than {limits.DATA_NUMBERS} numbers", span)
+        return [found[column] for column in (x, y)] if x is not None and y is not None else list(found.values())
+
+    def _columns(self, path: str, x: str | None, y: str | None) -> Columns:
+        known = self.data.get(path, {})
+        if x in known and y in known:
+            return {name: known[name] for name in (x, y)}  # type: ignore[misc, index]
+        if known and x is None and y is None:
+            return dict(known)
+        if self._texts is None:
+            return data_files.read(path, x, y)
+        if path not in self._texts:
+            raise data_files.DataError("the stored model has no such file", "load the model from its file")
+        return data_files.from_text(self._texts[path], x, y)
 
     def add(self, text: str, file: str) -> Unit:
         """Add a text and, recursively, all that it imports."""
         if self._allowed is not True:
             folder = os.path.dirname(file) if self._allowed is False else os.fspath(self._allowed)
             self._root = os.path.realpath(folder)
+        self._home = os.path.realpath(os.path.dirname(file))
         unit = self._parse(text, file)
         waiting = [unit]
         while waiting:
@@ -110,7 +169,7 @@ class Library:
 
     def _parse(self, text: str, file: str) -> Unit:
         unit = Unit(parse(text, file), text)
-        self._units[key_of(file)] = unit
+        self.units[key_of(file)] = unit
         seen: dict[str, s.Model] = {}
         for model in unit.file.models:
             if model.name in seen:
@@ -120,16 +179,26 @@ class Library:
                     notes=(("the first one is here", span_of(seen[model.name].at)),),
                 )
             seen[model.name] = model
+        named: dict[str, s.Function] = {}
+        for f in unit.file.functions:
+            if f.name in named:
+                note = (("the first one is here", span_of(named[f.name].at)),)
+                raise ModelError(f"a second function `{f.name}` in this file", span_of(f.at), notes=note)
+            named[f.name] = f
         return unit
+
+    def unit_of(self, file: str) -> Unit:
+        """The file of this name; the main one for texts that are no files, as those of ``--set``."""
+        return self.units.get(key_of(file)) or next(iter(self.units.values()))
 
     def _import(self, unit: Unit) -> list[Unit]:
         """Connect ``unit`` with the files that it imports; return the new ones."""
         new = []
         for item in unit.file.imports:
             path = _resolve(item, unit.file.name)
-            known = self._units.get(key_of(path))
+            known = self.units.get(key_of(path))
             if known is None:
-                if len(self._units) >= limits.FILES:
+                if len(self.units) >= limits.FILES:
                     raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
                 self._refuse_outside(item, path)
                 try:

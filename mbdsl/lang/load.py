@@ -8,12 +8,13 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from mbdsl.collection import uncollected
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
+from mbdsl.lang.data_files import Columns
 from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.flat_model import Assembly
@@ -145,12 +146,13 @@ class TextOrigin:
     model: str
     overrides: Mapping[str, Any]
     without: tuple[str, ...]
+    data: Mapping[str, Columns] = field(default_factory=dict)  #: columns of files of numbers
 
     def scene(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
         """The scene with other parameters, read from the same texts; the disk is not read."""
         main, effects = next(iter(self.files)), (*self.without, *check_effects(without))
         with deep():
-            library = Library(texts=self.files)
+            library = Library(texts=self.files, data=self.data)
             return _read(library, self.files[main], main, merged(self.overrides, parameters), self.model, effects)
 
 
@@ -166,12 +168,12 @@ def _read(
     unit = library.add(text, file)
     found = _main(unit, chosen_now() if model is None else model)
     try:
-        scene = flatten(instantiate(found, unit, overrides, without), library.files)
+        scene = flatten(instantiate(found, unit, overrides, without, library))
     except ModelError:
         if not found.spatial and (first := first_of_all(found, unit)) is not None:
             raise first from None
         raise
-    return scene.made_from(TextOrigin(scene.files, found.name, overrides, without))
+    return scene.made_from(TextOrigin(scene.files, found.name, overrides, without, library.used))
 
 
 def _is_model(path: object) -> bool:
@@ -216,11 +218,15 @@ def _plain(name: str) -> str:
 
 
 def instantiate(
-    model: s.Model, unit: Unit, overrides: Mapping[str, Any] = {}, without: tuple[str, ...] = ()
+    model: s.Model,
+    unit: Unit,
+    overrides: Mapping[str, Any] = {},
+    without: tuple[str, ...] = (),
+    library: Library | None = None,
 ) -> Instance:
-    """The main model with all that it declares, before it is connected."""
+    """The main model with all that it declares, before it is connected; a library has the files of its tables."""
     assembly = Assembly(model.spatial)
-    assembly.without = without
+    assembly.without, assembly.library = without, library
     assembly.passed += [item for file in (unit, *unit.imports, *unit.aliases.values()) for item in file.file.passed]
     instance = Instance(assembly, Namespace(assembly), model, unit, {})
     instance.modifiers = read_overrides(overrides, instance)
@@ -228,10 +234,10 @@ def instantiate(
     return instance
 
 
-def flatten(instance: Instance, files: Mapping[str, str] = {}) -> Scene:
+def flatten(instance: Instance) -> Scene:
     """The Scene of the main model."""
     model, experiment = instance.model, read_experiment(instance.content.annotations, instance.scope)
-    return instance.assembly.scene(instance.namespace, model.name, model.doc, experiment, files)
+    return instance.assembly.scene(instance.namespace, model.name, model.doc, experiment)
 
 
 @contextmanager

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -16,6 +18,7 @@ from mbdsl.lang.unparse import write
 
 #: syntax trees that are kept for models that are read again, as with other parameters; characters of the longest
 TREES, LONGEST = 16, 200_000
+_FUNCTION = re.compile(r"\bfunction\s+\w")
 
 
 def parse(text: str, file: str = "<text>") -> s.File:
@@ -41,6 +44,16 @@ def parse_expression(text: str, file: str = "<text>") -> s.Expression:
 
 def _run(source: Source, start: str) -> Any:
     tokens = tokenize(source)
+    if start == "file" and _FUNCTION.search(source.text):
+        from mbdsl.lang import function_blocks
+
+        tokens, blocks = function_blocks.cut(tokens, source)
+        found = [function_blocks.read(block, source, lambda x: _tree(x, source, "file")) for block in blocks]
+        return replace(_tree(tokens, source, start), functions=tuple(found))
+    return _tree(tokens, source, start)
+
+
+def _tree(tokens: list[Token], source: Source, start: str) -> Any:
     try:
         return lalr.parse(tokens, start, _Builders(source).table())
     except lalr.Unexpected:

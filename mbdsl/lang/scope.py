@@ -152,7 +152,24 @@ class Scope:
         doubts.angle(self.namespace.assembly.warn, value, e, what)
 
     def function_names(self) -> list[str]:
-        return [name for name, member in self.namespace.members.items() if isinstance(member, TableMember)]
+        library = self.namespace.assembly.library
+        own = next(iter(library.units.values())).function_names() if library is not None else []
+        return [*own, *(name for name, member in self.namespace.members.items() if isinstance(member, TableMember))]
+
+    def call(self, e: s.Call) -> Value | None:
+        library = self.namespace.assembly.library
+        if library is None or e.function.at is None:
+            return None
+        found = library.unit_of(e.function.at[0].file).function(write(e.function))
+        if found is None:
+            return None
+        from mbdsl.lang.function_calls import call
+
+        return call(found, e, self)
+
+    def of_function(self, names: dict[str, Value]) -> Scope:
+        """Inside of a function, which knows its own names only."""
+        return Scope(Namespace(self.namespace.assembly), dict(names), self.varying)
 
     # -- names -------------------------------------------------------------------------------------------------
 

@@ -281,6 +281,18 @@ class Model(Node):
 
 
 @node
+class Function(Node):
+    """``function f ... end f;``, whose ``assigned`` names have one expression each, in their order"""
+
+    name: str
+    doc: str
+    inputs: tuple[Declaration, ...]
+    outputs: tuple[Declaration, ...]
+    declared: tuple[Declaration, ...]  #: inputs, outputs and intermediate values
+    assigned: tuple[tuple[str, Expression], ...]
+
+
+@node
 class Import(Node):
     """``import "parts.mbd" as parts;``"""
 
@@ -303,3 +315,4 @@ class File(Node):
     imports: tuple[Import, ...]
     models: tuple[Model, ...]
     passed: tuple[Passed, ...] = field(default=(), compare=False)
+    functions: tuple[Function, ...] = ()

@@ -13,6 +13,7 @@ from numbers import Real
 
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions.symbolic import Expr, walk
+from mbdsl.mechanism.points import Points
 
 
 def canonical_text(value: object) -> str:
@@ -59,6 +60,8 @@ class _Lines:
             return repr(float(x))
         if isinstance(x, Expr):
             return self.number(x)
+        if isinstance(x, Points):
+            return f"points {x.digest}"
         if isinstance(x, tuple | list):
             return self.row(x)
         if isinstance(x, frozenset):

@@ -130,7 +130,7 @@ def _model(report: Findings) -> Section:
     found = Section("model", "Model")
     files = list(report.trajectory.scene.files.items())
     for k, (name, text) in enumerate(files):
-        code = highlighted(text)
+        code = highlighted(text if k == 0 or name.endswith(".mbd") else _head(text))
         title = escape(os.path.basename(name))
         found.content.append(
             f"<p><code>{title}</code></p>{code}" if k == 0 else f"<details><summary>{title}</summary>{code}</details>"
@@ -142,6 +142,12 @@ def _model(report: Findings) -> Section:
     if left_out:
         found.content.append(_paragraph(f"Left out on request: {', '.join(left_out)}."))
     return found
+
+
+def _head(text: str, most: int = 8) -> str:
+    """The first lines of a file of numbers."""
+    lines = text.splitlines()
+    return "\n".join(lines[:most] + ([f"... ({len(lines)} lines)"] if len(lines) > most else []))
 
 
 def _effects(report: Findings) -> Section:

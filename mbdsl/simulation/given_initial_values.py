@@ -18,6 +18,7 @@ from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.state_signals import StateSignals
 
 GUESS = "guess"  #: key of a mapping of guesses
+SHAPES = "shapes"  #: key of the coordinates of bodies that deform
 FINAL = "final state"  #: key of the final state of a run: guesses that replace all initial values of the model
 #: as in the docstring of ``mbdsl.simulate``
 Initial = Mapping[str, Any] | StateSignals
@@ -25,7 +26,7 @@ Initial = Mapping[str, Any] | StateSignals
 
 def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
     """Initial values as a mapping; the final state of a run is a guess for the positions and velocities of all bodies,
-    in space also for the angles that count turns.
+    in space also for the angles that count turns. Bodies that deform begin at the coordinates of a run that is at rest.
 
     The assembly changes them by the residuals of the constraints at the end of the run.
 
@@ -39,11 +40,15 @@ def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
     if not isinstance(initial, StateSignals):
         raise UsageError(
             f"initial: found {initial!r}, expected a mapping of signals to values",
-            hint='e.g. initial={"crank.phi": "30 deg"}, or the Trajectory of another run',
+            hint='e.g. initial={"crank.phi": "30 deg"}, the Trajectory of another run, or "static", the equilibrium',
         )
     if not len(initial.t):
         raise UsageError("initial: the trajectory is empty, it has no final state")
-    if bent := [body.name for body in scene.bodies() if body.deforms]:
+    bent, shapes = [body.name for body in scene.bodies() if body.deforms], dict[str, float]()
+    if bent and not initial.v[-1].any():
+        coordinates = zip(initial.system.names(), initial.q[-1], strict=True)
+        shapes = {name: float(x) for name, x in coordinates if name.rpartition(".")[0] in bent}
+    elif bent:
         raise UsageError(
             f"initial: `{bent[0]}` deforms, and a run of it cannot begin at the final state of another run",
             hint="`mbdsl.Simulation` saves and restores its `state`",
@@ -55,7 +60,8 @@ def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
     if scene.spatial:  # attitudes do not contain the turns
         angles = (x for x in known.expressions if ".phi" in x and x.rpartition(".")[2] not in CARDAN and x in initial)
         names += [name for name in angles if known.expressions[name][0].op == "angle"]
-    return {FINAL: {name: float(initial._signal(name)[-1]) for name in names}}
+    found: dict[str, Any] = {FINAL: {name: float(initial._signal(name)[-1]) for name in names}}
+    return found | {SHAPES: shapes} if shapes else found
 
 
 def with_initial(scene: Scene, initial: Initial | None) -> Scene:
@@ -69,7 +75,7 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     if initial is None:
         return scene
     fixed = as_mapping(scene, initial)
-    final, guesses = fixed.pop(FINAL, {}), fixed.pop(GUESS, {})
+    final, guesses, shapes = fixed.pop(FINAL, {}), fixed.pop(GUESS, {}), fixed.pop(SHAPES, {})
     if not isinstance(guesses, Mapping):
         raise UsageError(f'initial: found {guesses!r} for "guess", expected a mapping of signals to values')
     known = SignalNames(scene)
@@ -77,7 +83,7 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     given += [_value(known, name, x, True) for name, x in fixed.items()]
     new = {item.target: item for item in given}
     kept = [] if final else [new.pop(item.target, item) for item in scene.initial]
-    found = replace(scene, initial=(*kept, *new.values()))
+    found = replace(scene, initial=(*kept, *new.values()), deformed=shapes)
     try:
         given_attitudes(found.initial)  # it checks them
     except ModelError as problem:

@@ -1,22 +1,31 @@
-"""Measures of a run: one number of a signal, such as its largest value, written as ``max(pin.fx)``."""
+"""Measures of a model: one number, such as the largest value of a signal in a run, written as ``max(pin.fx)``.
+
+Measures belong to a run, to the static equilibrium (``static(pin.fy)``) or to a mode (``frequency(1)``).
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.lang import units
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.functions import FUNCTIONS as LANGUAGE
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import did_you_mean, few
 from mbdsl.results import selection
+from mbdsl.studies import conditions
+from mbdsl.studies.conditions import When
 
 Array = NDArray[np.float64]
 MOST = 200  #: largest number of measures
+NEVER, NO_MODE = "the condition never holds", "there is no such mode"
+FIRST, LAST, TIMES = "first", "last", "count"
+RUN, STATIC, MODES = "run", "static", "modes"  #: what measures belong to
 _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*\((.*)\)\s*", re.DOTALL)
 
 
@@ -39,12 +48,24 @@ def _period(t: Array, x: Array) -> float:
 
 @dataclass(frozen=True)
 class Function:
-    """A function of a signal: its value from the times and values (N,), its explanation, and its unit ("": that of the
-    signal)."""
+    """A function of signals.
 
-    value: Callable[[Array, Array], float]
+    Its value follows from the times and the values (N,) of its signals; further are its explanation, its unit ("": that
+    of the signal), what it belongs to (a run, the equilibrium, or modes, where its argument is the number of a mode),
+    the form of its arguments, and why it may have no value.
+    """
+
+    value: Callable[..., float]
     doc: str
     unit: str = ""
+    of: str = RUN
+    form: str = "SIGNAL"
+    lacking: str = ""
+
+
+def _only(t: Array, x: Array) -> float:
+    """The single value."""
+    return float(x[-1])
 
 
 FUNCTIONS = {
@@ -55,9 +76,35 @@ FUNCTIONS = {
     "mean": Function(_mean, "mean over time"),
     "rms": Function(lambda t, x: float(np.sqrt(_mean(t, x * x))), "root of the mean square over time"),
     "amplitude": Function(lambda t, x: float(0.5 * (x.max() - x.min())), "half of largest minus least value"),
-    "period": Function(_period, "mean time between upward crossings of the middle of the range", "s"),
+    "period": Function(
+        _period,
+        "mean time between upward crossings of the middle of the range",
+        "s",
+        lacking="the signal passes the middle of its range upwards less than twice",
+    ),
     "time_of_max": Function(lambda t, x: float(t[x.argmax()]), "time of the largest value", "s"),
     "time_of_min": Function(lambda t, x: float(t[x.argmin()]), "time of the least value", "s"),
+    "time_when": Function(
+        _only,
+        "first time at which a condition holds; `last`: the last one; `count`: how many times it begins to hold",
+        "s",
+        form="CONDITION, first|last|count",
+    ),
+    "at": Function(
+        _only,
+        "value at a time, or at the first or last time at which a condition holds",
+        form="SIGNAL, TIME|CONDITION, first|last",
+    ),
+    "at_max": Function(
+        lambda t, a, b: float(a[b.argmax()]), "value where another signal is largest", form="SIGNAL, OTHER"
+    ),
+    "at_min": Function(
+        lambda t, a, b: float(a[b.argmin()]), "value where another signal is least", form="SIGNAL, OTHER"
+    ),
+    "static": Function(_only, "value at the static equilibrium", of=STATIC),
+    "frequency": Function(_only, "undamped frequency of a mode, such as 1", "Hz", MODES, "N", NO_MODE),
+    "damped_frequency": Function(_only, "frequency of the damped vibration of a mode", "Hz", MODES, "N", NO_MODE),
+    "damping": Function(_only, "damping ratio of a mode", "", MODES, "N", NO_MODE),
 }
 
 
@@ -68,39 +115,81 @@ class Measure:
     Attributes
     ----------
     function, signal : str
-        Names.
+        Names; in place of a signal the number of a mode, or a condition.
     unit : str
         Unit of its value; "" if it has none.
+    further : tuple of str
+        Texts of the further arguments.
+    when : When or float or None
+        The condition, or the time [s], at which the signal is asked for.
     """
 
     function: str
     signal: str
     unit: str = ""
+    further: tuple[str, ...] = ()
+    when: When | float | None = None
 
     def __str__(self) -> str:
-        return f"{self.function}({self.signal})"
+        return f"{self.function}({', '.join([self.signal, *self.further])})"
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """The signals, or expressions of signals, whose values it follows from."""
+        if self.function == "time_when":
+            assert isinstance(self.when, When)
+            return self.when.differences
+        if isinstance(self.when, When):
+            return self.signal, *self.when.differences
+        return (self.signal, *self.further) if self.when is None else (self.signal,)
 
     @property
     def head(self) -> str:
         """The measure with its unit in brackets, for a table or an axis."""
         return f"{self}{f' [{self.unit}]' if self.unit else ''}"
 
-    def value(self, t: Array, x: Array) -> float:
+    @property
+    def of(self) -> str:
+        """What it belongs to: "run", "static" (the equilibrium) or "modes"."""
+        return FUNCTIONS[self.function].of
+
+    @property
+    def lacking(self) -> str:
+        """Why it may have no value in a run that is complete; "" if that is not known."""
+        if self.when is not None:
+            return NEVER if isinstance(self.when, When) else "the time is outside of the run"
+        return FUNCTIONS[self.function].lacking
+
+    def value(self, t: Array, *xs: Array) -> float:
         """Evaluate the measure.
 
         Parameters
         ----------
-        t, x : (N,)
-            Times [s] and values of the signal.
+        t : (N,) [s]
+            Times.
+        xs : (N,)
+            Values of its ``signals``.
 
         Returns
         -------
         float
             nan if there is no value, or one of them is nan.
         """
-        if not len(t) or np.isnan(x).any():
+        if not len(t) or any(np.isnan(x).any() for x in xs):
             return float("nan")
-        return FUNCTIONS[self.function].value(t, x)
+        if self.when is None:
+            return FUNCTIONS[self.function].value(t, *xs)
+        if not isinstance(self.when, When):
+            return float(np.interp(self.when, t, xs[0])) if t[0] <= self.when <= t[-1] else float("nan")
+        own = self.function != "time_when"
+        spans = self.when.spans(t, xs[own:])
+        which = self.further[-1] if self.further else FIRST
+        if which == TIMES:
+            return float(len(spans))
+        if not len(spans):
+            return float("nan")
+        time = spans[-1, 1] if which == LAST else spans[0, 0]
+        return float(np.interp(time, t, xs[0]) if own else time)
 
 
 def read(texts: Iterable[str], names: AskedSignals) -> list[Measure]:
@@ -130,12 +219,57 @@ def read(texts: Iterable[str], names: AskedSignals) -> list[Measure]:
             hint = f"{_hint()}; for another function, simulate with each value and apply it to the results"
             raise UsageError(f"measures: found {text!r}, expected a text", hint=hint)
         function, pattern = _split(text)
-        for signal in names.select([pattern]):
-            measure = Measure(function, signal, FUNCTIONS[function].unit or names.unit(signal))
+        if FUNCTIONS[function].of == MODES:
+            if not (pattern.isdecimal() and int(pattern)):
+                raise UsageError(
+                    f"`{text}`: found `{pattern}`, expected the number of a mode",
+                    hint=f"modes are counted from 1, by ascending frequency: {function}(1)",
+                )
+            found.setdefault(
+                f"{function}({int(pattern)})", Measure(function, str(int(pattern)), FUNCTIONS[function].unit)
+            )
+            continue
+        for measure in _read(text, function, split(pattern), names):
             found.setdefault(str(measure), measure)
     if len(found) > MOST:
         raise UsageError(f"{len(found)} measures are too many: at most {MOST}", hint="name the signals")
     return list(found.values())
+
+
+def _read(text: str, function: str, arguments: list[str], names: AskedSignals) -> Iterator[Measure]:
+    """The measures of a call, one for each signal that its first argument matches."""
+    form, unit = FUNCTIONS[function].form, FUNCTIONS[function].unit
+    first, *further = arguments
+    asked = form.split(", ")[1:]
+    choices = asked[-1].split("|") if asked and FIRST in asked[-1] else []
+    which = further.pop() if choices and further and further[-1] in choices else None
+    if len(further) != len(asked) - bool(choices):
+        expected = f"{function}({form.replace(', first', '[, first') + ']' * bool(choices)})"
+        raise UsageError(f"`{text}` is not a measure: expected {expected}", hint=_hint())
+    last = () if which is None else (which,)
+    if function == "time_when":
+        yield Measure(function, first, "" if which == TIMES else unit, last, conditions.read(first, names))
+        return
+    when: When | float | None = None
+    if function == "at":
+        when = _time(further[0])
+        when = conditions.read(further[0], names) if when is None else when
+    elif further:
+        further = names.select(further)
+        if len(further) > 1:
+            raise UsageError(f"`{text}`: the second argument is one signal, found {few(further)}")
+    for signal in names.select([first]):
+        yield Measure(function, signal, unit or names.unit(signal), (*further, *last), when)
+
+
+def _time(text: str) -> float | None:
+    """A time [s]; None if the text is not a number with a unit."""
+    if not re.match(r"[-+]?[.\d][^<>]*$", text):
+        return None
+    try:
+        return units.measure(text, "s")
+    except ValueError as problem:
+        raise UsageError(f"at: {problem}", hint="write a time, 2 s, or a condition, mass.x > 0.5 m") from None
 
 
 def _split(text: str) -> tuple[str, str]:
@@ -151,7 +285,8 @@ def _split(text: str) -> tuple[str, str]:
         )
     inner = _CALL.fullmatch(signal)
     nested = inner is not None and inner[1] in FUNCTIONS and len(split(inner[2])) == 1
-    if len(split(signal)) != 1 or nested or not _closed(signal):
+    alone = FUNCTIONS[function].form in ("SIGNAL", "N")
+    if (alone and len(split(signal)) != 1) or not split(signal) or nested or not _closed(signal):
         raise UsageError(f"`{text}` is not a measure: expected one signal in the parentheses", hint=_hint())
     return function, signal
 

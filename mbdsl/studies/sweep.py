@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from mbdsl.analysis.operating_points import checked
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.experiment import check_effects
@@ -19,12 +21,12 @@ from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.overrides import merged
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.scene import ParameterValue, Scene
-from mbdsl.simulation.plan import DEFAULT_METHOD, plan
+from mbdsl.simulation.plan import DEFAULT_METHOD, Plan, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
-from mbdsl.studies.measures import Measure
+from mbdsl.studies.measures import RUN, Measure
 from mbdsl.studies.runner import StudyProgress
-from mbdsl.studies.store import CHANGED, Store
+from mbdsl.studies.store import CHANGED, Computed, Store
 from mbdsl.studies.sweep_results import Sweep
 from mbdsl.studies.sweep_runs import Point, SweepSetting, compute_all, times
 from mbdsl.studies.sweep_values import FORMS, MOST, Varied, varied
@@ -49,6 +51,7 @@ def sweep(
     options: Mapping[str, float | None] | None = None,
     parameters: Mapping[str, str | float] | None = None,
     without: Sequence[str] = (),
+    at: float | str = "static",
     limit: float | str | None = None,
     workers: int | None = None,
     store: str | PathLike | None = None,
@@ -69,7 +72,12 @@ def sweep(
         N/mm"), a text "1, 2, 5", or a sequence of numbers in SI units, Booleans or texts with units.
     measures : str or sequence of str, optional
         Measures of each run, such as ``max(pin.fx)``; functions are final, min, max, maxabs, mean, rms, amplitude,
-        period, time_of_max and time_of_min; glob patterns stand for several signals. Default: least and largest value
+        period, time_of_max and time_of_min; glob patterns stand for several signals. ``time_when(mass.x > 0.5 m)`` is
+        the first time at which a condition holds (with ``, last`` the last, with ``, count`` how often),
+        ``at(mass.vx, mass.x > 0.5 m)`` or ``at(mass.vx, 2 s)`` the value at a time, ``at_max(mass.y, rod.fy)`` and
+        ``at_min`` that where another signal is largest or least. ``static(pin.fx)`` is the value at
+        the equilibrium that ``mbdsl.static`` finds; frequency(1), damped_frequency(1) and damping(1) are those of the
+        first mode of ``mbdsl.eigen``. Models are simulated only if a measure needs it. Default: least and largest value
         of the coordinates of the first body.
     paired : bool, optional
         Whether the first values of all parameters belong together, then the second, and so on. Default: all
@@ -80,6 +88,8 @@ def sweep(
         As for ``mbdsl.simulate``.
     interval : float or str, optional [s]
         Output interval. Default: (stop - start)/2000. Measures are those of the output.
+    at : str or float, optional
+        State about which modes are computed, as for ``mbdsl.eigen``.
     limit : float or str, optional [s]
         Time limit of a run. A run that exceeds it has no values and is not stored.
     workers : int, optional
@@ -103,29 +113,70 @@ def sweep(
     KeyboardInterrupt
         If it is interrupted; completed runs are stored.
     """
-    base = None if isinstance(model, (str, PathLike)) else as_scene(model)
-    after, step, limit = seconds(after, "after"), seconds(step, "step"), seconds(limit, "limit")
-    start, stop, interval = seconds(start, "start"), seconds(stop, "stop"), seconds(interval, "interval")
-    tol = optional(tol, "1", "tol")
     ranges = [varied(name, values) for name, values in mapping(vary, "vary", _by_name(vary)).items()]
     indices = _indices(ranges, paired)
+    points = [tuple((p.name, p.texts[j]) for p, j in zip(ranges, row, strict=True)) for row in indices]
+    asked = measuring.split(measures) if isinstance(measures, str) else measures
+    given: dict[str, Any] = {"after": after, "method": method, "step": step, "tol": tol, "start": start, "stop": stop}
+    given |= {"interval": interval, "at": at, "options": options, "parameters": parameters, "without": without}
+    of, case, _run = setting(model, points, asked, **given)
+    longest = time_limit(limit)
+    kept = Store(store, fresh)
+    kept.prune()
+    cases = [replace(case, values=values) for values in points]
+    runs, number = compute_all(of, kept, cases, longest, workers, tell, announce)
+    check_files(runs.values())
+    return Sweep(
+        of.scene.name,
+        [with_unit(p, of.scene) for p in ranges],
+        of.measures,
+        indices,
+        [runs[case] for case in cases],
+        paired,
+        longest,
+        number,
+    )
+
+
+def setting(
+    model: Scene | Builder | str | PathLike,
+    points: Sequence[tuple[tuple[str, str], ...]],
+    asked: Sequence[str] | None,
+    *,
+    after: float | str | None,
+    method: str | None,
+    step: float | str | None,
+    tol: float | str | None,
+    start: float | str | None,
+    stop: float | str | None,
+    interval: float | str | None,
+    at: float | str,
+    options: Mapping[str, float | None] | None,
+    parameters: Mapping[str, str | float] | None,
+    without: Sequence[str],
+) -> tuple[SweepSetting, Point, Plan | None]:
+    """What the runs of a sweep have in common, a point without values, and the plan of a run, if there is a run.
+
+    Raises
+    ------
+    UsageError, ModelError
+        As :func:`sweep`.
+    """
+    base = None if isinstance(model, (str, PathLike)) else as_scene(model)
+    after, step, tol = seconds(after, "after"), seconds(step, "step"), optional(tol, "1", "tol")
+    start, stop, interval = seconds(start, "start"), seconds(stop, "stop"), seconds(interval, "interval")
     fixed = merged({}, parameters or {})
     options = mapping(options, "options", 'give them by name: `{"alpha": -0.1}`')
     without = check_effects(without)
-    for p in ranges:
-        if p.name in fixed:
-            raise UsageError(f"`{p.name}` is set and varied", hint="leave one of them out")
-    if limit is not None and not limit > 0.0:
-        raise UsageError(f"a time limit of {limit:g} s leaves no time for a run")
-    points = [tuple((p.name, p.texts[j]) for p, j in zip(ranges, row, strict=True)) for row in indices]
-    asked = measuring.split(measures) if isinstance(measures, str) else measures
+    for name, _ in points[0]:
+        if name in fixed:
+            raise UsageError(f"`{name}` is set and varied", hint="leave one of them out")
 
     def read(values: Mapping[str, str]) -> Scene:
         changes = {**fixed, **values}
         return load(model, changes, without=without) if base is None else base.changed(changes, without)  # type: ignore[arg-type]
 
     scene, chosen_measures = _readable(read, points, asked)
-    ranges = [_with_unit(p, scene) for p in ranges]
     name = chosen([method])[0] if method is not None else scene.experiment.method or DEFAULT_METHOD
     of = SweepSetting(
         scene,
@@ -141,28 +192,29 @@ def sweep(
         after=-math.inf if after is None else after,
         base=base,
         base_text="" if base is None or base.origin is None else canonical_text(base.origin),
+        at=checked(at),
     )
+    case = Point(name, step, tol, tuple(sorted((key, float(x)) for key, x in options.items() if x is not None)))
+    if not of.asks_for(RUN):
+        return of, case, None
     run = plan(scene, name, step, tol, options=options, **times(of, scene))
     if after is not None and not after < run.stop:
         raise UsageError(f"no values after {after:g} s: the runs end at {run.stop:g} s", hint="give an earlier time")
-    kept = Store(store, fresh)
-    kept.prune()
-    longest = math.inf if limit is None else limit
-    given = tuple(sorted((key, float(x)) for key, x in options.items() if x is not None))
-    cases = [Point(name, step, tol, given, values=values) for values in points]
-    runs, number = compute_all(of, kept, cases, longest, workers, tell, announce)
-    if any(found.problem == CHANGED for found in runs.values()):
+    return of, case, run
+
+
+def time_limit(given: float | str | None) -> float:
+    """The time limit [s] of a run."""
+    limit = seconds(given, "limit")
+    if limit is not None and not limit > 0.0:
+        raise UsageError(f"a time limit of {limit:g} s leaves no time for a run")
+    return math.inf if limit is None else limit
+
+
+def check_files(runs: Iterable[Computed]) -> None:
+    """Raise a UsageError if the files of the model have changed between the runs."""
+    if any(found.problem == CHANGED for found in runs):
         raise UsageError(f"{CHANGED}, so that its runs do not belong together", hint="run it again")
-    return Sweep(
-        scene.name,
-        ranges,
-        chosen_measures,
-        indices,
-        [runs[case] for case in cases],
-        paired,
-        longest,
-        number,
-    )
 
 
 def _by_name(vary: object) -> str:
@@ -218,7 +270,7 @@ def _readable(
     raise first
 
 
-def _with_unit(p: Varied, scene: Scene) -> Varied:
+def with_unit(p: Varied, scene: Scene) -> Varied:
     """The parameter with the unit of its declaration, if its values have none."""
     owner, _, name = p.name.rpartition(".")
     declared = scene.parameters.get(p.name, ParameterValue("", None)).unit

@@ -232,6 +232,11 @@ class Sweep:
             lines.append(f"{len(self.failed)} of {count(len(self), 'run')} failed:")
             lines += [f"  {self._where(rows)}: {reason}" for reason, rows in list(reasons.items())[:TROUBLES]]
             lines += [f"  and {len(reasons) - TROUBLES} other reasons"] if len(reasons) > TROUBLES else []
+        for m in self.measures:
+            column = self[str(m)]
+            empty = [k for k, run in enumerate(self.runs) if run.done and math.isnan(column[k])]
+            if empty and m.lacking:
+                lines.append(f"{m} has no value at {self._where(empty)}: {m.lacking}")
         said: dict[str, list[int]] = {}
         for k, run in enumerate(self.runs):
             for line in run.stats.get("warnings", ()) if run.done else ():

@@ -1,4 +1,5 @@
-"""The runs of a sweep: one run a point, of which only the measures are kept, in the store of the studies.
+"""The runs of a sweep: one run a point, or its equilibrium or modes, of which only the measures are kept, in the store
+of the studies.
 
 Runs of a sweep are not compared with each other and have no common budget, so that they need no order by their times.
 """
@@ -15,6 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from mbdsl.analysis.eigenmodes import eigen
+from mbdsl.analysis.equilibria import static
 from mbdsl.errors import MbdslError
 from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import Scene
@@ -23,7 +26,7 @@ from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies import runner
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
-from mbdsl.studies.measures import Measure
+from mbdsl.studies.measures import MODES, RUN, STATIC, Measure
 from mbdsl.studies.runner import StudyProgress
 from mbdsl.studies.store import CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of, method_code
 from mbdsl.studies.time_limits import TooLong, limited
@@ -60,6 +63,8 @@ class SweepSetting(Setting):
         The model without the values of a point, if it was not given by its path.
     base_text : str
         All that it was made from.
+    at : str or float
+        State about which modes are computed, as for ``mbdsl.eigen``.
     """
 
     times_asked: Mapping[str, float | None] = field(default_factory=dict)
@@ -67,6 +72,11 @@ class SweepSetting(Setting):
     after: float = -math.inf
     base: Scene | None = None
     base_text: str = ""
+    at: str | float = "static"
+
+    def asks_for(self, what: str) -> bool:
+        """Whether a measure belongs to a run, to the equilibrium or to modes."""
+        return any(m.of == what for m in self.measures)
 
 
 def scene_at(of: SweepSetting, point: Point) -> Scene:
@@ -105,6 +115,7 @@ def _(of: SweepSetting, case: Point, code_of: Callable[[str], str] = method_code
         "case": [case.method, case.step, case.tol, case.options],
         "times": dict(of.times_asked),
         "after": of.after,
+        "at": of.at,
         "measures": sorted(map(str, of.measures)),
     }
     said = ["sweep", code(), code_of(case.method), json.dumps(asked, default=float, sort_keys=True)]
@@ -123,10 +134,13 @@ def _(
     limit = min(limit, left)
     try:
         scene = scene_at(of, case)
-        run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol, "options": dict(case.options)}
-        found = limited(scene, limit, announce=announce, **run, **times(of, scene))
-        stats = {key: found.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
-        stats |= {"values": measured(of, found), "warnings": list(found.stats.get("warnings", ()))}
+        stats: dict[str, Any] = {"values": _at_rest(of, scene, announce)}
+        if of.asks_for(RUN):
+            run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol}
+            found = limited(scene, limit, announce=announce, options=dict(case.options), **run, **times(of, scene))
+            stats |= {key: found.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
+            stats["values"] |= measured(of, found)
+            stats["warnings"] = list(found.stats.get("warnings", ()))
         return Computed(case, stats=stats)
     except TooLong:
         return Computed(case, problem=OUT_OF_TIME)
@@ -153,12 +167,32 @@ def times(of: SweepSetting, scene: Scene) -> dict[str, Any]:
 
 
 def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
-    """The value of each measure; nan if a signal does not exist at this point, or is not determined."""
+    """The value of each measure of a run; nan if a signal does not exist at this point, or is not determined."""
     after = found.t >= of.after
     values = {}
     for m in of.measures:
-        x = np.asarray(found[m.signal], float) if m.signal in found else np.full(len(found.t), math.nan)
-        values[str(m)] = m.value(found.t[after], x[after])
+        if m.of != RUN:
+            continue
+        known = all(name in found for name in m.signals)
+        xs = [np.asarray(found[name], float)[after] for name in m.signals] if known else []
+        values[str(m)] = m.value(found.t[after], *xs) if known else math.nan
+    return values
+
+
+def _at_rest(of: SweepSetting, scene: Scene, announce: Callable[[str], None] | None) -> dict[str, float]:
+    """The value of each measure of the equilibrium and of modes; nan if there is no such signal or mode."""
+    values: dict[str, float] = {}
+    if of.asks_for(STATIC):
+        rest = static(scene, start=of.times_asked.get("start"), announce=announce).trajectory
+        for m in of.measures:
+            if m.of == STATIC:
+                values[str(m)] = float(rest[m.signal][0]) if m.signal in rest else math.nan
+    if of.asks_for(MODES):
+        asked = [m for m in of.measures if m.of == MODES]
+        modes = eigen(scene, of.at, max(int(m.signal) for m in asked), announce=announce)
+        for m in asked:
+            k = int(m.signal) - 1
+            values[str(m)] = float(getattr(modes[k], m.function)) if k < len(modes) else math.nan
     return values
 
 

@@ -14,6 +14,7 @@ from mbdsl.lang import units
 MOST = 100_000  #: largest number of runs of a sweep
 DIGITS = 12  #: significant digits of the values of a range, so that the third of 1:2:11 is 1.2
 FORMS = "L=1:2:11 (start:stop:count), L=1:1000:4:log, L=0.5,1,2, each with a unit after it: k=1:10:5 N/mm"
+RANGES = "m=100:1000 kg (start:stop), or m=1:1000:log kg for a range of several powers of ten"
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _SPACING = re.compile(r"\s*(log|lin)\b\s*(.*?)\s*")
 
@@ -203,6 +204,46 @@ def _range(name: str, text: str) -> Varied:
     values = [_between(start, stop, k, count, spacing == "log") for k in range(count)]
     texts = tuple(f"{number_text(x)} {unit}".strip() for x in values)
     return Varied(name, texts, tuple(float(number_text(x)) for x in values), unit, spacing == "log")
+
+
+def interval(name: str, given: str | Iterable) -> Varied:
+    """The two ends of a range in which a value is sought.
+
+    Parameters
+    ----------
+    name : str
+        The parameter.
+    given : str or iterable
+        A text as on the command line ("100:1000 kg", "1:1000:log N/mm"), or the two ends: numbers in SI units, or texts
+        with units.
+
+    Returns
+    -------
+    Varied
+        With two values.
+
+    Raises
+    ------
+    UsageError
+        If it is not a range of two different numbers.
+    """
+    try:
+        if not isinstance(given, str):
+            ends = [] if isinstance(given, Mapping) or not isinstance(given, Iterable) else [_text(x) for x in given]
+            if len(ends) != 2:
+                raise ValueError(f"found {given!r}, expected the two ends of a range, such as (100, 1000)")
+            given = ":".join(ends)
+        first, *rest = _parts(given, ":")
+        spacing = _SPACING.fullmatch(rest[-1]) if len(rest) == 2 else None
+        if not first or not (len(rest) == 1 or spacing):
+            raise ValueError(f"`{given}` is not a range: expected start:stop")
+        text = f"{first}:{rest[0]}:2" + (f":{spacing[1]} {spacing[2]}" if spacing else "")
+        found = _range(name, text)
+    except ValueError as problem:
+        raise UsageError(f"--vary {name}: {problem}", hint=f"write {RANGES}") from None
+    if found.texts[0] == found.texts[1]:
+        raise UsageError(f"--vary {name}: both ends of the range are {found.texts[0]}", hint=f"write {RANGES}")
+    return found
 
 
 def _between(start: float, stop: float, k: int, count: int, log: bool) -> float:

@@ -181,7 +181,7 @@ def test_seconds_take_units(text, value):
 # -- simulate ---------------------------------------------------------------------------------------------------
 def test_simulate_passes_on_what_was_said_and_nothing_else(say, simulation):
     say("simulate", "m.mbd")
-    quiet = {"method", "step", "tol", "accuracy", "budget", "start", "stop", "interval"}
+    quiet = {"method", "step", "tol", "accuracy", "budget", "start", "stop", "interval", "initial"}
     assert {name for name, value in simulation.given.items() if value is None} == quiet
     assert simulation.given["options"] == {}
     said = "--method hht-i3 --alpha -0.1 --step 1ms --start 1 --stop 2s --interval 0".split()

@@ -48,7 +48,16 @@ def test_errors_of_syntax_and_of_names():
 @pytest.mark.parametrize(
     ("block", "expected"),
     [
-        ("  function f\n    input Real x;\n    output Real y;\n  algorithm\n    y := x;\n  end f;\n", [2]),
+        (
+            "  function f\n    input Real x;\n    output Real y;\n  algorithm\n    y = x +;\n  end f;\n  Foo z;\n",
+            [6, 8],
+        ),
+        (
+            "  function f\n    input Real x;\n    output Real y;\n  algorithm\n    for i in 1:3 loop\n      y := x;\n"
+            "    end for;\n  end f;\n  Foo z;\n",
+            [6, 10],
+        ),
+        ("  function f\n    input Real x;\n    output Real y;\n  algorithm\n    y := x;\n  end f;\n  Foo z;\n", [8]),
         ("  record R\n    Real a;\n  end R;\n", [2]),
         ("equation\n  when time > 1 then\n    reinit(x, 0);\n  end when;\n  Rod late(m = 1 kg);\n", [3, 6]),
         ("equation\n  if time < 1 then\n    u = 0;\n  else\n    u = 1;\n  end if;\n  v = 2;\n", [3, 8]),

@@ -67,7 +67,7 @@ def test_a_file_with_partial_models_only(tmp_path, say):
 def reading_commands():
     """The commands whose usage names a model, each with its other required arguments."""
     needed = {"graph": ["--quick"], "show": ["--stage", "scene"], "recommend": ["--error", "1e-3"]}
-    needed["sweep"] = ["--vary", "L=1,2"]
+    needed |= {"sweep": ["--vary", "L=1,2"], "solve": ["--vary", "L=1:2", "--for", "max(rod.x) = 1 m"]}
     usages = {name: cli.make_parser(name) for name in cli.commands()}
     for name, parser in usages.items():
         usage = parser._subparsers._group_actions[0].choices[name].format_usage()

@@ -26,7 +26,7 @@ def error(text):
 STATEMENTS = {
     "when": "  Real h = rod.c.y;\nequation\n  when h < 0 then\n    reinit(h, 0);\n  end when;",
     "record": "  record Data\n    Real a = 1;\n  end Data;",
-    "function": '  function f "square"\n    input Real x;\n    output Real y;\n  algorithm\n    y := x^2;\n  end f;',
+    "operator": "  operator f\n  end f;",
     "type": '  type Speed = Real(unit = "m/s");',
     "replaceable": "  replaceable Rod other(m = 1 kg);",
     "algorithm": "algorithm\n  x := 1;",
@@ -44,7 +44,7 @@ def test_a_statement_is_named_by_its_word(word, model):
     assert line[problem.span.column - 1 :].startswith(word) and problem.hint
 
 
-@pytest.mark.parametrize("word", ["package P", "record R", "function f", "encapsulated", 'type T = Real(unit = "m");'])
+@pytest.mark.parametrize("word", ["package P", "record R", "operator f", "encapsulated", 'type T = Real(unit = "m");'])
 def test_a_statement_before_the_model(word):
     problem = error(f"{word}\n{MODEL.format('')}")
     assert problem.message == f"`{word.split()[0]}` is not part of mbdsl"
