@@ -93,7 +93,7 @@ class Program:
         self.registers = np.array([tape.add(x) for x in self.roots], np.int64)
         self.length = len(tape.code)
         self.kernels = kernels()
-        self._conditions = {tape.add(x) for x in walk(*self.roots) if x.op in CONDITIONS}
+        self._conditions = {tape.register(x) for x in walk(*self.roots) if x.op in CONDITIONS}
         self._store(tape)
 
     def _store(self, tape: Tape) -> None:
