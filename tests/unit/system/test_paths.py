@@ -128,6 +128,23 @@ def test_where_a_search_is_given_up_does_not_depend_on_the_steps_searched_togeth
         assert (other["s.s"] == found[0]["s.s"]).all()
 
 
+def test_a_run_returns_while_it_searches(monkeypatch):
+    """So that signals are handled: after every search of a window, if a search is as long as the pause."""
+    monkeypatch.setattr(peak_zones, "PAUSE", 1.0)
+    advance, calls = peak_zones.Landings.advance, []
+
+    def counted(landings, steps, call):
+        spent = landings._looks.spent
+        status = advance(landings, steps, call)
+        calls.append(landings._looks.spent - spent)
+        return status
+
+    monkeypatch.setattr(peak_zones.Landings, "advance", counted)
+    found = run(1e-9)
+    assert sum(spent > 0 for spent in calls) >= 10
+    assert found["s.s"][-1] == pytest.approx(1.05, abs=1e-6)
+
+
 def test_nested_laws_do_not_stop_a_run():
     """The law is zero: the motion is uniform."""
     aliases = "".join(f"  Real y{i} = y{i - 1}*y{i - 1} + sin(y{i - 1});\n" for i in range(1, 90))
