@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from itertools import chain
 from typing import Generic, NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
@@ -87,6 +88,7 @@ def _summands(root: Expr) -> list[tuple[Expr, bool]]:
     return found
 
 
+@lru_cache(maxsize=4096)  # of shared expressions, each once
 def _expanded(root: Expr) -> list[Expr]:
     """A product or quotient of sums as a sum."""
     if degree(root) <= DEGREE:
@@ -143,6 +145,7 @@ def _is_angle(x: Expr) -> bool:
     return x.op == "const" or (x.op == "coordinate" and x.value[1] == "phi")  # type: ignore[index]
 
 
+@lru_cache(maxsize=4096)
 def pace(root: Expr) -> float:
     """An upper bound of the frequency [rad/s] of a function of time alone, from its form; infinite if unknown.
 

@@ -12,6 +12,7 @@ from mbdsl.system.interval_tape import MOST
 from mbdsl.system.paths import Program, Work, over_time
 from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
+from mbdsl.system.peaks_in_time import hiding, pace
 
 WINDOWS = """
 model Windows
@@ -36,6 +37,15 @@ def nested(depth):
 def test_shared_expressions_are_computed_once():
     """y = y*y + sin(y), 89 times: three operations each, not 2^89."""
     assert Program([nested(89)]).length == 3 * 89
+
+
+@pytest.mark.parametrize("of", [coordinate("b", "x"), TIME])
+def test_shared_products_are_expanded_once(of):
+    """y = (y + 1)*(y + 2), 60 times: not 2^60 expansions, and no bound of the frequency."""
+    for _ in range(60):
+        of = (call("sin", of) + 1.0) * (call("sin", of) + 2.0)
+    assert 0 < len(hiding([of])) < 1000
+    assert pace(of) == np.inf
 
 
 @pytest.mark.parametrize("beyond", ["hold", "periodic"])
