@@ -7,7 +7,7 @@ import mbdsl
 from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate
 from mbdsl.integrators import peak_zones
 from mbdsl.mechanism.scene import Table
-from mbdsl.system import peaks_along_motion
+from mbdsl.system import build, peaks_along_motion, peaks_in_time
 from mbdsl.system.interval_tape import MOST
 from mbdsl.system.paths import Program, Work, over_time
 from mbdsl.system.peaks_along_motion import OnTheWay
@@ -120,6 +120,23 @@ def test_a_search_that_takes_too_long_is_given_up_with_a_warning(monkeypatch, gi
     found = run(1e-9, **given)
     (text,) = found.stats["warnings"]
     assert "was given up at t = " in text and "a peak within a step may be missed" in text
+    assert found["s.s"][-1] == pytest.approx(1.05, abs=1e-6)
+
+
+def test_a_search_in_time_is_given_up_with_a_warning(monkeypatch):
+    """As above, with 318 windows of time; with enough operations all of them are found."""
+    text = WINDOWS.replace("mod(s.s, 0.1 m) < 2e-4 m", "sin(2000*time) > 0.99999").replace("10 N", "1e-9 N")
+    model, given = mbdsl.parse(text), {"tol": 1e-4, "method": "radau5", "interval": 0.01}
+    system = build(model)
+    tops = np.array([0.5 * (zone.start + zone.end) for zone in system.time_zones(0.0, 1.0)])
+    for k in range(318):
+        assert np.abs(tops - (0.5 + 2.0 * k) * np.pi / 2000.0).min() < np.arccos(0.99999) / 2000.0
+    assert not system.zones_end
+    monkeypatch.setattr(peaks_in_time, "CREDIT", 0.0)
+    monkeypatch.setattr(peaks_in_time, "A_ZONE", 0.0)
+    found = mbdsl.simulate(model, **given)
+    (warning,) = found.stats["warnings"]
+    assert "was given up at t = " in warning
     assert found["s.s"][-1] == pytest.approx(1.05, abs=1e-6)
 
 
