@@ -53,7 +53,7 @@ BATCH, NUMBERS = 1024, 400_000
 MANY, STANDSTILL, OFTEN = 256, 1e-6, 0.125
 #: number of operations of a search after which the run returns to its caller, which handles interruptions: 0.1 s
 PAUSE = 3e6
-#: number of steps searched after a peak was found; it then doubles with each search
+#: number of steps searched together at first, and after a peak was found; it then doubles with each search
 FEW = 8
 #: largest number of returns for peaks within one interval, and its length relative to the run; the number has a limit
 #: because a force may change sign with the velocity that it causes in every step, however short
@@ -78,9 +78,10 @@ class Landings:
             width = 1 + run.system.n + run.system.unknowns
             run.integers[NOTES] = batch = max(16, min(BATCH, NUMBERS // width))
             run.reals = np.concatenate([run.reals, np.zeros(batch * width)])
-        #: after the next search, the number of steps that are searched together is twice the first of these at most;
-        #: in the next one it is the second
-        self._together = FEW, FEW
+        self._together = (
+            FEW,
+            FEW,
+        )  #: steps that the next searches take together, which may double; those of the next one
         self._tries, self._from = 0, -np.inf
         #: number of steps that come before zones that were found, and these zones
         self._due = NOTHING

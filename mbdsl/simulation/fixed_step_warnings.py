@@ -150,7 +150,8 @@ def _not_searched(motion: Motion) -> str | None:
 
 def _given_up(motion: Motion) -> str | None:
     """A warning about laws whose search for peaks has taken too many operations."""
-    since = min((float(p.integration.searched[GIVEN_UP]) for p in motion.parts), default=inf)
+    ends = [[float(p.integration.searched[GIVEN_UP]), *p.system.zones_end] for p in motion.parts]
+    since = min((t for end in ends for t in end), default=inf)
     if since == inf:
         return None
     remedy = "a smaller tolerance shortens the steps" if motion.plan.tol is not None else "try smaller steps"

@@ -97,6 +97,10 @@ class Tape:
             self._where[leaf] = len(self.registers)
             self.registers.append(0.0)
 
+    def register(self, node: Expr) -> int:
+        """The register of a part of an expression that was added."""
+        return self._where[node]
+
     def zero(self) -> int:
         return self.add(const(0.0))
 

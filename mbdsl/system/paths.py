@@ -19,8 +19,6 @@ from mbdsl.system.expression_tape import TABLE, Tape
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 EMPTY = np.zeros((0, 4))
-#: more operations than a search takes
-ENDLESS = 2**62
 EXTRAPOLATION = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}
 _WAY, _CODE = ("int", "matrix"), ("ints", "ints", "vector", "vector", "matrix")
 _GROUPS: dict[str, Any] = {"room": interval_tape.Room, "way": interval_tape.Way, "code": interval_tape.Code}
@@ -93,7 +91,7 @@ class Program:
         self.registers = np.array([tape.add(x) for x in self.roots], np.int64)
         self.length = len(tape.code)
         self.kernels = kernels()
-        self._conditions = {tape.add(x) for x in walk(*self.roots) if x.op in CONDITIONS}
+        self._conditions = {tape.register(x) for x in walk(*self.roots) if x.op in CONDITIONS}
         self._store(tape)
 
     def _store(self, tape: Tape) -> None:
@@ -211,10 +209,11 @@ class Paths:
         least: Array,
         largest: Array,
         slight: Array,
-        work: Work | None = None,
+        work: Work,
+        every: bool = False,
     ) -> Iterator[tuple[int, Points | None]]:
         """Points between which root number ``root`` is monotone, for those of the pieces ``tried`` on which it has
-        extrema; without ``work``, for all of them.
+        extrema; ``every``: for all of them.
 
         On piece k the root is searched from ends[i, 0] to ends[i, 1], where k = tried[i]. Intervals that are shorter
         than ``least`` (K,), or on which it changes by a negligible part of ``slight`` (K,), the negligible height of a
@@ -225,22 +224,21 @@ class Paths:
         points = np.empty((2 + most, 2))
         room = points, np.empty(2 + most, np.int64), np.empty((2, 2 * most), np.int64)
         tried, spent = _ints(tried), np.zeros(len(tried), np.int64)
-        credit = np.full(len(tried), ENDLESS) if work is None else work.left[tried]
+        credit = work.left[tried]
         given = tried, _floats(ends), _floats(least), _floats(largest), _floats(slight), credit, spent, state
         register = int(self.program.registers[root])
         try:
             while True:
-                found = self._kernels.bisect(int(work is None), register, *given, *room, *self._way, *self._code)
+                found = self._kernels.bisect(int(every), register, *given, *room, *self._way, *self._code)
                 if found == interval_tape.FINISHED:
                     return
                 k = int(tried[state[0] - 1])
-                if found == interval_tape.TIRED and work is not None:
+                if found == interval_tape.TIRED:
                     work.until = k
                     return
                 yield k, None if found == interval_tape.TOO_MANY else Points.of(points[: state[1]])
         finally:
-            if work is not None:
-                work.add(tried, spent)
+            work.add(tried, spent)
 
     def narrow(self, root: int, k: int, peak: Array, reach: Array, where: Array, within: Array, beyond: Array) -> None:
         """Move ``within`` and ``beyond`` (N,) to the places on piece k where root number ``root`` differs from ``peak``

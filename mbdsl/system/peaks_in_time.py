@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from itertools import chain
 from typing import Generic, NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.symbolic import TIME, Expr, diff, is_const, leaves, walk
 from mbdsl.system.interval_tape import NEGLIGIBLE, NOTHING
-from mbdsl.system.paths import Paths, Points, over_time
+from mbdsl.system.paths import Paths, Points, Work, over_time
 from mbdsl.system.time_events import is_linear
 
 Array = NDArray[np.float64]
@@ -40,6 +41,9 @@ NARROW = 0.125
 HALF_WAVE = 2.0 * np.pi / 3.0
 #: shortest interval that is resolved, relative to the duration of the run
 SHORTEST = 1e-15
+#: operations that the search of functions of time may take, and how many more for each zone, with the length of the
+#: program as a unit; a single part takes less than ``ENDLESS``
+CREDIT, A_ZONE, ENDLESS = 1e8, 1e3, 2**62
 #: samples for a first estimate of a term's largest value
 SAMPLES = 65
 #: most terms of a sum; larger products are not expanded
@@ -87,6 +91,7 @@ def _summands(root: Expr) -> list[tuple[Expr, bool]]:
     return found
 
 
+@lru_cache(maxsize=4096)  # of shared expressions, each once
 def _expanded(root: Expr) -> list[Expr]:
     """A product or quotient of sums as a sum."""
     if degree(root) <= DEGREE:
@@ -143,6 +148,7 @@ def _is_angle(x: Expr) -> bool:
     return x.op == "const" or (x.op == "coordinate" and x.value[1] == "phi")  # type: ignore[index]
 
 
+@lru_cache(maxsize=4096)
 def pace(root: Expr) -> float:
     """An upper bound of the frequency [rad/s] of a function of time alone, from its form; infinite if unknown.
 
@@ -284,14 +290,19 @@ def _parts(inner: Array, outer: Array) -> list[Array]:
 # -- time alone --------------------------------------------------------------------------------------------------------
 
 
-def time_zones(roots: Iterable[Expr], t0: float, t1: float, longest: float) -> Iterator[Zone]:
+def time_zones(
+    roots: Iterable[Expr], t0: float, t1: float, longest: float, given_up: list[float] | None = None
+) -> Iterator[Zone]:
     """The zones in (t0, t1) of all terms that depend on time alone, ordered by their ends; generated lazily. No step is
-    longer than ``longest``."""
+    longer than ``longest``. Where the search takes too many operations, it ends, and its time is added to ``given_up``.
+    """
     found = [x for x in hiding(of_time(list(roots))) if pace(x) > 0.0 and not pace(x) * longest < HALF_WAVE]
-    return heapq.merge(*(_of_term(term, t0, t1) for term in found), key=lambda zone: zone.end)
+    left, ends = [CREDIT], [] if given_up is None else given_up
+    return heapq.merge(*(_of_term(term, t0, t1, left, ends) for term in found), key=lambda zone: zone.end)
 
 
-def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
+def _of_term(term: Expr, t0: float, t1: float, left: list[float], given_up: list[float]) -> Iterator[Zone]:
+    """The zones of a term; all terms share the number of operations ``left`` (1,)."""
     f, path = over_time(term), np.zeros(1, np.int64)
     with np.errstate(all="ignore"):
         samples = f.at(np.zeros(SAMPLES, np.int64), np.linspace(t0, t1, SAMPLES))[:, 0]
@@ -304,10 +315,15 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
     rest, width = [(t0, t1)], t1 - t0
     while rest:
         a, b = rest.pop()
+        if left[0] < 0.0:
+            given_up.append(a)
+            return
         with np.errstate(all="ignore"):
             points = None
             if b - a <= 4.0 * width:
-                _, points = next(f.monotone(0, path, np.array([[a, b]]), shortest, size, slight))
+                work = Work(np.full(1, ENDLESS))
+                ((_, points),) = f.monotone(0, path, np.array([[a, b]]), shortest, size, slight, work, every=True)
+                left[0] -= work.each[0]
             if points is None:
                 middle = 0.5 * (a + b)
                 if a < middle < b:
@@ -317,6 +333,7 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
             width = b - a
             floor = 4.0 * NEGLIGIBLE * float(size[0]) + NOTHING
             found = sorted(zones(f, 0, points, floor, a > t0 or b < t1).T.tolist(), key=lambda zone: zone[1])
+        left[0] += len(found) * A_ZONE * f.program.length
         for start, end in found:
             if t0 < start and end < t1:
                 yield Zone(start, end, term)

@@ -69,6 +69,8 @@ class System:
     _clock: Clock | None = None
     _zones: dict[tuple[float, float, float], Kept[Zone]] = field(default_factory=dict)
     _built: tuple[bool, float | None] = (False, None)  #: further arguments of ``build``
+    #: times [s] at which the search for zones of functions of time was given up
+    zones_end: list[float] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __reduce__(self) -> tuple:
         """Pickled as the arguments of ``build``, and the inputs and reference angles that are set; no compiled code."""
@@ -507,7 +509,8 @@ class System:
         """
         key = t0, t1, longest
         if key not in self._zones:
-            self._zones = {key: Kept(time_zones(self.laws.values(), *key))}
+            self.zones_end = []
+            self._zones = {key: Kept(time_zones(self.laws.values(), *key, self.zones_end))}
         return iter(self._zones[key])
 
     @cached_property

@@ -7,11 +7,12 @@ import mbdsl
 from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate
 from mbdsl.integrators import peak_zones
 from mbdsl.mechanism.scene import Table
-from mbdsl.system import peaks_along_motion
+from mbdsl.system import build, peaks_along_motion, peaks_in_time
 from mbdsl.system.interval_tape import MOST
 from mbdsl.system.paths import Program, Work, over_time
 from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
+from mbdsl.system.peaks_in_time import hiding, pace
 
 WINDOWS = """
 model Windows
@@ -36,6 +37,15 @@ def nested(depth):
 def test_shared_expressions_are_computed_once():
     """y = y*y + sin(y), 89 times: three operations each, not 2^89."""
     assert Program([nested(89)]).length == 3 * 89
+
+
+@pytest.mark.parametrize("of", [coordinate("b", "x"), TIME])
+def test_shared_products_are_expanded_once(of):
+    """y = (y + 1)*(y + 2), 60 times: not 2^60 expansions, and no bound of the frequency."""
+    for _ in range(60):
+        of = (call("sin", of) + 1.0) * (call("sin", of) + 2.0)
+    assert 0 < len(hiding([of])) < 1000
+    assert pace(of) == np.inf
 
 
 @pytest.mark.parametrize("beyond", ["hold", "periodic"])
@@ -113,6 +123,23 @@ def test_a_search_that_takes_too_long_is_given_up_with_a_warning(monkeypatch, gi
     assert found["s.s"][-1] == pytest.approx(1.05, abs=1e-6)
 
 
+def test_a_search_in_time_is_given_up_with_a_warning(monkeypatch):
+    """As above, with 318 windows of time; with enough operations all of them are found."""
+    text = WINDOWS.replace("mod(s.s, 0.1 m) < 2e-4 m", "sin(2000*time) > 0.99999").replace("10 N", "1e-9 N")
+    model, given = mbdsl.parse(text), {"tol": 1e-4, "method": "radau5", "interval": 0.01}
+    system = build(model)
+    tops = np.array([0.5 * (zone.start + zone.end) for zone in system.time_zones(0.0, 1.0)])
+    for k in range(318):
+        assert np.abs(tops - (0.5 + 2.0 * k) * np.pi / 2000.0).min() < np.arccos(0.99999) / 2000.0
+    assert not system.zones_end
+    monkeypatch.setattr(peaks_in_time, "CREDIT", 0.0)
+    monkeypatch.setattr(peaks_in_time, "A_ZONE", 0.0)
+    found = mbdsl.simulate(model, **given)
+    (warning,) = found.stats["warnings"]
+    assert "was given up at t = " in warning
+    assert found["s.s"][-1] == pytest.approx(1.05, abs=1e-6)
+
+
 def test_where_a_search_is_given_up_does_not_depend_on_the_steps_searched_together(monkeypatch):
     """Nor does the motion depend on where the run returns for interruptions."""
     limited(monkeypatch, 2e3)
@@ -126,6 +153,23 @@ def test_where_a_search_is_given_up_does_not_depend_on_the_steps_searched_togeth
     for other in found[1:]:
         assert other.stats["warnings"] == [text]
         assert (other["s.s"] == found[0]["s.s"]).all()
+
+
+def test_a_run_returns_while_it_searches(monkeypatch):
+    """So that signals are handled: after every search of a window, if a search is as long as the pause."""
+    monkeypatch.setattr(peak_zones, "PAUSE", 1.0)
+    advance, calls = peak_zones.Landings.advance, []
+
+    def counted(landings, steps, call):
+        spent = landings._looks.spent
+        status = advance(landings, steps, call)
+        calls.append(landings._looks.spent - spent)
+        return status
+
+    monkeypatch.setattr(peak_zones.Landings, "advance", counted)
+    found = run(1e-9)
+    assert sum(spent > 0 for spent in calls) >= 10
+    assert found["s.s"][-1] == pytest.approx(1.05, abs=1e-6)
 
 
 def test_nested_laws_do_not_stop_a_run():
