@@ -109,7 +109,7 @@ def test_free_satellite(free, euler, method):
 
 @pytest.mark.parametrize("method", BACKENDS)
 def test_free_satellite_by_others(free, euler, method):
-    pytest.importorskip("scikits_odes_sundials" if method == "ida" else "scipy")
+    pytest.importorskip("sksundae" if method == "ida" else "scipy")
     run = mbdsl.simulate(free, method=method, tol=1e-8)
     assert np.abs(np.transpose([run[x] for x in OF_BUS]) - euler).max() < METHODS[method]
 
@@ -193,48 +193,40 @@ def test_tolerances_hold_for_the_rotors_as_well(text, method):
         assert np.abs(run[name] - exact[name]).max() < 1e-5 * 100.0
 
 
-def notes(text):
-    return [(n.action, n.names, n.by) for n in reduce(graph.build(mbdsl.parse(text))).notes]
+#: a wheel in two gimbals with mass, and one below the outer one, which a constraint couples; centres of mass off the
+#: reference points, and an inclined hinge whose rotor is its frame_a
+GIMBALS = """
+spatial model Gimbals
+  Ground ground(g = 9.81 m/s2);
+  Body ring(m = 2 kg, I = {{0.08, 0.01, 0}, {0.01, 0.06, 0}, {0, 0, 0.09}} kg.m2, com = {0.01, 0.02, 0.03} m,
+            frames(a = {0, 0.1, 0} m, b = {0.2, 0.1, 0} m));
+  Body fork(m = 1 kg, I = {0.03, 0.02, 0.04} kg.m2, com = {0.02, 0, 0.01} m,
+            frames(a = {0, 0, 0.1} m, b = {0.05, 0.1, 0} m));
+  Body wheel(m = 3 kg, I = {0.02, 0.02, 0.05} kg.m2, com = {0.1, 0.2, 0.3} m, frames(a = {0.1, 0.2, 0.25} m));
+  Body ball(m = 1 kg, I = {0.02, 0.02, 0.02} kg.m2);
+  Revolute g(ground, ring.a, n = {0, 1, 0.3});
+  Revolute h(ring.b, fork.a, n = {1, 0, 0});
+  Revolute j(fork.b, wheel.a, n = {0, 0, 1});
+  Revolute k(ball.c, ring.c, n = {0.5, 0.5, 1});
+  VelocityConstraint gear(gamma = j.w + 2*k.w);
+  Torque t(j, tau = 0.3 N.m - 0.01 N.m.s/rad*j.w);
+  Torque u(ground, ball.c, n = {0, 1, 0}, tau = 0.05 N.m);
+  RotationalSpringDamper d(h, k = 2 N.m/rad, c = 0.01 N.m.s/rad);
+initial equation
+  g.phi = 0.3 rad; h.phi = 0.5 rad; g.w = 1 rad/s; h.w = -2 rad/s; j.w = 50 rad/s;
+  annotation(experiment(StopTime = 0.4 s, Interval = 20 ms));
+end Gimbals;
+"""
 
 
-def test_notes():
-    assert notes(LOADED) == [("gyrostat", ("w1", "w2", "w3"), ())]
-    assert "w1, w2, w3: symmetric about axles on bus: a gyrostat" in str(mbdsl.explain(mbdsl.parse(LOADED)))
-
-
-W2, W3 = ("gyrostat", ("w2", "w3"), ()), ("gyrostat", ("w1", "w3"), ())
-
-
-@pytest.mark.parametrize(
-    ("load", "by"),
-    [
-        ("RotationalSpringDamper s(bus.a, w1.c, n = {1, 0, 0}, k = 1 N.m/rad);", "s"),
-        ("RotationalStop s(bus.a, w1.c, n = {1, 0, 0}, phi_min = -1 rad, phi_max = 1 rad, k = 10 N.m/rad);", "s"),
-        ("RotationalDriver s(bus.a, w1.c, n = {1, 0, 0}, phi = 100 rad/s*time);", "s"),
-        ("SpringDamper s(ground, w1.c, k = 1 N/m, s0 = 0.1 m);", "s"),
-        ("Torque s(bus.a, w1.c, n = {1, 0, 0}, tau = 1 N.m*sin(j1.phi));", "s"),
-        ("Torque s(w1.c, bus.c, n = {0, 1, 0}, tau = 1 N.m);", "s"),
-        ("Torque s(ground, bus.c, tau = 1 N.m*w1.p1);", "s"),
-        ("Force s(bus.c, fx = 1*j1.fy, fy = 0 N, fz = 0 N);", "s"),
-    ],
-)
-def test_rotors_on_whose_angle_something_depends(load, by):
-    assert notes(SATELLITE.replace("LOADS", load)) == [("kept", ("w1",), (by,)), W2]
-
-
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("Revolute j1(bus.a, w1.c, n = {1, 0, 0})", "Revolute j1(bus.a, w1.c, n = {0, 1, 0})"),
-        ("radius = 0.15 m, n = {1, 0, 0})", "radius = 0.15 m, n = {1, 0, 0}, frames(q = {0, 0.01, 0} m))"),
-        ("Cylinder w1(m = 5 kg, length = 0.05 m, radius = 0.15 m, n = {1, 0, 0})",
-         "Body w1(m = 5 kg, I = {0.05, 0.03, 0.031} kg.m2)"),
-    ],
-)  # fmt: skip
-def test_bodies_that_are_not_symmetric_about_the_hinge(before, after):
-    text = FREE.replace(before, after)
-    assert text != FREE
-    assert notes(text.replace("j1(bus.a, w1.c", "j1(bus.a, w1.q") if "q =" in after else text) == [W2]
+def test_gimbals():
+    """All signals, as in test_all_signals_are_those_of_the_bodies_on_their_own."""
+    scene = mbdsl.parse(GIMBALS)
+    run, other = (mbdsl.simulate(scene, method="dop853", step=2e-3, general=general) for general in (False, True))
+    assert [part.graph.coordinates for part in reduce(graph.build(scene)).parts] == [14]
+    for name in other.signals:
+        expected = np.asarray(other[name])
+        assert np.abs(np.asarray(run[name]) - expected).max() < 1e-10 * max(1.0, np.abs(expected).max()), name
 
 
 def test_angles_of_other_joints_keep_their_turns():
@@ -244,11 +236,15 @@ def test_angles_of_other_joints_keep_their_turns():
   Revolute h(bus.a, boom.s, n = {0, 0.6, 0.8});
   RotationalSpringDamper s(h, k = 3 N.m/rad, c = 0.1 N.m.s/rad, phi0 = 380 deg);
 """
-    text = SATELLITE.replace("LOADS", boom).replace("j1.w = 100", "h.phi = 400 deg; h.w = 0 rad/s; j1.w = 100")
+    text = (
+        SATELLITE.replace("LOADS", boom)
+        .replace("StopTime = 2 s", "StopTime = 1 s")
+        .replace("j1.w = 100", "h.phi = 400 deg; h.w = 0 rad/s; j1.w = 100")
+    )
     scene = mbdsl.parse(text)
-    run = mbdsl.simulate(scene, method="radau5", step=1e-2)
-    other = mbdsl.simulate(scene, method="radau5", step=2e-3, general=True)
+    run = mbdsl.simulate(scene, method="dop853", step=2e-2)
+    other = mbdsl.simulate(scene, method="dop853", step=4e-3, general=True)
     assert run["h.phi"][0] == pytest.approx(np.radians(400.0))
-    assert np.ptp(other["h.phi"]) > 0.3
+    assert np.ptp(other["h.phi"]) > 0.05
     for name in ("h.phi", "s.torque", "h.tx", "boom.wx", "w3.wx_local"):
         assert np.abs(run[name] - other[name]).max() < 1e-7 * max(1.0, np.abs(other[name]).max()), name

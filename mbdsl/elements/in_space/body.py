@@ -7,7 +7,7 @@ centre of mass in body axes. How frames move with it: :mod:`mbdsl.bodies.spatial
 from collections.abc import Mapping
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
-from mbdsl.elements.in_space.vectors import UNTURNED
+from mbdsl.elements.in_space.vectors import UNTURNED, least_minor
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
 from mbdsl.expressions.spatial_coordinates import CARDAN, LOCAL, MEANINGS, QUATERNION, UNITS
 
@@ -77,19 +77,6 @@ def impossible(I) -> str | None:
     names = [f"I{axis}{axis}" for axis in "xyz"]
     others = " + ".join(name for i, name in enumerate(names) if i != k)
     return f"{names[k]} = {I[k]:g} kg.m2 is larger than {others} = {sum(I) - I[k]:g} kg.m2"
-
-
-def least_minor(I, size: float) -> float:
-    """The least principal minor, relative to the largest entry.
-
-    A symmetric matrix has no negative eigenvalue if and only if no principal minor is negative.
-    """
-    if size == 0.0:
-        return 0.0
-    (a, d, e), (_, b, f), (_, _, c) = (tuple(x / size for x in row) for row in I)
-    minors = (a, b, c, a * b - d * d, a * c - e * e, b * c - f * f)
-    whole = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)
-    return min(*minors, whole)
 
 
 def derive(values: Mapping) -> dict:

@@ -134,3 +134,16 @@ def both(default: str):
         return {"frame_a": found, "frame_b": found}
 
     return axes
+
+
+def least_minor(I, size: float) -> float:
+    """The least principal minor, relative to the largest entry.
+
+    A symmetric matrix has no negative eigenvalue if and only if no principal minor is negative.
+    """
+    if size == 0.0:
+        return 0.0
+    (a, d, e), (_, b, f), (_, _, c) = (tuple(x / size for x in row) for row in I)
+    minors = (a, b, c, a * b - d * d, a * c - e * e, b * c - f * f)
+    whole = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)
+    return min(*minors, whole)

@@ -17,7 +17,7 @@ from math import hypot
 from typing import Any
 
 from mbdsl.elements import of_variant
-from mbdsl.elements.in_space.body import least_minor
+from mbdsl.elements.in_space.vectors import least_minor
 from mbdsl.elements.kind import BodyKind
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.mechanism import graph as mechanism
@@ -26,7 +26,7 @@ from mbdsl.mechanism.graph import GROUND, MechanismGraph
 from mbdsl.mechanism.poses_in_space import composed, inverse, product, turned
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.reduction.plane import RIGID
-from mbdsl.mechanism.scene import Component, Scene, SpatialFrame
+from mbdsl.mechanism.scene import Component, Frame, Scene, SpatialFrame
 
 Vector = tuple[float, ...]
 #: differences of moments of inertia, relative to the largest, and distances from the axle, relative to the largest
@@ -42,16 +42,23 @@ ALIGNED = ("RotationalSpringDamper", "RotationalVelocityDriver")
 
 @dataclass(frozen=True)
 class Rotor:
-    """A rotor on ``carrier``: at the angle zero, ``pose`` (12) is the pose of the rotor's axes in those of the carrier;
-    ``n`` is its axle there, and ``centre`` its centre of mass."""
+    """A rotor on ``carrier``: at the angle zero, ``pose`` (12) is the pose of the rotor's axes in those of the carrier,
+    and ``centre`` its centre of mass there. ``frame`` and ``base`` are the frames of the hinge on the rotor and on the
+    carrier, whose z axes are the axle."""
 
     name: str
     carrier: str
     hinge: Component
+    frame: SpatialFrame
+    base: SpatialFrame
     pose: Vector
-    n: Vector
     centre: Vector
     inertia: float  #: about the axle [kg.m2]
+
+    @property
+    def n(self) -> Vector:
+        """The axle, in the carrier's axes."""
+        return self.base.axes[6:]
 
 
 @dataclass(frozen=True)
@@ -102,30 +109,24 @@ def _groups(rotors: Iterable[Rotor]) -> dict[str, list[Rotor]]:
 
 def _rotor(graph: MechanismGraph, e: Edge, name: str, carrier: str) -> Rotor | None:
     """The rotor, if a body that nothing but a hinge holds is symmetric about its axis."""
-    scene, c = graph.scene, graph.bodies[name]
+    scene, ends = graph.scene, (name, carrier)
     holding = [j for j in graph.kinematic_joints if name in (j.body_i, j.body_j)]
-    if len(holding) > 1 or any(len(graph.bodies[body].coordinates) != RIGID for body in (name, carrier)):
+    if len(holding) > 1 or any(len(graph.bodies[body].coordinates) != RIGID for body in ends):
         return None
-    mine, other = (scene.frames[e.component.ports[port]] for port in ("frame_a", "frame_b"))
-    if name == e.body_j:
-        mine, other = other, mine
-    assert isinstance(mine, SpatialFrame) and isinstance(other, SpatialFrame)
-    m, J, com = _masses(c)
-    axle, largest = mine.axes[6:], max(map(abs, J))
-    Jn = tuple(sum(J[3 * i + j] * axle[j] for j in range(3)) for i in range(3))
-    C = sum(x * y for x, y in zip(axle, Jn, strict=True))
+    at = {scene.frames[f].body: scene.frames[f] for f in e.component.ports.values()}
+    frame, base = at[name], at[carrier]
+    assert isinstance(frame, SpatialFrame) and isinstance(base, SpatialFrame)
+    m, J, com = _masses(graph.bodies[name])
+    n, largest = frame.axes[6:], max(map(abs, J))
+    C = sum(n[i] * J[3 * i + j] * n[j] for i in range(3) for j in range(3))
     A = 0.5 * (J[0] + J[4] + J[8] - C)
     if not (m > 0.0 and SAME * largest < C and _masses(graph.bodies[carrier])[0] > 0.0):
         return None
-    for i in range(3):
-        for j in range(3):
-            symmetric = (C - A) * axle[i] * axle[j] + (A if i == j else 0.0)
-            if abs(J[3 * i + j] - symmetric) > SAME * largest:
-                return None
-    if not _on_axle(com, mine, scene):
+    symmetric = [(C - A) * n[i] * n[j] + (A if i == j else 0.0) for i in range(3) for j in range(3)]
+    if any(abs(x - y) > SAME * largest for x, y in zip(J, symmetric, strict=True)) or not _on_axle(com, frame, scene):
         return None
-    pose = composed(other.pose, inverse(mine.pose))
-    return Rotor(name, carrier, e.component, pose, other.axes[6:], composed(pose, (*com, *mine.axes))[:3], C)
+    pose = composed(base.pose, inverse(frame.pose))
+    return Rotor(name, carrier, e.component, frame, base, pose, composed(pose, (*com, *frame.axes))[:3], C)
 
 
 def _masses(c: Component) -> tuple[float, Vector, Vector]:
@@ -135,72 +136,70 @@ def _masses(c: Component) -> tuple[float, Vector, Vector]:
     return m, tuple(J), c.kind.com(c.values)
 
 
-def _on_axle(place: Sequence[float], mine: SpatialFrame, scene: Scene) -> bool:
-    """Whether a place on a rotor is on its axle, which is the z axis of its frame ``mine``."""
-    away = [x - y for x, y in zip(place, mine.pose, strict=False)]
-    largest = max(abs(x) for f in scene.frames.values() if f.body == mine.body for x in f.pose[:3])
-    return hypot(*product(mine.axes[6:], away)) <= SAME * largest
+def _on_axle(place: Sequence[float], frame: SpatialFrame, scene: Scene) -> bool:
+    """Whether a place on a rotor is on its axle, which is the z axis of its frame ``frame``."""
+    away = [x - y for x, y in zip(place, frame.pose, strict=False)]
+    largest = max(abs(x) for f in scene.frames.values() if f.body == frame.body for x in f.pose[:3])
+    return hypot(*product(frame.axes[6:], away)) <= SAME * largest
+
+
+def _along(frame: Frame, k: int, n: Sequence[float]) -> bool:
+    """Whether axis ``k`` of a frame is parallel to the unit vector n."""
+    assert isinstance(frame, SpatialFrame)
+    return hypot(*product(frame.axes[3 * k : 3 * k + 3], n)) <= SAME
 
 
 def _dependence(graph: MechanismGraph, rotor: Rotor) -> tuple[Component, str] | None:
     """The component that prevents the reduction, and the reason; None if there is none."""
     scene, hinge = graph.scene, rotor.hinge
-    mine = next(scene.frames[f] for f in hinge.ports.values() if scene.frames[f].body == rotor.name)
-    assert isinstance(mine, SpatialFrame)
     if hinge.friction is not None:
         return hinge, "the friction of its hinge depends on reactions there"
-    ends = {rotor.name, rotor.carrier}
-
-    def along(frame: SpatialFrame, k: int, axle: Sequence[float]) -> bool:
-        return hypot(*product(frame.axes[3 * k : 3 * k + 3], axle)) <= SAME
-
     aligned = {hinge.name}
-    touching = [c for c in scene.components.values() if c.ports and _touches(scene, c, rotor.name) and c is not hinge]
-    for c in touching:
+    for c in scene.components.values():
         frames = [scene.frames[f] for f in c.ports.values()]
-        if c.kind.name not in TURNING:
-            return c, f"{c.kind.name} may depend on its angle"
-        if {f.body for f in frames} == ends:
-            axles = [(mine if f.body == rotor.name else _other(scene, hinge, mine)).axes[6:] for f in frames]
-            if all(along(f, 2, n) for f, n in zip(frames, axles, strict=True)):  # type: ignore[arg-type]
-                aligned.add(c.name)
-        if c.kind.name in ALIGNED and c.name not in aligned:
-            return c, "this acts about another axis"
-        first = frames[0]
-        if c.kind.name == "Torque" and first.body == rotor.name and not along(first, 2, mine.axes[6:]):  # type: ignore
-            return c, "this acts about an axis that turns with it"
-        if c.kind.name == "RotationalSpringDamper" and c.values["k"]:
-            return c, "this spring depends on its angle"
+        if c is hinge or all(f.body != rotor.name for f in frames):
+            continue
+        axles = {rotor.name: rotor.frame.axes[6:], rotor.carrier: rotor.n}
+        if {f.body for f in frames} == set(axles) and all(_along(f, 2, axles[f.body]) for f in frames):
+            aligned.add(c.name)
+        if (why := _of_action(rotor, c, frames[0], c.name in aligned)) is not None:
+            return c, why
     known = {scene.signal_of(scene.components[name], "w") for name in aligned}
     for c in scene.components.values():
-        rows = () if c.name in aligned else (*c.velocity_constraints, *c.friction_rows)
-        given = [x for x in (*c.values.values(), *rows, c.friction) if isinstance(x, Expr)]
-        read = _read(given, known)
-        if any(n.op == "multiplier" and n.value[0] == hinge.name for n in read):  # type: ignore[index]
-            return c, "a law reads the reactions of its hinge"
-        used = [scene.frames[n.value[0]] for n in read if n.op == "coordinate"]  # type: ignore[index]
-        if c is not hinge:
-            used += [scene.frames[f] for f in c.ports.values()]
-        if any(f.body == rotor.name and not _on_axle(f.pose[:3], mine, scene) for f in used):
-            return c, "this refers to a frame off its axle"
-        for n in read:
-            if n.op == "coordinate" and scene.frames[n.value[0]].body == rotor.name:  # type: ignore[index]
-                frame, key = scene.frames[n.value[0]], n.value[1]  # type: ignore[index]
-                assert isinstance(frame, SpatialFrame)
-                if len(key) == 2 and key[0] in "xyz" and not along(frame, "xyz".index(key[0]), mine.axes[6:]):
-                    return c, "a law depends on its angle"
+        if (why := _of_reading(scene, rotor, c, known, c.name in aligned)) is not None:
+            return c, why
     return None
 
 
-def _other(scene: Scene, hinge: Component, mine: SpatialFrame) -> SpatialFrame:
-    """The frame of a hinge on the other body."""
-    found = next(scene.frames[f] for f in hinge.ports.values() if scene.frames[f].body != mine.body)
-    assert isinstance(found, SpatialFrame)
-    return found
+def _of_action(rotor: Rotor, c: Component, first: Frame, aligned: bool) -> str | None:
+    """Why a joint or force on a rotor, with its frame_a ``first``, prevents the reduction."""
+    if c.kind.name not in TURNING:
+        return f"{c.kind.name} may depend on its angle"
+    if c.kind.name in ALIGNED and not aligned:
+        return "this acts about another axis"
+    if c.kind.name == "Torque" and first.body == rotor.name and not _along(first, 2, rotor.frame.axes[6:]):
+        return "this acts about an axis that turns with it"
+    return "this spring depends on its angle" if c.values.get("k") else None
 
 
-def _touches(scene: Scene, c: Component, body: str) -> bool:
-    return any(scene.frames[f].body == body for f in c.ports.values())
+def _of_reading(scene: Scene, rotor: Rotor, c: Component, known: set[Expr | None], aligned: bool) -> str | None:
+    """Why the expressions and frames of a component prevent the reduction; ``known`` are speeds about the axle, and
+    the constraints of ``aligned`` joints contain no others."""
+    rows = () if aligned else (*c.velocity_constraints, *c.friction_rows)
+    read = _read([x for x in (*c.values.values(), *rows, c.friction) if isinstance(x, Expr)], known)
+    if any(n.op == "multiplier" and n.value[0] == rotor.hinge.name for n in read):  # type: ignore[index]
+        return "a law reads the reactions of its hinge"
+    leaves_of_frames: list[tuple[str, str]] = [n.value for n in read if n.op == "coordinate"]  # type: ignore[misc]
+    used = [(scene.frames[name], key) for name, key in leaves_of_frames]
+    used += [(scene.frames[name], "") for name in c.ports.values()]
+    for frame, key in used:
+        if frame.body != rotor.name:
+            continue
+        if not _on_axle(frame.pose[:3], rotor.frame, scene):
+            return "this refers to a frame off its axle"
+        if len(key) == 2 and key[0] in "xyz" and not _along(frame, "xyz".index(key[0]), rotor.frame.axes[6:]):
+            return "a law depends on its angle"
+    return None
 
 
 def _read(roots: Sequence[Expr], known: set[Expr | None]) -> list[Expr]:
@@ -257,9 +256,8 @@ def _scene(scene: Scene, rotors: Sequence[Rotor]) -> Scene:
         values: Mapping[str, Any] = {"m": m, "com": com, "J": J, "rotors": tuple((r.n, r.inertia) for r in own)}
         components[carrier] = replace(components[carrier], kind=kind, values=values, signals=())
         for k, r in enumerate(own):
-            mine = next(scene.frames[f] for f in r.hinge.ports.values() if scene.frames[f].body == r.name)
             for name, f in scene.frames.items():
-                if f.body == r.name and _on_axle(f.pose[:3], mine, scene):  # type: ignore[arg-type]
+                if f.body == r.name and _on_axle(f.pose[:3], r.frame, scene):
                     x, y, z, *axes = composed(r.pose, f.pose)
                     frames[name] = SpatialFrame(name, carrier, x, y, f.phi, f.span, None, z, tuple(axes), k + 1)
     empty: dict[str, Any] = {"initial": (), "variables": {}, "parameters": {}, "shapes": {}, "warnings": ()}
