@@ -102,6 +102,7 @@ class Events:
         self.system: System = run.system
         self.times: list[float] = []
         self.rounding: list[float] = []
+        self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
         self._cut: list[float] = []
@@ -216,11 +217,13 @@ class Events:
 
     def _of_rounding(self, t: float, q: Array, v: Array, jump: Array, known: bool) -> float:
         """The effect on a scaled velocity of rounding the time of an event with a jump of accelerations: of decimals
-        of times, and if it is not ``known`` in advance, of positions at the present speed."""
+        of times, and if it is not ``known`` in advance, of positions at the largest speed of any event so far."""
         scale = self.system.tables.scale
         late = float(np.spacing(abs(t)))
-        if not known and (speed := np.abs(v * scale).max(initial=0.0)) > 0.0:
-            late += EPS * float(np.abs(q * scale).max(initial=0.0) / speed)
+        self._fastest = max(self._fastest, float(np.abs(v * scale).max(initial=0.0)))
+        if not known:
+            least = 1.0 / (self.run.stop - self.run.start)
+            late += EPS * float(np.abs(q * scale).max(initial=0.0) / max(self._fastest, least))
         return float(np.abs(jump * scale).max(initial=0.0)) * late
 
     def _way(self, q: Array, v: Array, a: Array, c: Array | float = 0.0) -> Way:
