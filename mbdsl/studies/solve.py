@@ -203,7 +203,9 @@ class Solution:
             known = np.flatnonzero(np.isfinite(y))
             low, high = (known[int(of(y[known]))] for of in (np.argmin, np.argmax))
             ends = [f"{c.shown(y[k])} ({self.sweep.point(k)})" for k in (low, high)]
-            lines.append(f"  {c.measure} is from {ends[0]} to {ends[1]}")
+            same = math.isclose(y[low], y[high], rel_tol=1e-9)
+            reached = f"{c.shown(y[low])} at all of these values" if same else f"from {ends[0]} to {ends[1]}"
+            lines.append(f"  {c.measure} is {reached}")
         if len(columns) > 1:
             far = [np.abs(y - c.value) / _spread(y, c.value) for c, y in zip(self.conditions, columns, strict=True)]
             k = int(np.nanargmin(np.sum(np.square(far), axis=0)))
