@@ -47,7 +47,7 @@ Place = Sequence[float] | Array  #: a point of the unit interval or square
 SCAN, GRID = 11, 5  #: points of the range of one unknown; points of each range of two
 WIDTH = 1e-8  #: width of a bracket, relative to the range
 DIFFERENCE = 1e-4  #: length of a difference quotient, relative to the range
-STARTS = 3  #: points of the grid from which two unknowns are sought
+STARTS = 2  #: points of the grid from which two unknowns are sought
 MET = 1e-4  #: largest deviation of an answer, relative to the differences of the measure over the range
 _EQUATION = re.compile(r"(.*[^<>=!:])={1,2}([^=]*)", re.DOTALL)
 
