@@ -47,7 +47,7 @@ Place = Sequence[float] | Array  #: a point of the unit interval or square
 SCAN, GRID = 11, 5  #: points of the range of one unknown; points of each range of two
 WIDTH = 1e-8  #: width of a bracket, relative to the range
 DIFFERENCE = 1e-4  #: length of a difference quotient, relative to the range
-STARTS = 3  #: points of the grid from which two unknowns are sought
+STARTS = 2  #: points of the grid from which two unknowns are sought
 MET = 1e-4  #: largest deviation of an answer, relative to the differences of the measure over the range
 _EQUATION = re.compile(r"(.*[^<>=!:])={1,2}([^=]*)", re.DOTALL)
 
@@ -203,7 +203,9 @@ class Solution:
             known = np.flatnonzero(np.isfinite(y))
             low, high = (known[int(of(y[known]))] for of in (np.argmin, np.argmax))
             ends = [f"{c.shown(y[k])} ({self.sweep.point(k)})" for k in (low, high)]
-            lines.append(f"  {c.measure} is from {ends[0]} to {ends[1]}")
+            same = math.isclose(y[low], y[high], rel_tol=1e-9)
+            reached = f"{c.shown(y[low])} at all of these values" if same else f"from {ends[0]} to {ends[1]}"
+            lines.append(f"  {c.measure} is {reached}")
         if len(columns) > 1:
             far = [np.abs(y - c.value) / _spread(y, c.value) for c, y in zip(self.conditions, columns, strict=True)]
             k = int(np.nanargmin(np.sum(np.square(far), axis=0)))

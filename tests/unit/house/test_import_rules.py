@@ -45,6 +45,7 @@ CIRCLES = {
     ("mbdsl.lang.entities", "mbdsl.lang.flat_model"): "type: a namespace belongs to a flat model",
     ("mbdsl.lang.entities", "mbdsl.lang.scope"): "type: an entity's modifiers are read in a scope",
     ("mbdsl.lang.flat_component", "mbdsl.lang.flat_model"): "type: a component belongs to a flat model",
+    ("mbdsl.lang.function_calls", "mbdsl.lang.scope"): "type: a function is called in a scope",
     ("mbdsl.lang.modifiers", "mbdsl.lang.scope"): "type: modifiers are read in the scope that they were written in",
 }
 #: part of the package -> modules that it reaches by no number of imports, not even inside functions

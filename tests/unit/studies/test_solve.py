@@ -188,6 +188,17 @@ def test_what_was_reached(tmp_path, capfd):
     assert len((tmp_path / "runs.csv").read_text().splitlines()) == 12
 
 
+def test_a_measure_that_does_not_depend_on_the_parameter(store):
+    found = mbdsl.solve(PENDULUM, {"m": (1, 2)}, "frequency(1) = 9 Hz", store=store, workers=1)
+    assert f"frequency(1) is {math.sqrt(9.81) / (2.0 * math.pi):.6g} Hz at all of these values" in str(found)
+
+
+def test_models_of_python(store):
+    scene = mbdsl.load(PENDULUM)
+    found = mbdsl.solve(scene, {"L": (0.1, 2)}, "frequency(1) = 1 Hz", store=store, workers=1)
+    assert found["L"] == pytest.approx(9.81 / (2.0 * math.pi) ** 2, rel=1e-6)
+
+
 def test_no_answer_of_two(store):
     found = mbdsl.solve(PENDULUM, {"L": (1, 2), "m": (1, 2)}, ["static(rod.fy) = 9.81 N", "frequency(1) = 9 Hz"],
                         store=store, workers=1)  # fmt: skip
