@@ -116,7 +116,7 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
     if missing := [name for name in asked if name not in kept]:
         limits.append(f"without {few(missing)}")
     energies = [name for name in ENERGIES if name in kept]
-    others = [name for name in (*reactions(like), *asked) if name in kept]
+    others = [name for name in dict.fromkeys((*reactions(like), *asked)) if name in kept]
     if not (moving or energies or others):
         raise UsageError(
             f"`{file}` has no signal of {of.scene.name}: it has {few(kept)}",

@@ -60,7 +60,9 @@ def test_a_file_that_is_no_reference(runner, tmp_path):
 
     results.write(path, {**columns, "A.fx": gap})
     found = from_file(path, runner(points=50), ["A.f*"])
-    assert str(found).startswith("`wrong.csv` (2 of 12 positions and velocities, without A.fy, at some times without")
+    assert str(found).startswith(
+        "`wrong.csv` (2 of 12 positions and velocities, without A.fy, A.f, at some times without A.fx)"
+    )
     assert len(found.solution.t) == 51 and np.isnan(found.solution["A.fx"][7])
 
 
