@@ -30,6 +30,9 @@ from mbdsl.simulation.tolerance_calibration import Ladder
 CANDIDATES = {"hht-si2": 0.0, "radau5": 3e4, "dop853": 2e5}
 #: cost [us] of an iteration, or of an evaluation of an explicit method, for each unknown
 WORK = {"hht-si2": 0.05, "radau5": 0.17, "dop853": 0.09}
+#: factor on the cost of an evaluation of dop853 where forces depend on reactions: the whole matrix is factorised, again
+#: and again until both agree
+OF_REACTIONS = 5.0
 #: cost [us] of an event, at which a run restarts, and of a search for a switch within a step
 EVENT, SEARCH = 3000.0, 50.0
 #: iterations, or evaluations, of a typical step
@@ -172,6 +175,8 @@ def spent(motion: Motion) -> float:
     for p in motion.parts:
         run = p.integration
         each = WORK.get(p.method, WORK["hht-si2"]) * p.system.unknowns
+        if p.method == "dop853" and p.system.of_multipliers:
+            each *= OF_REACTIONS
         cost += each * (run.count("iterations") + run.count("evaluations"))
         if p.system.tables.switches:
             cost += EVENT * run.count("events") + SEARCH * run.count("rejected")
