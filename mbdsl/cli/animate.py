@@ -34,7 +34,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="signals to plot with the motion (globs); default: coordinates, velocities, signals of elements",
+        help="signals to plot with the motion (globs, expressions); default: coordinates, velocities, "
+        "signals of elements",
     )
     parser.add_argument("--trace", metavar="FRAME,...", help="frames and bodies whose path is drawn")
     parser.add_argument(

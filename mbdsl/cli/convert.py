@@ -32,7 +32,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("result", metavar="RESULT", help=f"result file ({suffixes})")
     parser.add_argument("--out", metavar="FILE", required=True, help="the file to write; its suffix is the format")
-    parser.add_argument("--signals", metavar="PATTERN,...", help="signals to write (globs); default: all")
+    parser.add_argument("--signals", metavar="PATTERN,...", help="signals to write (globs, expressions); default: all")
     parser.add_argument("--start", metavar="T0", type=values.seconds, help="leave out earlier rows")
     parser.add_argument("--stop", metavar="T1", type=values.seconds, help="leave out later rows")
     thin = parser.add_mutually_exclusive_group()

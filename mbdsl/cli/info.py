@@ -31,7 +31,9 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("result", metavar="RESULT", help="result file")
     parser.add_argument(
-        "--signals", metavar="PATTERN,...", help=f"signals to list (globs); default: the first {MOST}; '*' lists all"
+        "--signals",
+        metavar="PATTERN,...",
+        help=f"signals to list (globs, expressions); default: the first {MOST}; '*' lists all",
     )
     return parser
 

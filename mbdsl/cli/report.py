@@ -28,7 +28,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="signals to plot (globs); default: coordinates of joints, drivers and free bodies that change",
+        help="signals to plot (globs, expressions); default: changing coordinates of joints, drivers, bodies",
     )
     parser.add_argument("--eigen", action="store_true", help="include the eigenmodes and their shapes")
     parser.add_argument(

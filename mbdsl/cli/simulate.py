@@ -85,7 +85,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="signals to write (globs); default: coordinates and velocities of all bodies",
+        help="signals to write (globs, expressions); default: coordinates and velocities of all bodies",
     )
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")

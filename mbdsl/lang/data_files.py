@@ -198,6 +198,8 @@ def _columns(text: io.TextIOWrapper, x: str | None, y: str | None) -> Columns:
     for row in chain([first], rows):
         try:
             u, y_of_u = float(row[i]), float(row[j])
+            if len(row) > len(names) and any(map(str.strip, row[len(names) :])):
+                raise ValueError
             if not (before < u < math.inf and -math.inf < y_of_u < math.inf) or len(us) == limits.DATA_ROWS:
                 raise ValueError
         except (ValueError, IndexError):
@@ -263,19 +265,22 @@ def _blame(
     shown, each = mark.join(row), "each row has a number in each column"
     if rows == limits.DATA_ROWS:
         raise DataError(f"it has more than {limits.DATA_ROWS} rows")
+    if len(row) > len(names) and any(map(str.strip, row[len(names) :])):
+        right = "write decimals with a point, or separate columns by semicolons"
+        raise DataError(
+            f"it has {len(row)} values, but the header names {count(len(names), 'column')}", right, line, shown
+        )
     for k in places:
-        if len(row) <= k:
-            raise DataError(f"it has no value in column `{names[k]}`", each, line, shown)
-        value = row[k].strip()
+        value = row[k].strip() if k < len(row) else ""
         if not value:
-            raise DataError(f"column `{names[k]}` is empty", each, line, shown)
+            raise DataError(f"it has no value in column `{names[k]}`", each, line, shown)
         if not _is_number(value):
             decimal = _is_number(value.replace(",", ".", 1))
             right = "write decimals with a point" if decimal else "expected a number; units are in the first line"
             raise DataError(f"found `{value[:40]}` in column `{names[k]}`", right, line, shown)
         if not math.isfinite(float(value)):
             raise DataError(f"found `{value}` in column `{names[k]}`, expected a finite number", None, line, shown)
-    message = f"column `{names[places[0]]}` must grow, but has {float(row[places[0]]):.12g} after {before:.12g}"
+    message = f"column `{names[places[0]]}` must increase strictly: {float(row[places[0]]):.12g} follows {before:.12g}"
     raise DataError(message, "sort the rows, and give each value once", line, shown)
 
 
@@ -310,7 +315,7 @@ def _npz(stream: BinaryIO, x: str | None, y: str | None) -> Columns:
             raise DataError(f"`{name}` is not a finite number in row {[*map(math.isfinite, column)].index(False) + 1}")
     for k, (u, v) in enumerate(pairwise(us), 2):
         if not u < v:
-            raise DataError(f"`{asked[0]}` must grow, but has {v:.12g} after {u:.12g} in row {k}")
+            raise DataError(f"`{asked[0]}` must increase strictly: {v:.12g} follows {u:.12g} in row {k}")
     return _made(asked, columns, [_unit(str(known.get(name) or ""), name, 0, "") for name in asked])
 
 

@@ -156,8 +156,11 @@ class Assembly:
         """Add one note about all that was passed over."""
         if self.passed:
             shown = few(dict.fromkeys(f"`{item.text}`" for item in self.passed))
-            hint = "imports of Modelica's library, settings of other programs, pictures, states: the motion is the same"
-            self._warnings[self] = ModelNote(f"passed over: {shown}", span_of(self.passed[0].at), hint)
+            hint = (
+                "imports of Modelica's library and settings for animation, states, flanges, checks or other programs "
+                "do not change the motion"
+            )
+            self._warnings[self] = ModelNote(f"ignored: {shown}", span_of(self.passed[0].at), hint)
 
     # -- frames ------------------------------------------------------------------------------------------------
 

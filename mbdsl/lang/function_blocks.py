@@ -53,7 +53,7 @@ def _end(tokens: list[Token], at: int, source: Source) -> int:
         if tokens[k].type == "END" and tokens[k + 1].text == name and tokens[k + 2].type == "SEMICOLON":
             return k + 2
     place = source.span(tokens[at].start, tokens[at + 1].end)
-    raise SyntaxProblem(f"the function `{name}` has no end", place, f"write `end {name};` behind its assignments")
+    raise SyntaxProblem(f"the function `{name}` is not closed", place, f"write `end {name};` after its assignments")
 
 
 def read(block: list[Token], source: Source, parse: Callable[[list[Token]], s.File]) -> s.Function:

@@ -113,5 +113,9 @@ def read(text: str, names: AskedSignals) -> When:
     try:
         found = tree(parse_expression(text, "<condition>"))
     except SyntaxProblem as problem:
-        raise UsageError(f"`{text}` is not a condition: {problem.message}", hint=problem.hint or EXAMPLE) from None
+        if "=" in text.replace("<=", "").replace(">=", ""):
+            reason, hint = "signals are compared by <, <=, > or >=", EXAMPLE
+        else:
+            reason, hint = problem.message, problem.hint or EXAMPLE
+        raise UsageError(f"`{text}` is not a condition: {reason}", hint=hint) from None
     return When(text, found, tuple(differences), tuple(closed))

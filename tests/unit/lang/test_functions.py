@@ -148,7 +148,7 @@ def test_the_call_is_named():
 
 
 def test_a_function_without_an_end():
-    with pytest.raises(MbdslError, match=r"the function `square` has no end"):
+    with pytest.raises(MbdslError, match=r"the function `square` is not closed"):
         mbdsl.parse(model("0 N", SQUARE.replace("end square", "end squar")))
 
 
