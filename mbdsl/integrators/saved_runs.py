@@ -80,6 +80,7 @@ def checked_events(events: Events, kept: Mapping[str, Any]) -> dict[str, Any]:
         name: [_number(name, t, events.run.start, events.run.stop) for t in kept[name]] for name in ("times", "_cut")
     }
     made["rounding"] = [_number("rounding", x, 0.0, inf) for x in kept["rounding"]]
+    made["_fastest"] = _number("_fastest", kept["_fastest"], 0.0, inf)
     _require(len(made["rounding"]) == len(made["times"]), "rounding and times of events differ in number")
     made["_recent"] = [
         (_number("_recent", t, -inf, inf), _integers("_recent", states, (count,))) for t, states in kept["_recent"]

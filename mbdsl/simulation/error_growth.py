@@ -264,7 +264,7 @@ def _turn_with_bodies(
         own = slice(d, d + 3)
         R = matrices(q[:, own])
         if of_positions[:, n:, own].any() or of_velocities[:, n:, own].any():
-            of_velocities[:, own, own] -= cross_matrices((R @ v[:, own, None])[:, :, 0]) @ M[:, own, own]
+            of_velocities[:, own, :n] -= cross_matrices((R @ v[:, own, None])[:, :, 0]) @ M[:, own]
             continue
         found = np.zeros((len(q), n, n)) if found is None else found
         found[:, own, own] = -cross_matrices(v[:, own])

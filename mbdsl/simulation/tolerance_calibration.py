@@ -429,8 +429,10 @@ class Ladder:
         # not known, but bounded from below, if further samples changed it as much as the last ones have
         *_, former, fine = found
         least = np.maximum(0.0, fine.log - np.maximum.accumulate(np.abs(fine.log - former.log)))
+        if rounding(1.0) * np.exp(min(float(least.max()), 700.0)) <= self.tol:
+            return False
         self.growth = Growth(fine.t, least, fine.rate)
-        return float(self._rounding(last)[-1]) > self.tol
+        return True
 
     def _growth(self, last: Trial, kept: Kept, finer: float = 1.0) -> tuple[Growth, int]:
         """The growth at the times of a run, from the states in ``kept``, and the number of parts with a known growth to

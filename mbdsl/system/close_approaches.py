@@ -36,7 +36,7 @@ CLOSE = 0.05
 MOST, NUMBERS = 1000, 200_000
 COMPARISONS, CORNERS = ("lt", "le"), ("min", "max")
 POSITIONS = ("x", "y", "phi")
-#: most ends of steps at which the rate of an argument of velocities or reactions is computed, in a search; the
+#: most ends of steps around which the rate of an argument of velocities or reactions is computed, in a search; the
 #: difference of time for that, relative to the step; values below this part of the largest one are at a switch
 MOST_RATES, APART, AT_SWITCH = 32, 1e-2, 1e-9
 #: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
@@ -228,16 +228,20 @@ def _turning(y: Array, near: float) -> NDArray[np.int64]:
     """The ends of steps (of y without its first entry, which precedes them) where an argument turns back or changes its
     sign within ``near`` of zero, their neighbours, and close ends at the border of the search."""
     slope = np.diff(y)
-    turns = np.zeros(len(y), bool)
-    turns[1:-1] = (slope[:-1] * slope[1:] <= 0.0) | (y[:-2] * y[1:-1] < 0.0) | (y[1:-1] * y[2:] < 0.0)
+    turns, crosses = np.zeros(len(y), bool), np.zeros(len(y), bool)
+    turns[1:-1] = slope[:-1] * slope[1:] <= 0.0
     turns[:3] = turns[-3:] = True
-    turns &= (np.abs(y) <= near) & (y != 0.0)
-    wide = turns.copy()
-    wide[1:] |= turns[:-1]
-    wide[:-1] |= turns[1:]
-    wide[:-2] |= turns[2:]
-    at = np.flatnonzero(wide[1:])
-    return at if len(at) <= MOST_RATES else at[np.sort(np.argsort(np.abs(y[1:][at]), kind="stable")[:MOST_RATES])]
+    crosses[1:-1] = (y[:-2] * y[1:-1] < 0.0) | (y[1:-1] * y[2:] < 0.0)
+    close = (np.abs(y) <= near) & (y != 0.0)
+    found: list[NDArray[np.int64]] = []
+    for kind in (turns & close, crosses & close & ~turns):  # the closest of each
+        at = np.flatnonzero(kind)
+        found.append(at[np.argsort(np.abs(y[at]), kind="stable")[: MOST_RATES // 2]])
+    at = np.concatenate(found)
+    wide = np.zeros(len(y) + 3, bool)
+    for k in range(4):  # with both neighbours, and the one before, which crossings need
+        wide[at + k] = True
+    return np.flatnonzero(wide[2 : len(y) + 2][1:])
 
 
 def _minimum(c1: Array, c2: Array, c3: Array) -> tuple[Array, NDArray[np.bool_]]:

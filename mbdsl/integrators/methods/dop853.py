@@ -300,8 +300,8 @@ def take_controlled(t0, h, run):
         if accepted:
             status = finish(reals[STEP_END], h, run)
             if status == RUNNING and integers[WATCHING] and (run.memory[CHANGED] > 0.0 or is_changed(run)):
-                error = larger(error, overlooked(h, run) / allowed)
-                accepted = error <= 1.0
+                missed = overlooked(h, run) / allowed
+                error, accepted = larger(error, missed), missed <= 1.0
         if status == SINGULAR and run.layout[SOLVER] == SPARSE_LU:
             return status, h, error  # the run continues with the dense solver
         if integers[WATCHING]:

@@ -335,11 +335,11 @@ def solve_stages(t, h, run):
         motion(k, k, h, run)
         s = t + c[NODE + k] * h
         evaluate_state(s, run)
-        if c[ALL * STAGES + k] == 0.0 and run.integers[WATCHING]:
-            memory[CHANGED] = larger(memory[CHANGED], 1.0 if is_changed(run) else 0.0)
         status = solve_state(s, STAGE + k, run)
         if status != RUNNING:
             return status
+        if c[ALL * STAGES + k] == 0.0 and run.integers[WATCHING]:
+            memory[CHANGED] = larger(memory[CHANGED], 1.0 if is_changed(run) else 0.0)
         to_second_rates(STAGE + k, run)
     motion(STAGES, STAGES, h, run)
     for i in range(size):
