@@ -28,6 +28,7 @@ from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Flattened, Note, Part, Reduction, reduce
 from mbdsl.mechanism.reduction.gyrostats import Gyrostats
 from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.signal_names import SIZES
 from mbdsl.numerics.hermite import between
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.left_out_rows import violated, violations
@@ -272,9 +273,11 @@ class Motion:
 
     @property
     def not_unique(self) -> list[str]:
-        """Names of the reactions that the equations of motion do not determine, as "pin.fz"."""
+        """Names of the reactions that the equations of motion do not determine, as "pin.fz", and of their sizes."""
         firsts = self.assembled
-        return [name for system, first in firsts for name in undetermined(system, first.t, first.q, first.redundant)]
+        found = [name for system, first in firsts for name in undetermined(system, first.t, first.q, first.redundant)]
+        sizes = dict.fromkeys(name[:-1] for name in found if name[:-1].rpartition(".")[2] in SIZES)
+        return found + list(sizes)
 
     @property
     def moved(self) -> tuple[Moved, ...]:

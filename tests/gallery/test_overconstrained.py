@@ -177,7 +177,7 @@ def test_hinges_of_a_door_share_the_load():
     assert {name.split(".")[0] for name in second.stats["redundant"]} == {"LOW"}
     for t in first, second:
         assert set(t.stats["not unique"]) == {
-            f"{j}.{key}" for j in ("LOW", "HIGH") for key in ("fx", "fy", "fz", "tx", "ty")
+            f"{j}.{key}" for j in ("LOW", "HIGH") for key in ("fx", "fy", "fz", "tx", "ty", "f", "t")
         }
         u = weight * c / 2 / (1 + (d / t.system.tables.size) ** 2)
         f = u * d / t.system.tables.size**2
