@@ -69,7 +69,9 @@ def arguments(system: System) -> list[Expr]:
             moves = any(x.op in ("coordinate", "multiplier") for x in variables)
             # in space, positions are searched between steps, and angles count turns, which states do not contain
             apart = system.scene.spatial and (of_positions(g) or any(x.op == "angle" for x in walk(g)))
-            if moves and not apart and all(x.op != "input" for x in variables):
+            # a stop with a damper, as max(0, -k s - c v): its contact is shorter than what interpolation resolves
+            mixed = not of_positions(g) and any(map(_is_position, _summands(g)))
+            if moves and not apart and not mixed and all(x.op != "input" for x in variables):
                 found[g] = None
     return list(found)
 
@@ -82,6 +84,24 @@ def _corners(node: Expr) -> list[Expr]:
     narrow = np.diff(u) < NARROW * (u[-1] - u[0])
     knots = u[np.append(narrow, False) | np.append(False, narrow)]
     return [node.args[0] - float(x) for x in knots] if len(knots) <= MOST_KNOTS else []
+
+
+def _summands(g: Expr) -> list[Expr]:
+    """The terms of a sum, without constant factors."""
+    found, waiting = [], [g]
+    while waiting:
+        x = waiting.pop()
+        factors = [y for y in x.args if leaves(y)]
+        if x.op in ("add", "sub", "neg") or (x.op in ("mul", "div") and len(factors) == 1):
+            waiting += factors
+        else:
+            found.append(x)
+    return found
+
+
+def _is_position(x: Expr) -> bool:
+    """Whether a term depends on coordinates, but not on velocities or reactions."""
+    return bool(leaves(x)) and of_positions(x) and any(y.op == "coordinate" for y in leaves(x))
 
 
 def of_positions(g: Expr) -> bool:

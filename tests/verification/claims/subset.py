@@ -109,6 +109,7 @@ REACHED = [
     ("Orbit", "--tol", "hht-si2", 0.0001),
     ("OrbitClose", "--tol", "radau5", 1e-05),
     ("Bounce1e4", "--tol", "hht-si2", 0.0001),
+    ("BounceDamped", "--tol", "hht-si2", 0.0001),
     ("VanDerPol100", "--tol", "hht-si2", 0.0001),
     ("Graze", "--tol", "radau5", 0.001),
     ("GrazeFaint", "--tol", "radau5", 0.001),
