@@ -6,15 +6,16 @@ the default one. If its runs are cheap, no other is tried: code would have to be
 
 Costs are counts of a run times the cost of one of them, never measured times, so that the choice is the same on all
 machines and at all times. The unit is a microsecond on a typical machine. The expected cost of the runs to come follows
-from the work of the last ones and from the eps that the tolerance needs: the work grows at least as eps^(-1/order), and
-as it grew between the last two runs, which shows the stiffness of the model. A run that becomes more expensive than
-the expected cost of another method is ended.
+from the work of the last ones and from the eps that the tolerance needs: the work of steps grows at least as
+eps^(-1/order), and as it grew between the last two runs, which shows the stiffness of the model; events are as many in
+every run. A run that becomes more expensive than the expected cost of another method is ended.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,16 +26,19 @@ from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
 from mbdsl.simulation.plan import Plan, constrained
 from mbdsl.simulation.tolerance_calibration import Ladder
+from mbdsl.system.peaks_along_motion import OnTheWay
 
 #: the methods, and the cost [us] of having to load or compile the code of the others
 CANDIDATES = {"hht-si2": 0.0, "radau5": 3e4, "dop853": 2e5}
 #: cost [us] of an iteration, or of an evaluation of an explicit method, for each unknown
 WORK = {"hht-si2": 0.05, "radau5": 0.17, "dop853": 0.09}
-#: factor on the cost of an evaluation of dop853 where forces depend on reactions: the whole matrix is factorised, again
-#: and again until both agree
+#: factor on the costs of dop853 where forces depend on reactions: the whole matrix is factorised in each evaluation,
+#: again and again until both agree, and friction is stiff near rest
 OF_REACTIONS = 5.0
 #: cost [us] of an event, at which a run restarts, and of a search for a switch within a step
 EVENT, SEARCH = 3000.0, 50.0
+#: cost [us] of the search for hidden peaks in a step
+PEAKS = 4.0
 #: iterations, or evaluations, of a typical step
 TYPICAL = {"hht-si2": 2.0, "radau5": 5.0, "dop853": 18.0}
 #: a run is ended if it costs this many times as much as another method is expected to cost
@@ -47,6 +51,13 @@ OF_MODEL = (loop_state.RUNNING, loop_state.SINGULAR, loop_state.NOT_FINITE, loop
 FASTEST = 1.0
 
 
+class Cost(NamedTuple):
+    """The cost [us] of a run: of its steps, and of its events, whose number does not grow with the accuracy."""
+
+    steps: float
+    events: float
+
+
 @dataclass
 class Candidate:
     """A method with its calibration runs; costs in microseconds."""
@@ -56,7 +67,7 @@ class Candidate:
     unknowns: int  #: of all parts that the method solves
     start: float
     spent: float = 0.0
-    work: list[float] = field(default_factory=list)  #: of the complete runs
+    work: list[Cost] = field(default_factory=list)  #: of the complete runs
     ended: float = 0.0  #: the cost of the last run, if it was ended because of its cost
     out: bool = False  #: whether no further run is of use
 
@@ -75,9 +86,10 @@ class Candidate:
         last, exponent = self.best, 1.0 / self.ladder.order
         if len(self.work) > 1 and len(self.ladder.trials) > 1:
             ratio = self.ladder.trials[-2].eps / last.eps
-            grown = np.log(max(1.0, self.work[-1] / max(self.work[-2], 1e-300))) / np.log(ratio) if ratio > 1.0 else 0.0
-            exponent = min(max(exponent, grown), FASTEST)
-        return float(self.work[-1] * (last.eps / self.ladder.needed()) ** exponent)
+            more = max(1.0, self.work[-1].steps / max(self.work[-2].steps, 1e-300))
+            exponent = min(max(exponent, np.log(more) / np.log(ratio) if ratio > 1.0 else 0.0), FASTEST)
+        steps, events = self.work[-1]
+        return float(steps * (last.eps / self.ladder.needed()) ** exponent) + events
 
     def advance(self, budget: float) -> None:
         """Make the next run; it is ended if it costs more than the ``budget``."""
@@ -85,8 +97,8 @@ class Candidate:
         most = int(max(FEWEST, budget / each)) if np.isfinite(budget) else None
         status = self.ladder.run(most)
         cost = spent(self.ladder.motion)
-        self.spent += cost
-        self.ended = cost if status == COSTLY else 0.0
+        self.spent += sum(cost)
+        self.ended = sum(cost) if status == COSTLY else 0.0
         if status != COSTLY:
             self.work.append(cost)
             self.out = self.ladder.eps is None or status == loop_state.STIFF
@@ -122,7 +134,10 @@ class Choice:
         self._motion, self._ready, self.text = motion, ready, ""
         solved = sum(p.system.unknowns for p in motion.parts if p.method != KINEMATIC)
         self._candidates, limited = [], constrained(motion.system.scene)
+        friction = any(p.system.of_multipliers for p in motion.parts)
         for method, start in CANDIDATES.items():
+            if method == "dop853" and friction:
+                start *= OF_REACTIONS
             plan = replace(motion.plan, method=method, options=check_options(method, {}, limited))
             self._candidates.append(Candidate(method, Ladder(motion, tol, integrate, plan), solved, start))
         self._loaded = {motion.plan.method}
@@ -169,15 +184,17 @@ class Choice:
         return f"{one.method} was taken: {', '.join(said)}"
 
 
-def spent(motion: Motion) -> float:
-    """The cost [us] of the present run of a motion."""
-    cost = 0.0
+def spent(motion: Motion) -> Cost:
+    """The cost of the present run of a motion."""
+    steps = events = 0.0
     for p in motion.parts:
         run = p.integration
         each = WORK.get(p.method, WORK["hht-si2"]) * p.system.unknowns
         if p.method == "dop853" and p.system.of_multipliers:
             each *= OF_REACTIONS
-        cost += each * (run.count("iterations") + run.count("evaluations"))
+        steps += each * (run.count("iterations") + run.count("evaluations"))
+        if p.system.kept(OnTheWay).terms:
+            steps += PEAKS * run.steps
         if p.system.tables.switches:
-            cost += EVENT * run.count("events") + SEARCH * run.count("rejected")
-    return cost
+            events += EVENT * run.count("events") + SEARCH * run.count("rejected")
+    return Cost(steps, events)
