@@ -36,8 +36,9 @@ States = NDArray[np.int64]
 EPS = float(np.finfo(float).eps)
 Way = Callable[[float], tuple[Array, Array]]  #: time from the end of a step -> q, v
 
-#: order above which the acceleration is not constant over the remaining time
-PRECISE = 5
+#: order above which the acceleration is not constant over the remaining time, and order above which steps end at the
+#: corners of forces
+PRECISE, CORNERED = 5, 8
 #: a run makes no progress if more than this number of events lie within this part of its length
 CROWD, STANDSTILL = 10, 1e-5
 #: nor with this number within this part: it would take hours
@@ -136,7 +137,9 @@ class Events:
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches:
             integers[loop_state.WATCHING] = True
-            integers[loop_state.CORNERS] = all(switch.of_force for switch in switches)
+            # the error estimate hardly sees a corner between two of many stages
+            passed = declared(run.method).order <= CORNERED
+            integers[loop_state.CORNERS] = passed and all(switch.of_force for switch in switches)
             integers[loop_state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
             self._known = self.system.time_events(t, run.stop, corners=declared(run.method).order > 2)
             self._next(t)

@@ -11,6 +11,7 @@ zone added.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -32,6 +33,7 @@ from mbdsl.integrators.loop.loop_state import (
     ZONE,
     ZONES,
 )
+from mbdsl.integrators.loop.switch_location import MIDDLE
 from mbdsl.integrators.run_state import RunState
 from mbdsl.system.close_approaches import Approach, Approaches
 from mbdsl.system.peaks_along_motion import OnTheWay
@@ -58,8 +60,21 @@ FEW = 8
 #: largest number of returns for peaks within one interval, and its length relative to the run; the number has a limit
 #: because a force may change sign with the velocity that it causes in every step, however short
 MOST, PLACE = 40, 1e-9
+#: order of a method up to which steps end in the middle of zones
+ORDINARY = 5
 #: no zones are due
 NOTHING: tuple[int, list[Zone]] = 0, []
+
+
+def landing_part(order: int, tol: float) -> float:
+    """The part of a zone after which a step of a method of this order ends.
+
+    The long steps of high order are given by zones alone, as in a contact: two runs with the same steps have the same
+    errors, and their difference shows none. The part therefore depends on the tolerance: consecutive multiples of the
+    golden ratio are far from each other after whole numbers are removed.
+    """
+    golden = 0.6180339887498949
+    return MIDDLE if order <= ORDINARY else 0.35 + 0.3 * (golden * math.log2(tol) % 1.0)
 
 
 class Landings:

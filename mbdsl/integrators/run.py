@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import declared, input_jumps, modules
-from mbdsl.integrators.events import Events
+from mbdsl.integrators.events import PRECISE, Events
 from mbdsl.integrators.loop import linear_solve, loop_state, step_control
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
 from mbdsl.integrators.loop.run_data import RunData
@@ -22,7 +22,7 @@ from mbdsl.integrators.loop.step_times import representable
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.missed_peaks import Overlooked
 from mbdsl.integrators.output_times import OutputTimes
-from mbdsl.integrators.peak_zones import Landings
+from mbdsl.integrators.peak_zones import Landings, landing_part
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.scheduled_jumps import Jumps, behind_a_jump
 from mbdsl.integrators.standstill import WINDOW, Standstill
@@ -121,6 +121,7 @@ class Integration(RunState):
         reals, integers, span = self.reals, self.integers, self.stop - self.start
         integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT] = self.every, np.inf
         reals[loop_state.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
+        reals[loop_state.WITHIN] = landing_part(modules()[self.method].METHOD.order, reals[loop_state.TOL])
         reals[loop_state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
 
     def _control(self, method: Method) -> None:
@@ -177,6 +178,7 @@ class Integration(RunState):
         if t is None and (behind := behind_a_jump(system, t0, self.stop)) > t0:
             a, lam = accelerations(system, behind, q, v, left_out)
         fa, jerk, fa_rate = self._rates_at(behind, q, v, a, lam)
+        found = jerk
         if controlled:
             self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
             self.h = getattr(representable, "py_func", representable)(self.h, self)
@@ -197,13 +199,13 @@ class Integration(RunState):
         if controlled:
             self._begin_control(t0, q, v, jerk)
         elif self.tol is not None:
-            self._begin_own(t0, min(self.stop - t0, longest), jerk)
+            self._begin_own(t0, min(self.stop - t0, longest), found if method.order > PRECISE else jerk)
         if t is None:
             self._begin_events(behind, q, v, lam)
         # this evaluation gives the gradients at the start of the first step
         self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[buffer_layout.KEEP] = 1
-        self.integers[loop_state.HISTORY] = 1
+        self.integers[loop_state.HISTORY], self.integers[loop_state.AIMED] = 1, 0
 
     def _rates_at(self, t: float, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """Applied forces, jerk and rate of the applied forces; those of the last call are kept."""

@@ -26,7 +26,7 @@ SETTINGS = [
     *(loop_state.LAST_STEP, loop_state.STABILISED, loop_state.CONTROLLED, loop_state.EVERY, loop_state.LANDING),
     *(loop_state.WATCHING, loop_state.CORNERS, loop_state.NOTES, loop_state.MARGIN, loop_state.OLDER),
 ]
-CONSTANTS = [loop_state.START, loop_state.STOP, loop_state.TOL, loop_state.LEAST_H]
+CONSTANTS = [loop_state.START, loop_state.STOP, loop_state.TOL, loop_state.LEAST_H, loop_state.WITHIN]
 COUNTS = 2**53  #: largest value of a counter, which statistics convert to a float
 CUTS = 1000  #: largest number of times that a step is cut short
 
@@ -143,6 +143,7 @@ def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
     most |= {s.ORDER: buffer_layout.PAST - 1 + int(found[s.OLDER]), s.CUT: CUTS, s.SIGNATURE: PRIME - 1}
     most |= {s.DAMPED: step_control.SELDOM, s.TRUSTED: step_control.TRUST, s.ROUNDING: newton.LONG}
     most |= {
+        s.AIMED: 1,
         s.PASSED: driver.MOST_PASSED,
         s.ZONES: s.ROOM,
         s.NEXT_ZONE: int(found[s.ZONES]),

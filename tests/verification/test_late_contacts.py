@@ -69,3 +69,61 @@ def test_a_ball_meets_the_ceiling(height, k):
     middle = (30.0 - first) / 9.81 + np.arctan2(first * w, 9.81) / w
     t = 2.0 * middle - run.t[run.t > middle + 0.5]
     np.testing.assert_allclose(run["ball.y"][run.t > middle + 0.5], 30.0 * t - 4.905 * t**2, rtol=0, atol=1e-4)
+
+
+FLOOR = """model Bounce
+  Ground ground(g = {g!r});
+  PointMass ball(m = 1 kg);
+  Force floor(ball, fy = if ball.y < 0 m then -{k!r} N/m*ball.y else 0 N);
+initial equation
+  ball.x = 0 m; ball.y = {y!r} m; ball.vy = {v!r} m/s;
+  annotation(experiment(StopTime = {stop!r} s));
+end Bounce;"""
+
+
+def bounces(g, k, y, v, times):
+    """y and v of a ball that falls on a linear spring: parabolas above it, y = -g/k + A cos(w t) + B sin(w t) on it."""
+    w, t0, found = np.sqrt(k), 0.0, []
+    above = True
+    while len(found) < len(times):
+        if above:
+            lasts = (v + np.sqrt(v * v + 2.0 * g * y)) / g if g else (y / -v if v < 0.0 else np.inf)
+            state = lambda s, y=y, v=v: (y + v * s - g * s * s / 2.0, v - g * s)  # noqa: E731
+        else:
+            A, B = y + g / k, v / w
+            lasts = (2.0 * np.pi - np.arccos(g / k / np.hypot(A, B)) + np.arctan2(B, A)) % (2.0 * np.pi) / w
+            state = lambda s, A=A, B=B: (  # noqa: E731
+                -g / k + A * np.cos(w * s) + B * np.sin(w * s),
+                w * (B * np.cos(w * s) - A * np.sin(w * s)),
+            )
+        inside = times[len(found) :]
+        found += [state(t - t0) for t in inside[inside <= t0 + lasts]]
+        if np.isfinite(lasts):
+            (_, v), y = state(lasts), 0.0
+            t0, above = t0 + lasts, not above
+    return np.array(found).T
+
+
+CONTACTS = [
+    ("radau9", 1e-4, 0.0, 16924790.83908309, 0.8626590429094386, -2.8661318320501894, 1.0891284846990708),
+    ("radau9", 1e-3, 9.81, 231288.4604373144, 0.03947137558204767, 4.816491710499463, 3.164840792427517),
+    ("radau9", 1e-5, 0.0, 118436595.20153204, 0.16590102224297285, -2.643326888461204, 0.1547420189501225),
+    ("radau13", 1e-4, 9.81, 479544.23347789067, 4.727150851580689, -2.3947894710979054, 1.6344646161518785),
+    ("radau13", 1e-4, 9.81, 668116.3825874414, 0.2963444726321109, 0.3984253574744212, 0.5862893097920387),
+    ("radau13", 1e-5, 0.0, 48246030.46186998, 1.2135992080493352, -1.2855635505203018, 2.646928027465842),
+    ("scipy-dop853", 1e-7, 9.81, 58546079.02510311, 0.17543036584620283, 4.669719061665745, 2.0027128937556062),
+    ("scipy-dop853", 1e-5, 0.0, 760254.4601530004, 0.01668290995730037, -1.912908945746709, 0.03297824311891277),
+    ("scipy-dop853", 1e-4, 9.81, 7658436.210280064, 0.11096202777076801, -0.11115000063901746, 0.25973442582292133),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("method", "tol", "g", "k", "y", "v", "stop"), CONTACTS)
+def test_stated_errors_of_contacts_in_few_steps(method, tol, g, k, y, v, stop):
+    """Runs with different tolerances must not take the same steps in a contact: they would have the same error."""
+    run = mbdsl.simulate(mbdsl.parse(FLOOR.format(g=g, k=k, y=y, v=v, stop=stop)), method=method, tol=tol)
+    true = bounces(g, k, y, v, run.t)
+    size = run.system.tables.size
+    speed = max(1.0 / stop, np.abs(run["ball.vy"]).max() / size)
+    error = max(np.abs(run["ball.y"] - true[0]).max() / size, np.abs(run["ball.vy"] - true[1]).max() / size / speed)
+    assert error <= 3.0 * tol
+    assert error <= 10.0 * run.stats["error"]

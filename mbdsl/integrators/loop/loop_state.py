@@ -26,8 +26,9 @@ GOOD, BAD = 34, 35  #: errors, relative to the allowed one, between which the st
 # of switches: next known time of an event; step size before the step was cut short
 NEXT_EVENT, UNCUT = 30, 31
 RADIUS = 36  #: h |lambda| of the last step, lambda the largest eigenvalue; of explicit methods
+WITHIN = 37  #: the part of a zone after which a step that would pass over it ends; see ``peak_zones.landing_part``
 #: start and end of the next zones, and the number of zones held (:mod:`mbdsl.integrators.loop.zone_landing`)
-ZONE, ROOM = 37, 32
+ZONE, ROOM = 38, 32
 REALS = ZONE + 2 * ROOM
 
 # -- integers of the run -------------------------------------------------------------------------------------
@@ -58,7 +59,8 @@ OTHERS, DAMPERS = 32, 33
 COUPLED = 34  #: whether corrections are those of the full system (:mod:`mbdsl.integrators.loop.coupled_correction`)
 SOFT = 35  #: whether matrices of Radau IIA correct little along nearly dependent constraints
 PASSED = 36  #: successive steps that were cut short before a switch which is farther away than expected
-INTEGERS = 37
+AIMED = 37  #: whether a step was cut short since the last restart
+INTEGERS = 38
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,

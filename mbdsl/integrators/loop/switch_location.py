@@ -34,7 +34,19 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY0,
 )
 from mbdsl.compilation.marks import rare
-from mbdsl.integrators.loop.loop_state import CORNERS, CUT, LEAST_H, NODES, NOW, REJECTED, RUNNING, SIGNATURE, UNCUT
+from mbdsl.integrators.loop.loop_state import (
+    AIMED,
+    CORNERS,
+    CUT,
+    LEAST_H,
+    NODES,
+    NOW,
+    REJECTED,
+    RUNNING,
+    SIGNATURE,
+    UNCUT,
+    WITHIN,
+)
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.system.switches import signature
 
@@ -49,6 +61,9 @@ JUMP = 1e-4
 WORTH = 0.01
 #: largest remaining time to a switch, relative to the last step, at which it is an event
 LEFT = 1e-3
+#: the part of a zone after which steps of ordinary methods end, and what is added to that of others for the part of the
+#: way to a switch
+MIDDLE, EARLIER = 0.5, 0.25
 #: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
 ON, BETWEEN = 0, 1
 
@@ -154,12 +169,17 @@ def until_switch(status, accepted, h, run):
 def length_before_switch(part, h, run):
     """The length of the next attempt, which ends shortly before the switch after ``part`` of h; 0 if it is too short.
 
-    The first attempt leaves SHORT_OF of the way, each further one ten times as much.
+    The first attempt leaves SHORT_OF of the way, each further one ten times as much. With methods of high order, the
+    first such step after a restart ends earlier, at a part of the way that depends on the tolerance: the motion alone
+    would determine the steps in a contact, and runs with different tolerances would have the same error.
     """
     reals, integers = run.reals, run.integers
     if integers[CUT] == 0:
         reals[UNCUT] = h
     new = part * (1.0 - min(0.5, SHORT_OF * 10.0 ** integers[CUT])) * h
+    if integers[AIMED] == 0 and reals[WITHIN] != MIDDLE:
+        new *= reals[WITHIN] + EARLIER
+    integers[AIMED] = 1
     if not new >= reals[LEAST_H]:
         return 0.0
     integers[REJECTED] += 1

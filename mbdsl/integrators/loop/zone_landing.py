@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.compilation.marks import rare
-from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP_END, ZONE, ZONES
+from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP_END, WITHIN, ZONE, ZONES
 from mbdsl.integrators.loop.rotation_chart import leave_chart
 
 
 @rare
 def until_zone(h, run):
-    """The step size h, or a smaller one that ends in the middle of the next zone, if h would pass over it.
+    """The step size h, or a smaller one that ends after the part WITHIN of the next zone, if h would pass over it.
 
     0 if ``reals`` holds no further zone, and LOOK has to be returned. Writes NEXT_ZONE of ``integers``.
     """
@@ -23,7 +23,7 @@ def until_zone(h, run):
     if integers[NEXT_ZONE] == integers[ZONES]:
         return 0.0
     start, end = reals[ZONE + 2 * integers[NEXT_ZONE]], reals[ZONE + 2 * integers[NEXT_ZONE] + 1]
-    return h if reals[NOW] + h <= end else 0.5 * (start + end) - reals[NOW]
+    return h if reals[NOW] + h <= end else (1.0 - reals[WITHIN]) * start + reals[WITHIN] * end - reals[NOW]
 
 
 @rare

@@ -31,6 +31,7 @@ from mbdsl.integrators.loop.loop_state import (
     LEAST_H,
     MOST_H,
     NEXT_EVENT,
+    NODES,
     REJECTED,
     RUNNING,
     SIGNATURE,
@@ -106,15 +107,20 @@ AIM, SHRINK, GROW = 0.5, 0.15, 6.0
 @rare
 def first_step(run):
     """A length within which the motion at the start changes little [s]."""
-    vectors, layout, length = run.vectors, run.layout, run.reals[STOP] - run.reals[START]
-    speed, force = 0.0, 0.0
+    reals, vectors, layout, length = run.reals, run.vectors, run.layout, run.reals[STOP] - run.reals[START]
+    speed, force, jerk = 1.0 / length, 0.0, 0.0
     for i in range(layout[N_Q]):
         speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
         force = max(force, abs(vectors[UNKNOWN0, i]) * vectors[SCALE, i])
+        jerk = max(jerk, abs(vectors[UNKNOWN0, i] - vectors[UNKNOWN0 + 1, i]) * vectors[SCALE, i])
     rate = max(speed, force**0.5)
+    if run.coefficients[EXPONENT] < 0.25:
+        # at the start of a contact the force is zero; steps of high order would pass it in two steps, whose lengths
+        # other conditions determine, so that runs with different tolerances would have the same error
+        rate = max(rate, (jerk / (reals[NODES] - reals[NODES + 1]) / speed) ** 0.5)
     # of runs with different tolerances the first steps differ, so that their difference shows the error behind an event
     longest = 0.01 * length * (1e4 * run.reals[TOL]) ** run.coefficients[EXPONENT]
-    return min(longest, strict(run) ** run.coefficients[EXPONENT] / rate) if rate > 0.0 else longest
+    return min(longest, strict(run) ** run.coefficients[EXPONENT] / rate)
 
 
 @kernel
