@@ -34,7 +34,6 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS
 from mbdsl.messages import did_you_mean
 from mbdsl.numerics.saddle_point import Array
-from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
@@ -250,8 +249,6 @@ def linearise(
         warn("`outputs` of linearise is called `signals` now, as in other functions", DeprecationWarning, stacklevel=2)
         signals = outputs
     scene = as_scene(model, parameters, without)
-    if isinstance(at, Mapping):
-        scene, at = with_initial(scene, at), "start"
     _inputs(scene, inputs)
     if signals is not None:
         outputs_of(scene, AskedSignals(scene), signals)
