@@ -9,7 +9,7 @@ A driver moves a constraint, g(q) - u(t) = w, so that its offset w and the rates
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from mbdsl.analysis.input_forces import forces_of, input_forces, signal_derivati
 from mbdsl.analysis.tangent_bases import Released
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import UsageError
-from mbdsl.expressions.symbolic import Expr, expr, leaves
+from mbdsl.expressions.symbolic import leaves
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, did_you_mean, few
 from mbdsl.numerics.saddle_point import Array
@@ -111,15 +111,6 @@ def _parameters(c: Component) -> tuple[str, ...]:
     if isinstance(c.kind, JointKind) and len(c.velocity_constraints) == 1 and len(c.kind.law_parameters) == 1:
         return c.kind.law_parameters
     return ()
-
-
-def value(scene: Scene, e: Excitation, of: Callable[[Expr], float]) -> float:
-    """The value at a state, of which the oscillation is a deviation; ``of`` evaluates an expression there."""
-    if e.sort == INPUT:
-        return float(scene.inputs[e.name].start)
-    if e.sort == FORCE:
-        return 0.0
-    return of(expr(scene.components[e.owner].values[e.name.rpartition(".")[2]]))
 
 
 def columns(system: System, found: Sequence[Excitation], t: float, q: Array, v: Array, lam: Array) -> Columns:

@@ -109,7 +109,7 @@ class LinearEquations:
         """A and B from the projected equations; the coordinates y, the speeds s and s', with the given ones."""
         h, g, i = len(columns.released.positions), len(columns.released.velocities), columns.forces.shape[1]
         r, d = basis.T.shape[0] - h, basis.T.shape[1] - h - g
-        M, D, K = found.M[:, :d], found.D[:, :d], found.K[:, :r]
+        M = found.M[:, :d]
         if d:
             size = 1.0 / np.sqrt(np.where(np.diag(M) > 0.0, np.diag(M), 1.0))
             if not np.linalg.cond(size[:, None] * M * size) < MASSLESS:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbdsl.analysis.tangent_bases import LEAST, Moving, Released, named_coordinates
+from mbdsl.analysis.tangent_bases import LEAST, NOTHING, Moving, Released, named_coordinates
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der
 from mbdsl.mechanism.signal_names import SignalNames
@@ -40,9 +40,7 @@ class Named(Moving):
         Signals, or ``der(name)``.
     """
 
-    def __init__(
-        self, system: System, t: float, q: Array, v: Array, a: Array, released: Released = Released()
-    ) -> None:
+    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array, released: Released = NOTHING) -> None:
         super().__init__(system, t, q, v, a, released)
         self._name()
 
@@ -141,7 +139,7 @@ class AtRest(Named):
     Variations satisfy Phi_q da + (Phi_q a)_q dq = 0, and y'' = g_q da + (g_q a)_q dq for coordinates y = g(q).
     """
 
-    def __init__(self, system: System, t: float, q: Array, a: Array, released: Released = Released()) -> None:
+    def __init__(self, system: System, t: float, q: Array, a: Array, released: Released = NOTHING) -> None:
         rest = np.zeros(system.n)
         self.system, self.scale, self.released = system, system.tables.scale, released
         self.given = sum(map(len, released))

@@ -137,5 +137,6 @@ def _refined(of: Callable[[float], float], low: float, high: float, highest: boo
     from scipy.optimize import minimize_scalar
 
     sign = -1.0 if highest else 1.0
-    found = minimize_scalar(lambda f: sign * of(f) ** 2, bounds=(low, high), method="bounded", options={"xatol": 1e-12 * high})
+    options = {"xatol": 1e-12 * high}
+    found = minimize_scalar(lambda f: sign * of(f) ** 2, bounds=(low, high), method="bounded", options=options)
     return float(found.x)

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 from mbdsl.analysis import response_tables
 from mbdsl.messages import cell
 from mbdsl.plotting import pages, signal_plots, table_files
-from mbdsl.plotting.figures import Page, Table
+from mbdsl.plotting.figures import Figure, Page, Table
 from mbdsl.storage.output_files import suffix_of, write_text
 
 if TYPE_CHECKING:
-    from mbdsl.analysis.frequency_response import Response
+    from mbdsl.analysis.response_results import Response
 
 SUFFIXES = (".csv", ".json", ".md", ".tex", *signal_plots.SUFFIXES)
 
 
 def save(response: Response, path: str | PathLike) -> None:
-    """See :meth:`mbdsl.analysis.frequency_response.Response.save`."""
+    """See :meth:`mbdsl.analysis.response_results.Response.save`."""
     suffix = suffix_of(path, SUFFIXES)
     if suffix == ".csv":
         write_text(path, _csv(response))
@@ -32,7 +32,7 @@ def save(response: Response, path: str | PathLike) -> None:
         table_files.write(path, _tables(response), [], response._head(), response.notes)
     elif suffix == ".html":
         shown = response.plot()
-        items = [*shown.panels, *_tables(response)]
+        items: list[Figure | Table] = [*shown.panels, *_tables(response)]
         pages.write(Page(shown.title, shown.notes, items, looks=shown.looks), path)
     else:
         response.plot().save(path)

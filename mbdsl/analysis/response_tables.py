@@ -16,7 +16,7 @@ from mbdsl.plotting.signal_plots import Plot
 from mbdsl.plotting.terminal_text import text_width
 
 if TYPE_CHECKING:
-    from mbdsl.analysis.frequency_response import Peak, Response
+    from mbdsl.analysis.response_results import Peak, Response
 
 WIDTH = 80  #: columns where the width of the terminal is not known
 PAIRS = 12  #: largest number of pairs of outputs and inputs whose values are printed
@@ -49,7 +49,7 @@ def _of(response: Response, j: int, k: int) -> list[Peak]:
 def _peak_lines(response: Response, j: int, k: int, width: int) -> list[str]:
     found = _of(response, j, k)
     if not found:
-        return ["no resonance in this range"]
+        return ["no resonance in this range" if response.H[:, j, k].any() else "no response"]
     lines = ["                 f [Hz]  amplitude phase [deg] mode damping      Q  moves"]
     for peak in found:
         what = "resonance" if peak.highest else "antiresonance"
@@ -74,7 +74,7 @@ def _size(peak: Peak) -> str:
 
 
 def _degrees(phase: float) -> str:
-    return "" if np.isnan(phase) else f"{np.degrees(phase) + 0.0:.4g}"
+    return "" if np.isnan(phase) else f"{round(float(np.degrees(phase)), 9) + 0.0:.4g}"
 
 
 def peaks(response: Response) -> Table:
@@ -107,7 +107,7 @@ def values(response: Response, pairs: Sequence[tuple[int, int]]) -> Table:
         heads += [name, "phase [deg]"]
         size = np.abs(H[:, j, k])
         columns.append([f"{x:.5g}" for x in size])
-        columns.append([f"{np.degrees(p):.4g}" if x else "-" for x, p in zip(size, phase[:, j, k], strict=True)])
+        columns.append([_degrees(p) if x else "-" for x, p in zip(size, phase[:, j, k], strict=True)])
     return Table("Values", heads, list(zip(*columns, strict=True)))
 
 
@@ -128,7 +128,7 @@ def _values(response: Response, pairs: Sequence[tuple[int, int]], width: int) ->
         table = values(response, part)
         names = [_named(response, j, k) for j, k in part] if len(pairs) > 1 else []
         if names:
-            lines.append(f"{'':10}" + "".join(f"{name[:25]:>26}" for name in names))
+            lines.append(f"{'':10}" + "".join(f"{textwrap.shorten(name, 25, placeholder='...'):>26}" for name in names))
         heads = [table.columns[0], *("amplitude", "phase [deg]") * len(part)]
         lines.append(f"{heads[0]:>10}" + "".join(f"{head:>{CELL}}" for head in heads[1:]))
         lines += [f"{row[0]:>10}" + "".join(f"{cell:>{CELL}}" for cell in row[1:]) for row in table.rows]

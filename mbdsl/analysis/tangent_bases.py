@@ -70,6 +70,9 @@ class Released(NamedTuple):
     velocities: tuple[int, ...] = ()
 
 
+NOTHING = Released()
+
+
 class Moving:
     """Bases along the motion q(t + s) = q + s v + s^2 a/2, with their derivatives.
 
@@ -82,9 +85,7 @@ class Moving:
     #: weights of the differences at s = -3e ... 3e of a first derivative, to order e^6
     WEIGHTS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
 
-    def __init__(
-        self, system: System, t: float, q: Array, v: Array, a: Array, released: Released = Released()
-    ) -> None:
+    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array, released: Released = NOTHING) -> None:
         self.system, self.scale, self.released = system, system.tables.scale, released
         self.given = sum(map(len, released))
         if system.scene.spatial:

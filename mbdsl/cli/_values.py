@@ -104,7 +104,7 @@ def add_at(parser: argparse.ArgumentParser) -> None:
         type=state,
         default="static",
         help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
-        "velocities; a time such as 1.5s: the state of a simulation at that time; \"pin.phi=80 deg,...\": the initial "
+        'velocities; a time such as 1.5s: the state of a simulation at that time; "pin.phi=80 deg,...": the initial '
         "state with these values",
     )
 

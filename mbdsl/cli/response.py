@@ -32,7 +32,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--output", metavar="SIGNAL,...", type=values.patterns, help="signals, such as pin.phi; default: coordinates"
     )
     parser.add_argument(
-        "--range", metavar="F1:F2", help="frequencies, 0.1:100Hz or \"1:600 rad/s\"; default: those of the poles"
+        "--range", metavar="F1:F2", help='frequencies, 0.1:100Hz or "1:600 rad/s"; default: those of the poles'
     )
     values.add_at(parser)
     parser.add_argument(
