@@ -19,6 +19,7 @@ from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.simulate import simulate
+from mbdsl.simulation.steady_start import settled
 from mbdsl.simulation.uncertain_turns import uncertain_turns
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -108,10 +109,12 @@ def find(
         If the state is not found.
     """
     at = checked(at)
+    scene = as_scene(model, parameters, without)
     if isinstance(at, Mapping):
-        model, at = with_initial(as_scene(model, parameters, without), at), "start"
-        parameters, without = None, ()
-    system, mechanism = prepare(model, parameters, without, announce)
+        scene, at = with_initial(scene, at), "start"
+    if at != "static":
+        scene, _ = settled(scene, None, announce)
+    system, mechanism = prepare(scene, None, (), announce)
     start, name = float(system.scene.experiment.start), at if isinstance(at, str) else f"t = {float(at):g} s"
     if at == "static":
         found = settle(system, start, initial_position(system, mechanism, start))
