@@ -126,7 +126,9 @@ def _values(response: Response, pairs: Sequence[tuple[int, int]], width: int) ->
     for first in range(0, len(pairs), each):
         part = pairs[first : first + each]
         table = values(response, part)
-        names = [_named(response, j, k) for j, k in part] if len(pairs) > 1 else []
+        one = len(response.inputs) == 1
+        full = [response.outputs[j] if one else f"{response.outputs[j]} / {response.inputs[k]}" for j, k in part]
+        names = full if len(pairs) > 1 else []
         if names:
             lines.append(f"{'':10}" + "".join(f"{textwrap.shorten(name, 25, placeholder='...'):>26}" for name in names))
         heads = [table.columns[0], *("amplitude", "phase [deg]") * len(part)]

@@ -84,5 +84,5 @@ def run(args: argparse.Namespace) -> int:
         show(found.plot())
     for path in args.out:
         found.save(path)
-        print(f"{visible(path, line=True)}: {len(found.f)} frequencies, {len(found.peaks)} resonances")
+        print(f"{visible(path, line=True)}: {len(found.f)} frequencies")
     return 0
