@@ -296,6 +296,11 @@ class Builder(Declarations):
         state : str, optional
             In place of a target: "steady", the static equilibrium that is reached from the initial positions, which
             then are guesses; "given", the initial values, as without it.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If the target has no initial value, or the arguments do not fit together.
         """
         if state is not None:
             if target is not None or value is not NOT_GIVEN:
