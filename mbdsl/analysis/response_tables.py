@@ -162,4 +162,16 @@ def plot(response: Response) -> Plot:
         panels.append(
             Figure("phase", "", "frequency [Hz]", "phase [deg]", phases, y_log=False, x_ends=ends, aspect=aspect)
         )
-    return Plot(response._head(), tuple(panels), looks, tuple(response.notes))
+    return Plot(response._head(), tuple(panels), looks, (*_resonances(response, several), *response.notes))
+
+
+def _resonances(response: Response, several: bool) -> list[str]:
+    """A sentence about the resonances of each pair, for a plot."""
+    found: dict[str, list[str]] = {}
+    for peak in response.peaks:
+        mode = f" (mode {peak.mode})" if peak.mode is not None else ""
+        if peak.highest:
+            name = f"{peak.output} / {peak.input}" if several else peak.output
+            found.setdefault(name, []).append(f"{peak.frequency:.4g} Hz{mode}")
+    lines = [f"{name}: resonance{'s' * (len(f) > 1)} at {few(f)}" for name, f in found.items()]
+    return lines[:PAIRS]

@@ -1,6 +1,7 @@
 """Frequency responses against closed forms, and against the amplitude of a simulated steady oscillation."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,6 +40,7 @@ OSCILLATOR = """model Oscillator
   Force push(frame_b = mass.c);
 end Oscillator;"""
 
+CRANK = Path(__file__).parents[3] / "models" / "driven_crank.mbd"
 F = np.array([0.11, 0.9, 2.0, 2.1, 7.0, 40.0])
 S = 2j * np.pi * F
 
@@ -223,6 +225,37 @@ def test_slider_on_a_turning_arm(variant):
     tau = (0.3 + m * r**2) * S**2 * w + 2.0 * m * W * r * S * dr
     expected = np.stack([dr, S * dr, tau], axis=1)
     assert found.at_frequency(F)[:, :, 0] == pytest.approx(expected, rel=1e-7)
+
+
+def test_drivers_of_positions_and_of_velocities_together():
+    """The arm on a carriage: dr (m s^2 + c s + k - m W^2) = -m s^2 X + 2 m W r w, at the moment when it is along x."""
+    text = ARM["velocity"].replace(
+        "Body arm", "Body cart(m = 1 kg, I = 1 kg.m2);\n  TranslationalDriver move(ground, cart.c, s = 0 m);\n  "
+        "Prismatic rail(ground, cart.c);\n  Body arm"
+    )  # fmt: skip
+    text = text.replace("drive(ground, arm.c", "drive(cart.c, arm.c").replace("pivot(ground", "pivot(cart.c")
+    found = mbdsl.response(mbdsl.parse(text), ["move", "drive"], ["guide.s", "move.fx"], "0.1:100Hz", at="start")
+    W, r, m = 3.0, 50.0 / 82.0, 2.0
+    below = m * S**2 + 4.0 * S + 100.0 - m * W**2
+    dr = np.stack([-m * S**2 / below, 2.0 * m * W * r / below], axis=1)
+    assert found.at_frequency(F)[:, 0] == pytest.approx(dr, rel=1e-8)
+    # the force on the carriage moves 2 kg of it and the arm, and 2 kg whose acceleration along x is (s^2 - W^2) dr
+    force = (2.0 + m) * S**2 + m * (S**2 - W**2) * dr[:, 0]
+    assert found.at_frequency(F)[:, 1, 0] == pytest.approx(force, rel=1e-8)
+
+
+def test_nothing_moves_but_the_drive():
+    """A slider crank that turns: x(phi) = L1 cos phi + sqrt(L2^2 - L1^2 sin^2 phi), and its rates, at 30 degrees."""
+    found = mbdsl.response(CRANK, "drive", ["slider.x", "slider.vx", "slider.ax"], "0.1:50Hz", at="start")
+    w, t = 2.0 * np.pi, np.linspace(0.0, 2.0 * np.pi, 65)[:-1]  # a Fourier series has its derivatives exactly
+    c = np.fft.fft(0.3 * np.cos(t) + np.sqrt(0.36 - 0.09 * np.sin(t) ** 2)) / 64.0
+    k = np.fft.fftfreq(64, 1.0 / 64.0)
+    d1, d2, d3 = (float(((1j * k) ** n * c * np.exp(1j * k * np.pi / 6.0)).sum().real) for n in (1, 2, 3))
+    one = np.ones_like(S)
+    expected = np.stack([d1 * one, d2 * w + d1 * S, d3 * w**2 + 2.0 * d2 * w * S + d1 * S**2], axis=1)
+    assert found.at_frequency(F)[:, :, 0] == pytest.approx(expected, rel=1e-6)
+    with pytest.raises(UsageError, match="nothing can move"):
+        mbdsl.response(CRANK, "drive", at="start")
 
 
 def test_force_and_driver_in_space():
