@@ -41,6 +41,7 @@ Complex = NDArray[np.complex128]
 
 #: amplitude of an input over the angular frequency -> the power of w
 AMPLITUDES = {"1": 0, "w": 1, "w^2": 2, "1/w": -1, "1/w^2": -2}
+MOST = 500  #: largest number of pairs of an output and an input
 NOTHING = 1e-11  #: response, relative to the terms that cancel in it, that is zero
 TAKES_PART = 0.01  #: least part of a mode in a response, relative to the largest one, to give its name to a resonance
 WIDER = 30.0  #: default range: from the slowest pole divided by this to the fastest one times this
@@ -104,7 +105,7 @@ def response(
     if output is not None:
         _check_outputs(scene, output, chosen.sources)
     point = operating_points.find(scene, at, (), None, announce)
-    return _Computation(point, chosen, output).response(limits, amplitude)
+    return _Computation(point, chosen, output, amplitude).response(limits)
 
 
 class _Inputs:
@@ -162,8 +163,10 @@ def _texts(output: str | Sequence[str]) -> list[str]:
 class _Computation:
     """A response about a state."""
 
-    def __init__(self, point: OperatingPoint, inputs: _Inputs, output: str | Sequence[str] | None) -> None:
-        self.point, self.inputs = point, inputs
+    def __init__(
+        self, point: OperatingPoint, inputs: _Inputs, output: str | Sequence[str] | None, amplitude: str
+    ) -> None:
+        self.point, self.inputs, self.amplitude, self.power = point, inputs, amplitude, AMPLITUDES[amplitude]
         scene, known = point.system.scene, AskedSignals(point.system.scene)
         equations = equations_of(point, inputs.sources)
         if output is None:
@@ -177,12 +180,17 @@ class _Computation:
             self.outputs = outputs_of(scene, known, _texts(output))
             self.units = [known.unit(name) for name in self.outputs]
             C, D, self.y0 = equations.outputs(known, self.outputs)
+        if len(self.outputs) * len(inputs.names) > MOST:
+            raise UsageError(
+                f"{len(self.outputs)} outputs and {len(inputs.names)} inputs are too many: at most {MOST} pairs",
+                hint="name the outputs",
+            )
         self.transfer = Transfer(equations.A, equations.B @ inputs.matrix, C, D @ inputs.matrix)
         self.poles: list[complex] = list(np.linalg.eigvals(equations.A)) if len(equations.A) else []
 
-    def response(self, limits: tuple[float, float] | None, amplitude: str) -> Response:
+    def response(self, limits: tuple[float, float] | None) -> Response:
         """The response within limits [Hz]."""
-        point, power = self.point, AMPLITUDES[amplitude]
+        point, power = self.point, self.power
         low, high = limits or self._limits()
         s = np.asarray(2j * np.pi * np.geomspace(low, high, 23), complex)  # where no pole is but by accident
         with np.errstate(all="ignore"):
@@ -196,7 +204,7 @@ class _Computation:
 
         f = resonances.sampled(of, self.poles, low, high)
         modes = modes_about(point, None)
-        notes = point.notes + point.warning("responses") + self._notes(reached, modes, amplitude)
+        notes = point.notes + point.warning("responses") + self._notes(reached, modes)
         H = of(f)
         peaks = [
             peak for j, k in np.ndindex(reached.shape) for peak in self._peaks(f, np.abs(H[:, j, k]), of, j, k, modes)
@@ -214,7 +222,7 @@ class _Computation:
             H,
             peaks,
             modes,
-            amplitude,
+            self.amplitude,
             self.y0,
             notes,
             of,
@@ -233,7 +241,7 @@ class _Computation:
         size = size[size > 1e-9 * size.max(initial=0.0)]
         return (float(size.min() / WIDER), float(size.max() * WIDER)) if len(size) else (0.01, 100.0)
 
-    def _notes(self, reached: NDArray[np.bool_], modes: Modes, amplitude: str) -> list[str]:
+    def _notes(self, reached: NDArray[np.bool_], modes: Modes) -> list[str]:
         notes = []
         if growing := [str(k) for k, mode in enumerate(modes, 1) if mode.unstable]:
             which = f"mode {growing[0]} grows" if len(growing) == 1 else f"modes {few(growing)} grow"
@@ -244,9 +252,11 @@ class _Computation:
         for k, name in enumerate(self.inputs.names):
             if silent := [output for j, output in enumerate(self.outputs) if not reached[j, k]]:
                 notes.append(f"{few(silent)} {'does' if len(silent) == 1 else 'do'} not respond to {name}")
-        if amplitude != "1":
+        if self.power:
             factor = dict.fromkeys(f"c [{unit or '1'}]" for unit in self.inputs.units)
-            notes.append(f"inputs have the amplitude {_times(amplitude)}, w in rad/s; responses are per {few(factor)}")
+            notes.append(
+                f"inputs have the amplitude {_times(self.amplitude)}, w in rad/s; responses are per {few(factor)}"
+            )
         return notes
 
     def _peaks(
@@ -255,18 +265,20 @@ class _Computation:
         """The resonances and antiresonances of one output and one input."""
         names, found = (self.outputs[output], self.inputs.names[input]), []
 
-        def single(x: float) -> complex:
-            return complex(of(np.array([x]))[0, output, input])
+        def height(x: Array) -> Array:
+            w = 2.0 * np.pi * x
+            return np.abs(self.transfer.entry(np.asarray(1j * w, complex), output, input)) * w**self.power
 
-        for extreme in resonances.extremes(f, size, lambda x: abs(single(x)), self.poles):
-            value = single(extreme.f)
-            height = np.inf if extreme.infinite else abs(value)
+        extremes = resonances.extremes(f, size, height, self.poles)
+        values = of(np.array([extreme.f for extreme in extremes]))[:, output, input] if extremes else ()
+        for extreme, value in zip(extremes, values, strict=True):
             mode = self._mode(2j * np.pi * extreme.f, output, input, modes) if extreme.highest else None
             damping = np.nan if mode is None else _damping(modes[mode])
             quality = np.inf if damping == 0.0 else 0.5 / damping
             phase = np.nan if extreme.infinite else float(np.angle(value))
             number = None if mode is None else mode + 1
-            found.append(Peak(*names, extreme.highest, extreme.f, height, phase, number, damping, quality))
+            size_ = np.inf if extreme.infinite else float(abs(value))
+            found.append(Peak(*names, extreme.highest, extreme.f, size_, phase, number, damping, quality))
         return found
 
     def _mode(self, s: complex, output: int, input: int, modes: Modes) -> int | None:
@@ -274,7 +286,6 @@ class _Computation:
         poles, parts = self.transfer.shares(s, output, input)
         if not len(modes) or not len(poles):
             return None
-        parts = np.where(np.isfinite(parts), parts, np.inf) if len(parts) else np.ones(len(poles))
         near = np.abs(s - poles) / np.maximum(np.abs(poles), 1e-300)
         pole = poles[int(np.argmin(np.where(parts >= TAKES_PART * parts.max(), near, np.inf)))]
         pole = complex(pole.real, abs(pole.imag))

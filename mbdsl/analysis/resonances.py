@@ -15,6 +15,7 @@ Of = Callable[[Array], Complex]  #: frequencies (N,) [Hz] -> responses (N, o, i)
 EACH, LEAST, MOST = 60, 201, 6000  #: points of a decade; least and largest number of points
 ROUNDS, CHANGE = 9, 0.15  #: halvings where the response changes by more than this between points, relative to it
 CLOSE = 1e-7  #: least relative distance of points
+DIVISIONS, FINER = 8, 6  #: of the half of a bracket around a resonance, and how often it is divided
 UNDAMPED = 1e-11  #: damping ratio that is rounding
 BUMP, DIP = 1.001, 2.0  #: least ratio of a resonance to what surrounds it, and of that to an antiresonance
 #: points beside a resonance, in half widths; and beside an undamped one, relative to its frequency
@@ -77,7 +78,7 @@ def _distinct(f: Array, low: float, high: float) -> Array:
     return np.asarray(f[kept])
 
 
-def extremes(f: Array, size: Array, of: Callable[[float], float], poles: Sequence[complex]) -> list[Extreme]:
+def extremes(f: Array, size: Array, of: Callable[[Array], Array], poles: Sequence[complex]) -> list[Extreme]:
     """The resonances and antiresonances of one response, by ascending frequency.
 
     Parameters
@@ -85,7 +86,7 @@ def extremes(f: Array, size: Array, of: Callable[[float], float], poles: Sequenc
     f, size : (N,) [Hz]
         Frequencies and amplitudes.
     of : function
-        The amplitude at a frequency [Hz].
+        The amplitudes (N,) at frequencies (N,) [Hz].
     poles : sequence of complex [1/s]
         Those of the linear model.
     """
@@ -128,15 +129,19 @@ def _turns(size: Array) -> list[tuple[int, bool]]:
     return found
 
 
-def _grows(of: Callable[[float], float], f: float) -> bool:
+def _grows(of: Callable[[Array], Array], f: float) -> bool:
     """Whether the amplitude grows without bound towards a frequency."""
-    return of(f * (1.0 + 1e-6)) > 30.0 * of(f * (1.0 + 1e-4))
+    near, far = of(f * (1.0 + np.array([1e-6, 1e-4])))
+    return bool(near > 30.0 * far)
 
 
-def _refined(of: Callable[[float], float], low: float, high: float, highest: bool) -> float:
-    from scipy.optimize import minimize_scalar
-
-    sign = -1.0 if highest else 1.0
-    options = {"xatol": 1e-12 * high}
-    found = minimize_scalar(lambda f: sign * of(f) ** 2, bounds=(low, high), method="bounded", options=options)
-    return float(found.x)
+def _refined(of: Callable[[Array], Array], low: float, high: float, highest: bool) -> float:
+    """The frequency of a maximum or minimum between two others: on finer and finer grids, then of a parabola."""
+    for _ in range(FINER):
+        f = np.linspace(low, high, 2 * DIVISIONS + 1)
+        square = of(f) ** 2
+        k = min(max(int(np.argmax(square) if highest else np.argmin(square)), 1), len(f) - 2)
+        low, high = float(f[k - 1]), float(f[k + 1])
+    step, (a, b, c) = 0.5 * (high - low), square[k - 1 : k + 2]
+    bend = a - 2.0 * b + c
+    return float(f[k] + (np.clip(0.5 * (a - c) / bend, -1.0, 1.0) * step if bend else 0.0))

@@ -40,8 +40,8 @@ def as_mapping(scene: Scene, initial: Initial | str) -> dict[str, Any]:
         return dict(initial)
     if not isinstance(initial, StateSignals):
         raise UsageError(
-            f"initial: found {initial!r}, expected a mapping of signals to values",
-            hint='e.g. initial={"crank.phi": "30 deg"}, the Trajectory of another run, or "static", the equilibrium',
+            f'initial: found {initial!r}, expected a mapping of signals to values, or "static", the equilibrium',
+            hint='e.g. initial={"crank.phi": "30 deg"}, or the Trajectory of another run',
         )
     if not len(initial.t):
         raise UsageError("initial: the trajectory is empty, it has no final state")
