@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from mbdsl import study as study
     from mbdsl.analysis.eigenmodes import eigen as eigen
     from mbdsl.analysis.equilibria import static as static
+    from mbdsl.analysis.frequency_response import response as response
     from mbdsl.analysis.linearisation import linearise as linearise
     from mbdsl.api import simulate as simulate
     from mbdsl.errors import AccuracyWarning as AccuracyWarning
@@ -52,6 +53,7 @@ _PUBLIC = {
     "static": ("mbdsl.analysis.equilibria", "static"),
     "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),
     "linearise": ("mbdsl.analysis.linearisation", "linearise"),
+    "response": ("mbdsl.analysis.frequency_response", "response"),
     "sweep": ("mbdsl.studies.sweep", "sweep"),
     "solve": ("mbdsl.studies.solve", "solve"),
     "simulate": ("mbdsl.api", "simulate"),
@@ -109,6 +111,7 @@ __all__ = [
     "plot",
     "recommend",
     "report",
+    "response",
     "results",
     "resume",
     "simulate",

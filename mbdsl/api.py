@@ -19,13 +19,11 @@ from mbdsl.simulation.checkpoint import Checkpoint
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.prescribed_inputs import with_inputs
 from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.steady_start import settled, warnings
 from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from mbdsl.analysis.equilibria import Equilibrium
     from mbdsl.lang.builder import Builder
-
-UNSTABLE = "the run begins at an equilibrium that is unstable"
 
 
 def simulate(
@@ -194,37 +192,9 @@ def simulated(
     if isinstance(given.get("times"), (list, tuple)):
         given["times"] = values(given["times"], "s", "times")
     accuracy, budget = optional(accuracy, "1", "accuracy"), seconds(budget, "budget")
-    note = ""
-    if isinstance(given.get("initial"), str):
-        rest = _at_rest(model, parameters, without, given["initial"], given.get("start"), given.get("announce"))
-        given["initial"] = rest.trajectory
-        note = UNSTABLE if rest.stability == "unstable" else ""
     if accuracy is None:
-        found = simulation.simulated(model, parameters=parameters, without=without, **given)
-    else:
-        found = _accurate(model, parameters, without, accuracy, budget, **given)
-    if note:
-        found.stats["warnings"].append(note)
-    return found
-
-
-def _at_rest(
-    model: Scene | Builder | str | PathLike,
-    parameters: Mapping[str, str | float] | None,
-    without: Sequence[str],
-    initial: str,
-    start: float | None,
-    announce: Callable[[str], None] | None,
-) -> Equilibrium:
-    """The equilibrium at the start."""
-    from mbdsl.analysis.equilibria import static
-
-    if initial != "static":
-        raise UsageError(
-            f'initial: found {initial!r}, expected a mapping of signals to values, or "static", the equilibrium',
-            hint='e.g. initial={"crank.phi": "30 deg"}',
-        )
-    return static(model, start=start, parameters=parameters, without=without, announce=announce)
+        return simulation.simulated(model, parameters=parameters, without=without, **given)
+    return _accurate(model, parameters, without, accuracy, budget, **given)
 
 
 @blame_model
@@ -238,7 +208,7 @@ def _accurate(
     step: float | None = None,
     tol: float | None = None,
     times: ArrayLike | None = None,
-    initial: Mapping[str, Any] | Trajectory | None = None,
+    initial: Mapping[str, Any] | Trajectory | str | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
     **given: Any,
 ) -> Trajectory:
@@ -250,5 +220,7 @@ def _accurate(
         raise UsageError("runs with an accuracy have no checkpoints", hint="give a tolerance (tol) instead")
     if times is not None:
         raise UsageError("an accuracy needs evenly spaced output times", hint="give an interval")
-    scene = with_initial(as_scene(model, parameters, without), initial)
-    return reach(scene, accuracy, budget=budget, **given)
+    scene, rest = settled(with_initial(as_scene(model, parameters, without), initial), given.get("start"))
+    found = reach(scene, accuracy, budget=budget, **given)
+    found.stats["warnings"] += warnings(rest)
+    return found

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -281,7 +281,7 @@ class Modes(Sequence[Mode]):
 @blame_model
 def eigen(
     model: Scene | Builder | str | PathLike,
-    at: str | float = "static",
+    at: str | float | Mapping[str, Any] = "static",
     count: int | None = COUNT,
     *,
     without: Sequence[str] = (),
@@ -294,9 +294,10 @@ def eigen(
     ----------
     model : Scene, Builder or path
         The mechanism.
-    at : str or float, optional
+    at : str, float or mapping, optional
         "static": the equilibrium that ``mbdsl.static`` finds. "start": the initial state with its velocities.
-        A time [s]: the state at that time of a simulation with the model's settings.
+        A time [s]: the state at that time of a simulation with the model's settings. A mapping such as
+        ``{"pin.phi": "80 deg"}``: the initial state with these values.
     count : int, optional
         Number of modes, from the lowest frequency; None computes all.
     without, parameters, announce : optional
@@ -315,7 +316,11 @@ def eigen(
     """
     if count is not None and (not isinstance(count, (int, np.integer)) or count < 1):
         raise UsageError(f"count = {count!r}: the number of modes is 1 or more")
-    point = operating_points.find(model, at, without, parameters, announce)
+    return modes_about(operating_points.find(model, at, without, parameters, announce), count)
+
+
+def modes_about(point: operating_points.OperatingPoint, count: int | None) -> Modes:
+    """The modes about a state; see :func:`eigen`."""
     system, t, q, v, a, lam, moving = point.system, point.t, point.q, point.v, point.a, point.lam, point.moving
     notes = point.notes + point.warning("eigenvalues")
     values, shapes, total = _solve(system, t, q, v, a, lam, moving, count)

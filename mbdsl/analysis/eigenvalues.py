@@ -20,7 +20,10 @@ CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
 
 class Projected(NamedTuple):
-    """The equations M u' + D u + K y = L^T f of speeds u (d,) and coordinates y (r,), with L (n, d); f are forces."""
+    """The equations M u' + D u + K y = L^T f of speeds u (d,) and coordinates y (r,), with L (n, d); f are forces.
+
+    The matrices have further columns for the given values of released constraints.
+    """
 
     M: Array
     D: Array
@@ -31,16 +34,17 @@ class Projected(NamedTuple):
 def projected(system: System, M: Array, D: Array, K: Array, U: Array, J: Array, basis: Still | Moving) -> Projected:
     """The linearised equations in the coordinates of a basis, without reactions."""
     Z, Z1, W, W1, T, T1, S, S1 = (getattr(basis, name) for name in ("Z", "Z1", "W", "W1", "T", "T1", "S", "S1"))
-    L = Z @ T
+    d = T.shape[1] - basis.given
+    L = (Z @ T)[:, :d]
     if not np.array_equal(U, J.T):  # forces that depend on multipliers do not act in the directions of the constraints
         U = (U / system.tables.scale[:, None]).T
         L = null_space(U / row_size(U)[:, None]) / system.tables.scale[:, None]
-        if L.shape[1] != T.shape[1]:
+        if L.shape[1] != d:
             raise UsageError(
                 "the reactions, with the forces that depend on them, are linearly dependent", hint="another state"
             )
-    if not T.shape[1]:
-        return Projected(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, T.shape[0])), L)
+    if not d:
+        return Projected(np.zeros((0, basis.given)), np.zeros((0, basis.given)), np.zeros((0, T.shape[0])), L)
     DZ = M @ (Z1 + W) + D @ Z
     Mr = L.T @ M @ Z @ T
     Dr = L.T @ (M @ Z @ (T1 + S @ T) + DZ @ T)

@@ -21,29 +21,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
-from mbdsl.errors import EquilibriumError, UsageError
+from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.consistent import initial_position
-from mbdsl.initial.dependent_rows import redundant_rows
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
-from mbdsl.numerics.saddle_point import Array, dense
+from mbdsl.numerics.saddle_point import Array
+from mbdsl.simulation.steady_start import AtRest
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.statics.pseudo_transient import Search, movers
-from mbdsl.storage.compilation_notice import announce_compilation
-from mbdsl.system import System, build
-from mbdsl.system.bending import REMEDY, SMALL, first_bend
+from mbdsl.statics.equilibrium_search import prepared, searched
+from mbdsl.system import System
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
     from mbdsl.viewing.equilibrium_picture import EquilibriumPicture
-
-PUSHES = 20  #: greatest number of saddle points to leave
 
 
 @dataclass
@@ -207,14 +202,6 @@ class Equilibrium:
         return fragment(self._head(), (), [found], [f"note: {text}" for text in self.notes])
 
 
-class AtRest(Trajectory):
-    """A trajectory of points at rest, with zero accelerations."""
-
-    @property
-    def _motion(self) -> tuple[Array, Array]:  # type: ignore[override]
-        return np.zeros_like(self.q), self._lam  # type: ignore[return-value]
-
-
 def listed(rows: Sequence[tuple[str, float, str]], most: int = 120) -> list[str]:
     """Lines ``name value unit``, at most ``most``."""
     width = max((len(name) for name, *_ in rows), default=0)
@@ -238,14 +225,7 @@ def prepare(
     announce: Callable[[str], None] | None,
 ) -> tuple[System, mechanism_graph.MechanismGraph]:
     """The System of a model as written, with its code loaded or compiled, and its graph."""
-    scene = as_scene(model, parameters, without)
-    mechanism = mechanism_graph.build(scene)
-    system = build(scene, mechanism)
-    # code that a simulation has compiled is used if it is in the cache
-    sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
-    announce_compilation(announce, lambda: system.uncompiled(sets))
-    system.kernels(sets)
-    return system, mechanism
+    return prepared(as_scene(model, parameters, without), announce)
 
 
 @blame_model
@@ -291,45 +271,20 @@ def static(
 
 def settle(system: System, t: float, q: Array) -> Equilibrium:
     """The equilibrium of ``system`` at time ``t`` that overdamped motion reaches from ``q``."""
-    start, notes = q, _at_rest(system, t, q)
-    search = Search(system, t, q)
-    pushes = 0
-    while True:
-        search.descend()
-        stiffness, zero, directions = search.stability()
-        if stiffness is None or stiffness >= -zero or pushes == PUSHES:
-            break
-        search.push(directions[:, 0], stiffness)
-        pushes += 1
-        if pushes == 1 and search.iterations == 0:
-            notes.append("the start is an unstable equilibrium; the search begins at a displaced position")
-    if pushes == PUSHES:
-        notes.append(f"the search left {PUSHES} saddle points and ends at another one")
-    if stiffness is None:
-        stability = "held"
-    elif stiffness < -zero:
-        stability = "unstable"
-    elif stiffness <= zero:
-        stability = "indifferent"
-        names = movers(system, np.abs(directions).max(axis=1))
-        notes.append(f"indifferent: nothing resists a motion of {few(names)}, which stays where it starts")
-    else:
-        stability = "stable"
-    if not search.symmetric:
-        notes.append("some forces have no potential: only the eigenvalues (mbdsl eigen) decide about stability")
-    q, lam, left_out = search.q, search.lam, redundant_rows(system, t, search.q, np.zeros(system.n))
-    if left_out:
-        lam = _without(system, t, q, lam, left_out)
-    if (bend := first_bend(system, q[None])) is not None:
-        span = system.scene.components[bend.name].span
-        raise EquilibriumError(f"{bend.name} bends by {bend.angle:.2g} rad: {SMALL}", span, hint=REMEDY)
-    names = [system.constraint_names()[k] for k in left_out]
-    if names:
-        notes.append(
-            f"redundant: {few(names)} {'follows' if len(names) == 1 else 'follow'} from the other constraints; "
-            "how the reactions share the load there is not determined"
-        )
-    return Equilibrium(system, t, q, lam, search.iterations, stability, stiffness, names, notes, left_out, start)
+    notes, found = _at_rest(system, t, q), searched(system, t, q)
+    return Equilibrium(
+        system,
+        t,
+        found.q,
+        found.lam,
+        found.iterations,
+        found.stability,
+        found.stiffness,
+        found.redundant,
+        notes + found.notes,
+        found.left_out,
+        q,
+    )
 
 
 def _at_rest(system: System, t: float, q: Array) -> list[str]:
@@ -345,13 +300,3 @@ def _at_rest(system: System, t: float, q: Array) -> list[str]:
         held = list(dict.fromkeys(name.rsplit(".", 1)[0] for name in names[system.m :]))
         notes.append(f"constraints of velocities hold at rest by their reactions: {few(held)}")
     return notes
-
-
-def _without(system: System, t: float, q: Array, lam: Array, left_out: tuple[int, ...]) -> Array:
-    """The multipliers of the same constraint force with zeros in the rows left out, of which there are few."""
-    J = dense(system.velocity_jacobian(t, q, np.zeros(system.n)))
-    kept = np.delete(np.arange(len(lam)), left_out)
-    J = J / system.tables.scale
-    found = np.zeros(len(lam))
-    found[kept] = lam[kept] + np.linalg.lstsq(J[kept].T, J[list(left_out)].T @ lam[list(left_out)], rcond=1e-12)[0]
-    return found

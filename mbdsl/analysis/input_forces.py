@@ -5,15 +5,15 @@ A law s of a force acts along the gradient of its coordinate g, so that Q_u = si
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from mbdsl.bodies.contract import POSITIONS
 from mbdsl.elements.kind import ForceKind
-from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr, coordinate, diff, input_signal, leaves
+from mbdsl.mechanism.scene import Component
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.system import System
@@ -64,47 +64,38 @@ def signal_derivatives(
 
 
 def input_forces(system: System, inputs: Sequence[str], t: float, q: Array, v: Array, lam: Array) -> Array:
-    """Q_u (n, i): the derivatives of the applied forces with respect to inputs.
-
-    Raises
-    ------
-    UsageError
-        If an input prescribes a velocity.
-    """
-    for c in system.scene.components.values():
-        used = {leaf.value for leaf in leaves(*c.velocity_constraints) if leaf.op == "input"}
-        for name in inputs:
-            if name in used:
-                raise UsageError(
-                    f"the input `{name}` prescribes a velocity in `{c.name}`, which jumps with it",
-                    hint="inputs of a linear model act by forces; choose them with `inputs`",
-                )
+    """Q_u (n, i): the derivatives of the applied forces with respect to inputs."""
     found = np.zeros((system.n, len(inputs)))
-    system.evaluate(t, q, v, lam)
-    table = system.gradient_table().copy()
-    row = 0
-    for block in system.tables.blocks:
-        if block.role not in ("joint", "spring", "law"):
+    wanted = [input_signal(name) for name in inputs]
+    for block, c, table in _tables(system, t, q, v, lam):
+        if block.role != "law" or not any(leaf in wanted for leaf in leaves(*law_expressions(c))):
             continue
-        for c in block.components:
-            if block.role == "law":
-                _add_laws(system, block, c, table[row : row + block.rows], inputs, (t, q, v, lam), found)
-            row += block.rows
+        sign = c.kind.sign if isinstance(c.kind, ForceKind) else -1.0
+        slopes = signal_derivatives(system, law_expressions(c), inputs, t, q, v, lam).u
+        found += sign * _directions(system, c, table, t, q, v).T @ slopes
     return found
 
 
-def _add_laws(system: System, block: Block, c, table: Array, inputs: Sequence[str], state: tuple, found: Array) -> None:
-    """Add the part of a component whose rows of the gradient table are ``table``."""
-    laws = law_expressions(c)
-    wanted = [input_signal(name) for name in inputs]
-    if not any(leaf in wanted for leaf in leaves(*laws)):
-        return
-    t, q, v, lam = state
-    sign = c.kind.sign if isinstance(c.kind, ForceKind) else -1.0
-    ports = [c.ports[port] for port in c.kind.ports]
-    motion = np.vstack([_motion(system, name, t, q, v) for name in ports])
-    slopes = signal_derivatives(system, laws, inputs, t, q, v, lam).u
-    found += sign * (table[:, : layout_of(system.scene.spatial).PAIR_POSE] @ motion).T @ slopes
+def forces_of(system: System, c: Component, place: int, t: float, q: Array, v: Array, lam: Array) -> Array:
+    """The generalised forces (n,) of a unit of the magnitude s of a force element in row ``place``."""
+    table = next(table for _, other, table in _tables(system, t, q, v, lam) if other is c)
+    return np.asarray(c.kind.sign * _directions(system, c, table, t, q, v)[place])  # type: ignore[attr-defined]
+
+
+def _tables(system: System, t: float, q: Array, v: Array, lam: Array) -> Iterator[tuple[Block, Component, Array]]:
+    """The rows of the gradient table of all components."""
+    system.evaluate(t, q, v, lam)
+    table, row = system.gradient_table().copy(), 0
+    for block in system.tables.blocks:
+        for c in block.components if block.role in ("joint", "spring", "law") else ():
+            yield block, c, table[row : row + block.rows]
+            row += block.rows
+
+
+def _directions(system: System, c: Component, table: Array, t: float, q: Array, v: Array) -> Array:
+    """The derivatives (rows, n) of the coordinates g of a component whose rows of the gradient table are ``table``."""
+    motion = np.vstack([_motion(system, c.ports[port], t, q, v) for port in c.kind.ports])
+    return np.asarray(table[:, : layout_of(system.scene.spatial).PAIR_POSE] @ motion)
 
 
 def _motion(system: System, name: str, t: float, q: Array, v: Array) -> Array:

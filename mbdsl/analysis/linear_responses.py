@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -11,6 +12,7 @@ from mbdsl.errors import UsageError
 
 Array = NDArray[np.float64]
 POINTS = 501  #: of a response without given times or frequencies
+DEPENDENT = 1e10  #: condition number of eigenvectors that do not tell the parts of modes apart
 SETTLED = 7.0  #: duration of a step response in time constants of the slowest pole
 
 
@@ -98,16 +100,75 @@ def bode(linear: Linear, f: ArrayLike | None = None) -> FrequencyResponse:
     frequencies, r = np.array(f, float), len(linear.A)
     if frequencies.ndim != 1 or not len(frequencies) or not (frequencies >= 0.0).all():
         raise UsageError("frequencies [Hz] are not negative", hint="e.g. numpy.geomspace(0.1, 100, 501)")
-    s = 2j * np.pi * frequencies[:, None, None]
-    with np.errstate(all="ignore"):
-        try:
-            H = linear.C @ np.linalg.solve(
-                s * np.eye(r) - linear.A, np.broadcast_to(linear.B, (len(s), *linear.B.shape))
-            )
-        except np.linalg.LinAlgError:
-            raise UsageError("a frequency is that of an undamped pole, where the response is infinite") from None
-    H = H + linear.D
+    s = 2j * np.pi * frequencies
+    values = poles(linear)
+    near = 1e-13 * np.abs(values).max(initial=0.0)
+    if r and (np.abs(s[:, None] - values) <= near).any():
+        raise UsageError("a frequency is that of an undamped pole, where the response is infinite")
+    H = Transfer(linear.A, linear.B[None], linear.C, linear.D[None]).at(s)
     return FrequencyResponse(frequencies, np.abs(H), np.unwrap(np.angle(H), axis=0))
+
+
+class Transfer:
+    """C (s I - A)^{-1} B(s) + D(s) with B(s) = B0 + s B1 + s^2 B2 and D(s) alike, by the Schur form of A.
+
+    Parameters
+    ----------
+    A, B, C, D : (r, r), (k, r, i), (o, r), (k, o, i)
+        B and D contain the coefficients of the powers of s.
+    """
+
+    def __init__(self, A: Array, B: Array, C: Array, D: Array) -> None:
+        from scipy.linalg import schur
+
+        self.T, Q = schur(A, output="complex") if len(A) else (np.zeros((0, 0), complex), np.zeros((0, 0)))
+        self.B, self.C, self.D = Q.conj().T @ B, C @ Q, D
+
+    def _states(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """(s I - T)^{-1} B(s) (N, r, i), by back substitution for all s at once."""
+        x = np.tensordot(s[:, None] ** np.arange(len(self.B)), self.B, 1)
+        for k in reversed(range(len(self.T))):
+            x[:, k] += np.tensordot(x[:, k + 1 :], self.T[k, k + 1 :], (1, 0))
+            x[:, k] /= (s - self.T[k, k])[:, None]
+        return x
+
+    def at(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The values (N, o, i) at the complex frequencies s (N,) [1/s]."""
+        direct = np.tensordot(s[:, None] ** np.arange(len(self.D)), self.D, 1)
+        return np.asarray(np.moveaxis(np.tensordot(self.C, self._states(s), (1, 1)), 0, 1) + direct)
+
+    def size(self, s: NDArray[np.complex128]) -> Array:
+        """The sums (N, o, i) of the absolute values of the terms of :meth:`at`, to which its rounding errors belong."""
+        direct = np.tensordot(np.abs(s[:, None]) ** np.arange(len(self.D)), np.abs(self.D), 1)
+        return np.asarray(np.moveaxis(np.tensordot(np.abs(self.C), np.abs(self._states(s)), (1, 1)), 0, 1) + direct)
+
+    @cached_property
+    def _modal(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]] | None:
+        """The poles (r,), C V (o, r) and V^{-1} B (k, r, i) with the eigenvectors V; None if they are dependent."""
+        values, V = np.linalg.eig(self.T)
+        if len(values) and np.linalg.cond(V) > DEPENDENT:
+            return None
+        return values, self.C @ V, np.linalg.solve(V, self.B) if len(values) else self.B
+
+    def entry(self, s: NDArray[np.complex128], output: int, input: int) -> NDArray[np.complex128]:
+        """The values (N,) of one entry of :meth:`at`, faster and with larger rounding errors: as a sum over modes."""
+        if self._modal is None:
+            return self.at(s)[:, output, input]
+        values, left, right = self._modal
+        powers = s[:, None] ** np.arange(len(right))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = left[output] * (powers @ right[:, :, input]) / (s[:, None] - values)
+        return np.asarray(parts.sum(axis=1) + powers @ self.D[:, output, input])
+
+    def shares(self, s: complex, output: int, input: int) -> tuple[NDArray[np.complex128], Array]:
+        """The poles (r,), and the absolute value of the part of each in one entry of :meth:`at`; 1 if not known."""
+        if self._modal is None:
+            return np.diag(self.T), np.ones(len(self.T))
+        values, left, right = self._modal
+        b = np.tensordot(s ** np.arange(len(right)), right[:, :, input], 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = np.abs(left[output] * b / (s - values))
+        return values, np.where(np.isfinite(parts), parts, np.inf)
 
 
 def to_control(linear: Linear, name: str) -> Any:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 from warnings import warn
 
 import numpy as np
@@ -22,30 +22,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.analysis import linear_responses, operating_points
 from mbdsl.analysis.eigenmodes import LARGEST_MOVING
-from mbdsl.analysis.eigenvalues import Projected, projected
-from mbdsl.analysis.input_forces import input_forces, signal_derivatives
+from mbdsl.analysis.excitations import DRIVER, INPUT, RATE, Excitation, columns, read
+from mbdsl.analysis.linear_equations import IN_SPACE, LinearEquations
 from mbdsl.analysis.linear_responses import FrequencyResponse, StepResponse
-from mbdsl.analysis.named_basis import AtRest, Named
 from mbdsl.analysis.operating_points import OperatingPoint
 from mbdsl.errors import UsageError
+from mbdsl.expressions.symbolic import leaves
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS
 from mbdsl.messages import did_you_mean
-from mbdsl.numerics import rotation_arrays
-from mbdsl.numerics.saddle_point import Array, dense
-from mbdsl.simulation.given_initial_values import with_initial
+from mbdsl.numerics.saddle_point import Array
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
-
-#: condition number of the mass matrix in the chosen coordinates from which a coordinate counts as massless
-MASSLESS = 1e12
-#: the signals of accelerations in space
-IN_SPACE = ("ax", "ay", "az", "alphax", "alphay", "alphaz")
 
 
 @dataclass(eq=False)
@@ -232,7 +225,8 @@ def linearise(
         an upright pose. A time [s]: the state at that time of a simulation with the model's settings. A mapping such as
         ``{"pin.phi": "80 deg"}``: the initial state with these values, as with ``initial`` of ``mbdsl.simulate``.
     inputs : sequence of str, optional
-        Names of inputs of the model, which act by forces. Default: all.
+        Names of inputs of the model that act by forces, or of force elements for an additional force. Default: all
+        inputs of the model.
     signals : str or sequence of str, optional
         The outputs: names and patterns of signals, also reactions and accelerations. Default: the states.
     without, parameters, announce : optional
@@ -255,11 +249,9 @@ def linearise(
         warn("`outputs` of linearise is called `signals` now, as in other functions", DeprecationWarning, stacklevel=2)
         signals = outputs
     scene = as_scene(model, parameters, without)
-    if isinstance(at, Mapping):
-        scene, at = with_initial(scene, at), "start"
     _inputs(scene, inputs)
     if signals is not None:
-        _outputs(scene, AskedSignals(scene), signals)
+        outputs_of(scene, AskedSignals(scene), signals)
     return linearised(operating_points.find(scene, at, (), None, announce), inputs, signals)
 
 
@@ -267,46 +259,63 @@ def linearised(
     point: OperatingPoint, inputs: Sequence[str] | None = None, signals: str | Sequence[str] | None = None
 ) -> Linearisation:
     """The linear model about a state; see :func:`linearise`."""
-    system, t, q, v, a, lam = point.system, point.t, point.q, point.v, point.a, point.lam
+    system, t, q, v = point.system, point.t, point.q, point.v
+    chosen, known = _inputs(system.scene, inputs), AskedSignals(system.scene)
+    wanted = None if signals is None else outputs_of(system.scene, known, signals)
+    equations = equations_of(point, chosen)
+    states = [*equations.basis.coordinates, *equations.basis.speeds]
+    names = [x.name for x in states]
+    C, D, y0 = np.eye(len(names)), np.zeros((3, len(names), len(chosen))), _values(known, point, names)
+    x0 = y0
+    if wanted is not None:
+        C, D, y0 = equations.outputs(known, wanted)
+    units = [x.unit for x in states]
+    return Linearisation(
+        *(system, point.at, t, q, v, equations.A, equations.B[0], C, D[0]),
+        *(names, [e.name for e in chosen], list(names if wanted is None else wanted)),
+        *(units, [e.unit for e in chosen]),
+        units if wanted is None else [known.unit(name) for name in wanted],
+        *(x0, np.array([system.scene.inputs[e.name].start if e.sort == INPUT else 0.0 for e in chosen]), y0),
+        point.notes + point.warning("matrices"),
+    )
+
+
+def equations_of(point: OperatingPoint, chosen: Sequence[Excitation]) -> LinearEquations:
+    """The linearised equations about a state with these excitations.
+
+    Raises
+    ------
+    UsageError
+        If the system is too large, or an excitation is impossible.
+    """
+    system = point.system
     if system.unknowns > LARGEST_MOVING:
         raise UsageError(
             f"a linear model needs dense matrices: {system.unknowns} unknowns are too many",
             hint=f"up to {LARGEST_MOVING}; `mbdsl eigen` finds the lowest modes of large models",
         )
-    chosen = _inputs(system.scene, inputs)
-    known = AskedSignals(system.scene)
-    wanted = None if signals is None else _outputs(system.scene, known, signals)
-    basis = AtRest(system, t, q, a) if AtRest.suits(system, v, a) else Named(system, t, q, v, a)
-    forces = input_forces(system, chosen, t, q, v, lam)
-    equations = _Equations(point, basis, forces)
-    states = [*basis.coordinates, *basis.speeds]
-    names = [x.name for x in states]
-    C, D, y0 = np.eye(len(names)), np.zeros((len(names), len(chosen))), _values(known, point, names)
-    x0 = y0
-    if wanted is not None:
-        C, D, y0 = equations.outputs(known, wanted, chosen)
-    units = [x.unit for x in states]
-    return Linearisation(
-        *(system, point.at, t, q, v, equations.A, equations.B, C, D),
-        *(names, chosen, list(names if wanted is None else wanted)),
-        *(units, [known.unit(name) for name in chosen]),
-        units if wanted is None else [known.unit(name) for name in wanted],
-        *(x0, np.array([system.scene.inputs[name].start for name in chosen]), y0),
-        point.notes + point.warning("matrices"),
-    )
+    return LinearEquations(point, chosen, columns(system, chosen, point.t, point.q, point.v, point.lam))
 
 
-def _inputs(scene: Scene, names: Sequence[str] | None) -> list[str]:
-    if names is None:
-        return list(scene.inputs)
-    for name in names:
-        if name not in scene.inputs:
-            has = ", ".join(scene.inputs) or "none"
-            raise UsageError(f"{scene.name} has no input `{name}`", hint=f"its inputs: {has}")
-    return list(dict.fromkeys(names))
+def _inputs(scene: Scene, names: Sequence[str] | None) -> list[Excitation]:
+    """The inputs of a model with one matrix B: those that act by forces."""
+    found = read(scene, names)
+    for e in found:
+        if e.sort in (DRIVER, RATE):
+            raise UsageError(
+                f"`{e.name}` acts by its rates as well, and x' = A x + B u has none",
+                hint="`mbdsl response` takes drivers as inputs",
+            )
+        for c in scene.components.values():
+            if any(leaf.op == "input" and leaf.value == e.name for leaf in leaves(*c.velocity_constraints)):
+                raise UsageError(
+                    f"the input `{e.name}` prescribes a velocity in `{c.name}`, which jumps with it",
+                    hint="inputs of a linear model act by forces; choose them with `inputs`",
+                )
+    return found
 
 
-def _outputs(scene: Scene, known: AskedSignals, patterns: str | Sequence[str]) -> list[str]:
+def outputs_of(scene: Scene, known: AskedSignals, patterns: str | Sequence[str]) -> list[str]:
     """The signals that patterns select; only those with exact derivatives."""
     found = known.select(patterns)
     for name in found:
@@ -326,84 +335,3 @@ def _values(known: AskedSignals, point: OperatingPoint, names: Sequence[str]) ->
     state = np.array([point.t]), point.q[None], point.v[None], point.lam[None]
     found = dict(zip(roots, values(point.system, [*roots.values()], *state), strict=True))
     return np.array([float(found[name][0]) if name in found else np.nan for name in names])
-
-
-class _Rows(NamedTuple):
-    """A quantity as a linear function of states (k, r) and inputs (k, i)."""
-
-    x: Array
-    u: Array
-
-
-class _Equations:
-    """The linearised equations, and from them dq, dv, da and dlam as functions of states and inputs."""
-
-    def __init__(self, point: OperatingPoint, basis: Named, forces: Array) -> None:
-        system, t, q, v, a, lam = point.system, point.t, point.q, point.v, point.a, point.lam
-        self.point, self.system = point, system
-        n = system.n
-        tangent = dense(system.tangent(t, q, v, lam, cL=1.0, cP=1.0, cV=1.0))
-        U, J = tangent[:n, n:], tangent[n:, :n]
-        M, D = dense(system.M(t, q)), dense(system.damping(t, q, v, lam))
-        K = dense(system.stiffness(t, q, v, lam, a))
-        found = projected(system, M, D, K, U, J, basis)
-        self._solve(basis, found, found.L.T @ forces)
-        r, i = basis.Z.shape[1], forces.shape[1]
-        T, S, Z, Z1, W, W1 = basis.T, basis.S, basis.Z, basis.Z1, basis.W, basis.W1
-        y = np.hstack([np.eye(r), np.zeros((r, T.shape[1]))])
-        rate = np.hstack([S, T])
-        rate2 = _Rows(rate @ self.A, rate @ self.B)
-        rate2 = _Rows(rate2.x + np.hstack([basis.S1, basis.T1]), rate2.u)
-        none = np.zeros((n, i))
-        self.dq, self.dv = _Rows(Z @ y, none), _Rows(Z @ rate + W @ y, none)
-        self.da = _Rows(Z @ rate2.x + (Z1 + W) @ rate + W1 @ y, Z @ rate2.u)
-        left = M @ self.da.x + D @ self.dv.x + K @ self.dq.x
-        kept = np.delete(np.arange(U.shape[1]), point.left_out)
-        self.dlam = _Rows(np.zeros((U.shape[1], len(self.A))), np.zeros((U.shape[1], i)))
-        scaled = U[:, kept] / system.tables.scale[:, None]
-        for part, right in ((self.dlam.x, -left), (self.dlam.u, forces - M @ self.da.u)):
-            if len(kept):
-                part[kept] = np.linalg.lstsq(scaled, right / system.tables.scale[:, None], rcond=1e-12)[0]
-
-    def _solve(self, basis: Named, found: Projected, forces: Array) -> None:
-        """A and B from the projected equations M s' + D s + K y = L^T Q_u u."""
-        r, d = basis.T.shape
-        if d:
-            size = 1.0 / np.sqrt(np.where(np.diag(found.M) > 0.0, np.diag(found.M), 1.0))
-            if not np.linalg.cond(size[:, None] * found.M * size) < MASSLESS:
-                raise UsageError(
-                    "a coordinate without mass can move, and has no equation of motion",
-                    hint="give every body that moves a mass and a moment of inertia",
-                )
-        solved = np.linalg.solve(found.M, np.hstack([-found.K, -found.D, forces]))
-        self.A = np.vstack([np.hstack([basis.S, basis.T]), solved[:, : r + d]])
-        self.B = np.vstack([np.zeros((r, forces.shape[1])), solved[:, r + d :]])
-
-    def _acceleration(self, d: int, key: str) -> tuple[Array, Array, float]:
-        """A world acceleration of the body in space with first coordinate ``d``: rows of C and D, and the value."""
-        a, at = self.point.a, IN_SPACE.index(key)
-        if at < 3:
-            return self.da.x[d + at], self.da.u[d + at], float(a[d + at])
-        own = slice(d + 3, d + 6)
-        R = rotation_arrays.matrices(self.point.q[None, own])[0][at - 3]
-        turned = np.cross(self.dq.x[own].T, a[own]).T
-        return R @ (self.da.x[own] + turned), R @ self.da.u[own], float(R @ a[own])
-
-    def outputs(self, known: AskedSignals, names: Sequence[str], inputs: Sequence[str]) -> tuple[Array, Array, Array]:
-        """C (o, r), D (o, i) and values (o,) of signals."""
-        point, system = self.point, self.system
-        C, D, y0 = np.zeros((len(names), len(self.A))), np.zeros((len(names), len(inputs))), np.zeros(len(names))
-        plain = [k for k, name in enumerate(names) if name in known.formulas]
-        roots = [known.formulas[names[k]][0] for k in plain]
-        found = signal_derivatives(system, roots, inputs, point.t, point.q, point.v, point.lam)
-        C[plain] = found.q @ self.dq.x + found.v @ self.dv.x + found.lam @ self.dlam.x
-        D[plain] = found.lam @ self.dlam.u + found.u
-        y0[plain] = found.value
-        for k in set(range(len(names))) - set(plain):
-            owner, _, key = names[k].rpartition(".")
-            if system.scene.spatial:
-                C[k], D[k], y0[k] = self._acceleration(system.tables.coordinates[owner], key)
-                continue
-            row = system.tables.coordinates[owner] + list(ACCELERATIONS).index(key)
-            C[k], D[k], y0[k] = self.da.x[row], self.da.u[row], point.a[row]
-        return C, D, y0

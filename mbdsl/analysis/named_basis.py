@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbdsl.analysis.tangent_bases import LEAST, Moving, named_coordinates
+from mbdsl.analysis.tangent_bases import LEAST, NOTHING, Moving, Released, named_coordinates
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der
 from mbdsl.mechanism.signal_names import SignalNames
@@ -40,8 +40,8 @@ class Named(Moving):
         Signals, or ``der(name)``.
     """
 
-    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array) -> None:
-        super().__init__(system, t, q, v, a)
+    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array, released: Released = NOTHING) -> None:
+        super().__init__(system, t, q, v, a, released)
         self._name()
 
     def _coordinates(self, t: float, q: Array, v: Array) -> tuple[list[Expr], list[int]]:
@@ -76,7 +76,8 @@ class Named(Moving):
         self.coordinates, rates, factors = self._quantities()
         chosen = range(len(rates)) if self.H is None else [int(np.argmax(row)) for row in self.H]
         self.speeds = [rates[k] for k in chosen]
-        f, g = factors, factors[list(chosen)]
+        f = np.append(factors, np.ones(len(self.released.positions)))
+        g = np.append(factors[list(chosen)], np.ones(self.given))
         self.Z, self.Z1, self.W, self.W1 = (X / f for X in (self.Z, self.Z1, self.W, self.W1))
         self.T, self.T1 = f[:, None] * self.T / g, f[:, None] * self.T1 / g
         self.S, self.S1 = f[:, None] * self.S / f, f[:, None] * self.S1 / f
@@ -138,9 +139,10 @@ class AtRest(Named):
     Variations satisfy Phi_q da + (Phi_q a)_q dq = 0, and y'' = g_q da + (g_q a)_q dq for coordinates y = g(q).
     """
 
-    def __init__(self, system: System, t: float, q: Array, a: Array) -> None:
+    def __init__(self, system: System, t: float, q: Array, a: Array, released: Released = NOTHING) -> None:
         rest = np.zeros(system.n)
-        self.system, self.scale = system, system.tables.scale
+        self.system, self.scale, self.released = system, system.tables.scale, released
+        self.given = sum(map(len, released))
         self.path = lambda s: (t, q, rest)
         self.bends = [name for name, body in system.tables.models.items() if body.deforms]
         self.targets, self.turned = self._coordinates(t, q, rest)

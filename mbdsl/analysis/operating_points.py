@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,16 +13,21 @@ from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import is_velocity_level, walk
 from mbdsl.initial.consistent import initial_position, initial_state
 from mbdsl.lang.given_values import seconds
+from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array
+from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.simulate import simulate
+from mbdsl.simulation.steady_start import settled
 from mbdsl.simulation.uncertain_turns import uncertain_turns
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import values
 
 OUTPUTS = (100, 2000, 40_000)  #: outputs of the run up to a state, in turn, until they show the turns of all angles
+
+At = str | float | Mapping[str, Any]  #: a state: "static", "start", a time [s], or initial values by name
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -68,15 +73,15 @@ class OperatingPoint(NamedTuple):
         return [f"the mechanism moves: the {results} are those of the equations frozen at this moment"]
 
 
-def checked(at: str | float) -> str | float:
-    """``at`` as "static", "start" or a number of seconds.
+def checked(at: At) -> At:
+    """``at`` as "static", "start", a number of seconds, or initial values by name.
 
     Raises
     ------
     UsageError
         If it denotes no state.
     """
-    if at in ("static", "start"):
+    if isinstance(at, Mapping) or at in ("static", "start"):
         return at
     try:
         time = seconds(at, "at")
@@ -89,7 +94,7 @@ def checked(at: str | float) -> str | float:
 
 def find(
     model: Scene | Builder | str | PathLike,
-    at: str | float,
+    at: At,
     without: Sequence[str],
     parameters: Mapping[str, str | float] | None,
     announce: Callable[[str], None] | None,
@@ -104,7 +109,12 @@ def find(
         If the state is not found.
     """
     at = checked(at)
-    system, mechanism = prepare(model, parameters, without, announce)
+    scene = as_scene(model, parameters, without)
+    if isinstance(at, Mapping):
+        scene, at = with_initial(scene, at), "start"
+    if at != "static":
+        scene, _ = settled(scene, None, announce)
+    system, mechanism = prepare(scene, None, (), announce)
     start, name = float(system.scene.experiment.start), at if isinstance(at, str) else f"t = {float(at):g} s"
     if at == "static":
         found = settle(system, start, initial_position(system, mechanism, start))

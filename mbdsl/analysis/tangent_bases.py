@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,20 +60,34 @@ class Still:
         self.Z1 = self.Z2 = self.W = self.W1 = np.zeros_like(self.Z)
         self.T, self.S = np.eye(r), np.zeros((r, r))
         self.T1, self.S1 = np.zeros((r, r)), np.zeros((r, r))
-        self.rate = 0.0
+        self.rate, self.given = 0.0, 0
+
+
+class Released(NamedTuple):
+    """Constraints whose values are given functions of time, by their rows: of positions, and of velocities."""
+
+    positions: tuple[int, ...] = ()
+    velocities: tuple[int, ...] = ()
+
+
+NOTHING = Released()
 
 
 class Moving:
     """Bases along the motion q(t + s) = q + s v + s^2 a/2, with their derivatives.
 
     dv = Z y' + W y and dv' = Z y'' + (Z' + W) y' + W' y, with W = Z' + X Z; in the plane, W is Z'.
+
+    With released constraints, y ends with their given values w, and u with the given rates w', then with the given
+    values of the constraints of velocities. ``given`` is the number of these speeds.
     """
 
     #: weights of the differences at s = -3e ... 3e of a first derivative, to order e^6
     WEIGHTS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
 
-    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array) -> None:
-        self.system, self.scale = system, system.tables.scale
+    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array, released: Released = NOTHING) -> None:
+        self.system, self.scale, self.released = system, system.tables.scale, released
+        self.given = sum(map(len, released))
         if system.scene.spatial:
             self.path = lambda s: (t + s, system.moved(q, s * v + s * s / 2.0 * a), v + s * a)
         else:
@@ -200,12 +215,14 @@ class Moving:
         J, G = dense(system.Phi_q(t, q)) / self.scale, self._gradient(t, q, v)
         size, r = row_size(J)[:, None], len(G)
         inverse = np.linalg.pinv(np.vstack([J / size, G]), rcond=RANK) / self.scale[:, None]
-        Z = inverse[:, len(J) :]
+        Z, (free, rates) = inverse[:, len(J) :], self.released
+        if free:
+            Z = np.hstack([Z, inverse[:, free] / size[free, 0]])
         # Phi_q dv + (Phi_q v)_q dq = 0, and y' = G dv + (G v)_q dq
-        rates = np.vstack([dense(system.Phi_v_q(t, q, v)) / size, self._rate_gradient(s)])
-        W = -inverse @ rates @ Z
+        turned = np.vstack([dense(system.Phi_v_q(t, q, v)) / size, self._rate_gradient(s)])
+        W = -inverse @ turned @ Z
         if not system.p:
-            return Z, W, np.eye(r), np.zeros((r, r))
+            return Z, W, np.eye(r + len(free)), np.zeros((r + len(free), r + len(free)))
         # S belongs to y' = T u + S y: of Gam_v (Z y' + W y) + Gam_q Z y = 0
         B = dense(system.Gam_v(t, q, v))
         C = B @ W + dense(system.Gam_q(t, q, v)) @ Z
@@ -213,9 +230,16 @@ class Moving:
         size = row_size(B)[:, None]
         B, C = B / size, C / size
         if self.H is None:
-            self.H = self._speeds(B)
-        inverse = np.linalg.pinv(np.vstack([B, self.H]), rcond=RANK)
-        return Z, W, inverse[:, len(B) :], -inverse[:, : len(B)] @ C
+            self.H = self._speeds(B[:, :r])
+        chosen = self.H
+        if free:
+            chosen = np.zeros((len(self.H) + len(free), r + len(free)))
+            chosen[: len(self.H), :r], chosen[len(self.H) :, r:] = self.H, np.eye(len(free))
+        inverse = np.linalg.pinv(np.vstack([B, chosen]), rcond=RANK)
+        T = inverse[:, len(B) :]
+        if rates:
+            T = np.hstack([T, inverse[:, rates] / size[rates, 0]])
+        return Z, W, T, -inverse[:, : len(B)] @ C
 
     def _speeds(self, B: Array) -> Array:
         """Combinations (d, r) of the rates y' whose values are the speeds u that the constraints B y' = 0 allow."""

@@ -27,6 +27,7 @@ def describe(scene: Scene) -> str:
     section(
         lines,
         "initial",
+        ["state = steady"] if scene.steady else [],
         [f"{i.name} = {value(i.value)}{' (fixed)' if i.fixed else ' (guess)'}" for i in scene.initial],
     )
     left_out = {effect: ", ".join(names) or "nothing has it" for effect, names in scene.without.items()}

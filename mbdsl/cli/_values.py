@@ -89,9 +89,24 @@ def sought(text: str) -> tuple[str, str]:
         raise UsageError(f"--vary: found `{text}`, expected NAME=START:STOP", hint=hint) from None
 
 
-def state(text: str) -> str | float:
-    """``static``, ``start`` or a time."""
+def state(text: str) -> str | float | dict[str, str]:
+    """``static``, ``start``, a time, or initial values as NAME=VALUE,..."""
+    if "=" in text:
+        return dict(map(assignment, split(text)))
     return text if text in ("static", "start") else seconds(text)
+
+
+def add_at(parser: argparse.ArgumentParser) -> None:
+    """The state about which a model is linearised."""
+    parser.add_argument(
+        "--at",
+        metavar="STATE",
+        type=state,
+        default="static",
+        help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
+        'velocities; a time such as 1.5s: the state of a simulation at that time; "pin.phi=80 deg,...": the initial '
+        "state with these values",
+    )
 
 
 def named_number(name: str) -> Callable[[str], tuple[str, str]]:

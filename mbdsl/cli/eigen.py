@@ -34,14 +34,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         description="Linearise a model about a state; print frequencies, damping ratios and the bodies that move most.",
     )
     values.add_model(parser)
-    parser.add_argument(
-        "--at",
-        metavar="STATE",
-        type=values.state,
-        default="static",
-        help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
-        "velocities; a time such as 1.5s: the state of a simulation at that time",
-    )
+    values.add_at(parser)
     parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
     parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json), or "
                         "a table of the modes (.md, .tex)")  # fmt: skip

@@ -28,15 +28,9 @@ def register(subparsers) -> argparse.ArgumentParser:
         "x' = A x + B u, y = C x + D u, for deviations x, u and y from that state.",
     )
     values.add_model(parser)
-    parser.add_argument(
-        "--at",
-        metavar="STATE",
-        type=values.state,
-        default="static",
-        help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
-        "velocities; a time such as 1.5s: the state of a simulation at that time",
-    )
-    parser.add_argument("--inputs", metavar="NAME,...", type=values.names, help="inputs u; default: all")
+    values.add_at(parser)
+    parser.add_argument("--inputs", metavar="NAME,...", type=values.names, help="inputs u, or forces such as push.fx; "
+                        "default: all inputs of the model")  # fmt: skip
     parser.add_argument(
         "--signals", metavar="NAME,...", type=values.patterns, help="outputs y, such as pin.phi; default: the states"
     )

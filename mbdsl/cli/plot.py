@@ -89,7 +89,13 @@ def run(args: argparse.Namespace) -> int:
         from mbdsl.plotting.signal_plots import plot
 
         shown = plot(opened, patterns, against=args.against, difference=args.difference, spectrum=args.spectrum)
-        _show(shown, args.out)
+        if args.out:
+            shown.save(args.out)
+            print(f"{visible(args.out, line=True)}: {', '.join(panel.y_label for panel in shown.panels)}")
+            for note in shown.notes:
+                print(note)
+        else:
+            show(shown)
     if failure:
         raise failure
     return 0
@@ -105,13 +111,8 @@ def _list(opened: list[Result]) -> None:
         print(f"{name} [{unit}]" if unit else name)
 
 
-def _show(plot: Plot, out: str | None) -> None:
-    if out:
-        plot.save(out)
-        print(f"{visible(out, line=True)}: {', '.join(panel.y_label for panel in plot.panels)}")
-        for note in plot.notes:
-            print(note)
-        return
+def show(plot: Plot) -> None:
+    """Print a plot in characters."""
     from mbdsl.plotting.characters import COLUMNS, text
 
     stream, terminal = sys.stdout, sys.stdout.isatty()

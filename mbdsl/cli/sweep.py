@@ -42,7 +42,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="measures of each run, repeatable: final, min, max, maxabs, mean, rms, amplitude, period, "
         "time_of_max, time_of_min of a signal or glob, time_when(CONDITION, first|last|count), "
         "at(SIGNAL, TIME|CONDITION), at_max(SIGNAL, OTHER), at_min, static(SIGNAL) at the equilibrium, frequency(N), "
-        "damped_frequency(N), damping(N) of mode N; default: min and max of the coordinates of the first body",
+        "damped_frequency(N), damping(N) of mode N, followed by its shape; default: min and max of the coordinates of "
+        "the first body",
     )
     add_runs(parser)
     talk = parser.add_mutually_exclusive_group()

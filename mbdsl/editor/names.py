@@ -116,7 +116,7 @@ class Names:
             self._expressions((item.first, item.second), place)
         elif isinstance(item, s.Relation):
             self._expressions((item.left, item.right), place)
-        elif isinstance(item, s.Initial):
+        elif isinstance(item, s.Initial) and item.mode != "state":
             self._expressions((item.target, item.value), place)
         elif isinstance(item, s.For):
             inner = self._loops(item.iterators, place)

@@ -25,6 +25,7 @@ from mbdsl.mechanism.signal_names import ACCELERATIONS, ACCELERATIONS_IN_SPACE, 
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
+from mbdsl.simulation.steady_start import settled
 from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
@@ -176,6 +177,7 @@ def explain(
     method = method or scene.experiment.method or DEFAULT_METHOD
     if step is None and declared(method).steps[0] == "fixed":  # the cost of a step does not depend on its length
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
+    scene, _ = settled(scene)
     motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
     announce_compilation(announce, motion.uncompiled)
     motion.prepare()

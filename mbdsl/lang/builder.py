@@ -22,6 +22,8 @@ from mbdsl.messages import count, did_you_mean
 
 _FIELDS = {field: key for key, (field, _) in KEYS.items() if field}
 
+NOT_GIVEN: Any = object()  #: an argument that is left out, where None has a meaning
+
 
 class Builder(Declarations):
     """Collects components and makes a ``Scene`` of them.
@@ -270,20 +272,45 @@ class Builder(Declarations):
             graphics = s.Array(tuple(parse_expression(text, f"<shape of {name}>") for text in texts))
         self._draft.draw(name, s.Argument("Shape", None, (s.Argument("graphics", graphics),)), _flag(replace))
 
-    def initial(self, target: Place, value: Number | None, fixed: bool = True, *, replace: bool = False) -> None:
-        """Set the initial value of a position or a velocity.
+    def initial(
+        self,
+        target: Place | None = None,
+        value: Number | None = NOT_GIVEN,
+        fixed: bool = True,
+        *,
+        replace: bool = False,
+        state: str | None = None,
+    ) -> None:
+        """Set the initial value of a position or a velocity, or the state at the start.
 
         Parameters
         ----------
-        target : Handle or str
+        target : Handle or str, optional
             A signal at position or velocity level.
-        value : number or str
+        value : number or str, optional
             Number in SI units, or text. None removes the initial value.
         fixed : bool, optional
             True: the value is kept exactly. False: it is a guess, which the assembly may change.
         replace : bool, optional
             True: replaces the initial value that was given for this target, if there is one.
+        state : str, optional
+            In place of a target: "steady", the static equilibrium that is reached from the initial positions, which
+            then are guesses; "given", the initial values, as without it.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If the target has no initial value, or the arguments do not fit together.
         """
+        if state is not None:
+            if target is not None or value is not NOT_GIVEN:
+                raise UsageError("initial(state=...) has no target and no value", hint='write initial(state="steady")')
+            named = s.Reference((s.Step("state"),))
+            item = s.Initial("state", named, self._node(state, "initial(state)"))
+            self._draft.initial(item, True)
+            return
+        if target is None or value is NOT_GIVEN:
+            raise UsageError("initial needs a target and a value", hint='e.g. b.initial(rod.phi, "30 deg")')
         goal = self._place(target, "initial.target")
         if value is None:
             self._draft.forget_initial(goal)

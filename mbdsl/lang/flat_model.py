@@ -18,7 +18,7 @@ from mbdsl.lang.connections import Node, NotConnected, connect
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget, place
 from mbdsl.lang.flat_component import Part, is_body
-from mbdsl.lang.initial_values import InitialValues
+from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
 from mbdsl.lang.modifiers import Contexts
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
@@ -84,6 +84,7 @@ class Assembly:
         self._connectors: list[tuple[Node, Positional, Contexts]] = []
         self._connects: list[tuple[s.Expression, s.Expression, Scope, At]] = []
         self._initial: list[tuple[s.Initial, Scope]] = []
+        self._steady: s.Initial | None = None  # that lets the model start at its equilibrium
         self.passed: list[s.Passed] = []  #: statements and settings without an effect
         self._warnings: dict[object, ModelWarning] = {}
 
@@ -145,7 +146,10 @@ class Assembly:
         self._connects.append((first, second, scope, at))
 
     def initial(self, item: s.Initial, scope: Scope) -> None:
-        self._initial.append((item, scope))
+        if item.mode != "state":
+            self._initial.append((item, scope))
+        elif (steady := is_steady(item)) is not None and not scope.namespace.name:  # of the main model
+            self._steady = item if steady else None
 
     def warn(self, message: str, at: At, hint: str) -> None:
         """Add a warning, unless there is one about this place."""
@@ -317,6 +321,8 @@ class Assembly:
             elif frame is not None:
                 aliases[member.name] = frame.name
         initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
+        if self._steady is not None:
+            check_steady(self._steady, initial)
         self._doubt_names()
         self._note_passed()
         components = turned_by_joints(components, frames)
@@ -337,6 +343,7 @@ class Assembly:
             shapes=self._shapes(),
             warnings=tuple(self._warnings.values()),
             spatial=self.spatial,
+            steady=self._steady is not None,
         )
 
     def _doubt_names(self) -> None:

@@ -20,6 +20,45 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 
+STATES = {"steady": True, "given": False}  #: values of ``initial(state = ...)``
+
+
+def is_steady(item: s.Initial) -> bool:
+    """Whether ``initial(state = ...)`` means the equilibrium.
+
+    Raises
+    ------
+    ModelError
+        If it is not a state.
+    """
+    name, value = write(item.target), write(item.value)
+    if name != "state":
+        raise ModelError(f"initial has no `{name}`", span_of(item.target.at), "write `initial(state = steady);`")
+    if value not in STATES:
+        hint = "`steady` is the equilibrium; `given` are the initial values"
+        raise ModelError(f"found the state `{value}`, expected steady or given", span_of(item.value.at), hint)
+    return STATES[value]
+
+
+def check_steady(item: s.Initial, given: Iterable[InitialValue]) -> None:
+    """Check that a model that starts at its equilibrium has no initial values that contradict it.
+
+    Raises
+    ------
+    ModelError
+        If a position is fixed, or a velocity is not zero.
+    """
+    for x in given:
+        if symbolic.is_velocity_level(x.target):
+            wrong = x.value != 0.0
+            message, hint = f"`{x.name}` is {x.value:g}, and the model is at rest where it starts", "omit this velocity"
+        else:
+            wrong, message = x.fixed, f"`{x.name}` is fixed, and the model starts at its equilibrium"
+            hint = f"write `guess {x.name} = ...`: the equilibrium that is reached from there"
+        if wrong:
+            notes = ((f"`initial({write(item.target)} = {write(item.value)})` is here", span_of(item.at)),)
+            raise ModelError(message, x.span, hint, notes=notes if notes[0][1] else ())
+
 
 class InitialValues:
     """The initial values of a model."""

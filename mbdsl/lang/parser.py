@@ -164,6 +164,16 @@ class _Builders:
     def initials(self, parts: list) -> tuple:
         return "initials", [p for p in parts if not isinstance(p, Token)]
 
+    def initial_state(self, parts: list) -> tuple:
+        """``initial(state = steady);`` and the initial values after it."""
+        at = self._at(parts[0], parts[3])
+        given = parts[1][0] if len(parts[1]) == 1 else None
+        if given is None or not given.name or given.value is None or given.modifiers or given.indices:
+            hint = "write `initial(state = steady);`, or `initial equation` before initial values"
+            raise SyntaxProblem("found `initial(`, expected the state at the start", span_of(at), hint)
+        state = s.Initial("state", s.Reference((s.Step(given.name),), at=given.at), given.value, at=at)
+        return "initials", [state, *(p for p in parts[4:] if not isinstance(p, Token))]
+
     def extends(self, parts: list) -> s.Extends:
         arguments = parts[2] if type(parts[2]) is tuple else ()
         return s.Extends(_dotted(parts[1]), arguments, at=self._at(parts[1][0], parts[1][-1]))

@@ -245,9 +245,9 @@ class Relation(Item):
 
 @node
 class Initial(Item):
-    """``guess rod.phi = 10 deg;``"""
+    """``guess rod.phi = 10 deg;``, or ``initial(state = steady);`` with the target ``state``"""
 
-    mode: str  #: "fixed" or "guess"
+    mode: str  #: "fixed", "guess" or "state"
     target: Expression
     value: Expression
 

@@ -17,7 +17,7 @@ from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Slot, Tabl
 from mbdsl.lang.experiment import read_experiment
 from mbdsl.lang.flat_component import Part, is_body
 from mbdsl.lang.inheritance import Member
-from mbdsl.lang.initial_values import InitialValues
+from mbdsl.lang.initial_values import InitialValues, is_steady
 from mbdsl.lang.library import Unit
 from mbdsl.lang.load import deep, instantiate
 
@@ -130,6 +130,9 @@ class Trial:
         read_shapes(arguments, self._instance.scope)
 
     def _check_initial(self, item: s.Initial) -> None:
+        if item.mode == "state":
+            is_steady(item)
+            return
         self._when_connected(lambda: self._fix(InitialValues([], [(item, self._instance.scope)], self._assembly.warn)))
 
     def _fix(self, given: InitialValues) -> None:

@@ -241,6 +241,8 @@ class Scene:
         Values in the text that are probably not as intended.
     spatial : bool
         Whether it is a model in space.
+    steady : bool
+        Whether simulations start at the static equilibrium that is reached from the initial positions.
     deformed : mapping of str to float
         Coordinates at which bodies that deform begin, by the names of a System; without them they begin undeformed.
     """
@@ -261,6 +263,7 @@ class Scene:
     shapes: Mapping[str, tuple[DrawnShape, ...]] = field(default_factory=dict)
     warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
     spatial: bool = False  #: whether it is a model in space; its frames are of the type SpatialFrame
+    steady: bool = False
     deformed: Mapping[str, float] = field(default_factory=dict)
     #: None for scenes of other origin; ``dataclasses.replace`` does not copy it, as it would not describe the result
     _origin: Origin | None = field(default=None, init=False, compare=False)

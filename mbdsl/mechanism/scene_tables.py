@@ -78,7 +78,8 @@ def tables(scene: Scene) -> list[Table]:
         Table(
             "Initial values",
             ("signal", "value", "unit", ""),
-            [
+            [("state", "steady", "", "")] * scene.steady
+            + [
                 (i.name, rounded(i.value), units.get(i.name.rpartition(".")[2], ""), "fixed" if i.fixed else "guess")
                 for i in scene.initial
             ],

@@ -64,13 +64,15 @@ class Check:
     def assembly(self) -> tuple[str, ...]:
         """Lines about the initial state: guesses that were changed, redundant constraints, rates that were not given.
 
-        There are none if the structure shows that the initial state is consistent.
+        There are none if the structure shows that the initial state is consistent. A model that starts at its
+        equilibrium says so; its initial values are where the search for it begins.
         """
+        steady = ("starts at the static equilibrium that it reaches from here",) if self.graph.scene.steady else ()
         if self.quick or not has_to_be_assembled(self.graph):
-            return ()
+            return steady
         from mbdsl.initial.start_check import check_start  # numerics take longer to load than everything before
 
-        return tuple(check_start(self.graph))
+        return (*check_start(self.graph), *steady)
 
     def __repr__(self) -> str:
         return f"<Check of {self.graph.scene.name}: mobility {self.graph.mobility}>"

@@ -19,12 +19,13 @@ from mbdsl.simulation.state_signals import StateSignals
 
 GUESS = "guess"  #: key of a mapping of guesses
 SHAPES = "shapes"  #: key of the coordinates of bodies that deform
+STATIC = "static"  #: in place of initial values: the equilibrium
 FINAL = "final state"  #: key of the final state of a run: guesses that replace all initial values of the model
 #: as in the docstring of ``mbdsl.simulate``
 Initial = Mapping[str, Any] | StateSignals
 
 
-def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
+def as_mapping(scene: Scene, initial: Initial | str) -> dict[str, Any]:
     """Initial values as a mapping; the final state of a run is a guess for the positions and velocities of all bodies,
     in space also for the angles that count turns. Bodies that deform begin at the coordinates of a run that is at rest.
 
@@ -39,8 +40,8 @@ def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
         return dict(initial)
     if not isinstance(initial, StateSignals):
         raise UsageError(
-            f"initial: found {initial!r}, expected a mapping of signals to values",
-            hint='e.g. initial={"crank.phi": "30 deg"}, the Trajectory of another run, or "static", the equilibrium',
+            f'initial: found {initial!r}, expected a mapping of signals to values, or "static", the equilibrium',
+            hint='e.g. initial={"crank.phi": "30 deg"}, or the Trajectory of another run',
         )
     if not len(initial.t):
         raise UsageError("initial: the trajectory is empty, it has no final state")
@@ -64,8 +65,8 @@ def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
     return found | {SHAPES: shapes} if shapes else found
 
 
-def with_initial(scene: Scene, initial: Initial | None) -> Scene:
-    """A scene with these initial values, which replace those of the same signals.
+def with_initial(scene: Scene, initial: Initial | str | None) -> Scene:
+    """A scene with these initial values, which replace those of the same signals; "static" is its equilibrium.
 
     Raises
     ------
@@ -74,6 +75,8 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     """
     if initial is None:
         return scene
+    if isinstance(initial, str) and initial == STATIC:
+        return replace(scene, steady=True)
     fixed = as_mapping(scene, initial)
     final, guesses, shapes = fixed.pop(FINAL, {}), fixed.pop(GUESS, {}), fixed.pop(SHAPES, {})
     if not isinstance(guesses, Mapping):
@@ -83,7 +86,7 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     given += [_value(known, name, x, True) for name, x in fixed.items()]
     new = {item.target: item for item in given}
     kept = [] if final else [new.pop(item.target, item) for item in scene.initial]
-    found = replace(scene, initial=(*kept, *new.values()), deformed=shapes)
+    found = replace(scene, initial=(*kept, *new.values()), deformed=shapes, steady=False)
     try:
         given_attitudes(found.initial)  # it checks them
     except ModelError as problem:

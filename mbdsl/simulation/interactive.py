@@ -38,6 +38,7 @@ from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constraine
 from mbdsl.simulation.present_signals import PresentSignals, Values
 from mbdsl.simulation.reader import Reader
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
+from mbdsl.simulation.steady_start import settled
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.simulation.turn_counters import TurnCounter
 from mbdsl.storage.compilation_notice import announce_compilation
@@ -99,7 +100,7 @@ class Simulation:
         general: bool = False,
         without: Sequence[str] = (),
         parameters: Mapping[str, str | float] | None = None,
-        initial: Mapping[str, Any] | Trajectory | None = None,
+        initial: Mapping[str, Any] | Trajectory | str | None = None,
         record: bool = True,
     ) -> None:
         scene = with_initial(as_scene(model, parameters, without), initial)
@@ -116,6 +117,7 @@ class Simulation:
         given = check_options(self._method, options or {}, constrained(scene), force)
         # no stop time: it lies 2^52 steps ahead
         plan = Plan(self._method, self._h, begin, begin + self._h * 2.0**52, np.array([]), given, general)
+        scene, _ = settled(scene, begin)
         self._motion = motion = Motion(scene, plan)
         announce_compilation(None, motion.uncompiled)
         motion.prepare()

@@ -31,6 +31,7 @@ from mbdsl.simulation.method_choice import Choice
 from mbdsl.simulation.plan import Plan, check_rounding, plan
 from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.shared_friction import shared_friction
+from mbdsl.simulation.steady_start import settled, warnings
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import calibrated
 from mbdsl.simulation.trajectory import Trajectory
@@ -73,7 +74,7 @@ def simulated(
     general: bool = False,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
-    initial: Mapping[str, Any] | Trajectory | None = None,
+    initial: Mapping[str, Any] | Trajectory | str | None = None,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
@@ -96,6 +97,7 @@ def simulated(
     run = plan(scene, method, step, tol, start, stop, interval, options, force, general, times, stream is not None)
     if scene.experiment.tolerance is not None and run.tol is None and announce is not None:
         announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
+    scene, rest = settled(scene, run.start, announce)
     motion = Motion(scene, run)
     if stream is not None:
         stream.settle(motion)
@@ -116,7 +118,8 @@ def simulated(
         check_rounding(run.tol, far, f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)")
     if announce is not None:
         _announce_redundant(motion, announce)
-    loose = [text for p in motion.parts for text in misfits(p.system, p.initial.t, p.initial.q, p.initial.v)]
+    loose = warnings(rest)
+    loose += [text for p in motion.parts for text in misfits(p.system, p.initial.t, p.initial.q, p.initial.v)]
     loose += [MIRRORED.format(name) for _, first in motion.assembled for name in first.mirrored]
     loose += [note for _, first in motion.assembled for note in first.notes]
     keeper = None
@@ -124,8 +127,8 @@ def simulated(
         asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}
         asked |= {"interval": interval, "options": dict(options or {})}
         asked |= {"times": None if times is None else np.asarray(times).tolist()}
-        if initial is not None:
-            asked["initial"] = as_mapping(scene, initial)
+        if (first_state := initial if rest is None else rest) is not None:
+            asked["initial"] = as_mapping(scene, first_state)
         asked |= {"force": force, "general": general, "parameters": dict(parameters or {}), "without": list(without)}
         keeper = Keeper(of_run(checkpoint, model, asked), motion, stream)
     motion.watch()

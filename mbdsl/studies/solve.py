@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.analysis.operating_points import At
 from mbdsl.errors import UsageError
 from mbdsl.lang import units
 from mbdsl.lang.given_values import mapping
@@ -236,7 +237,7 @@ def solve(
     start: float | str | None = None,
     stop: float | str | None = None,
     interval: float | str | None = None,
-    at: float | str = "static",
+    at: At = "static",
     options: Mapping[str, float | None] | None = None,
     parameters: Mapping[str, str | float] | None = None,
     without: Sequence[str] = (),

@@ -10,7 +10,7 @@ from itertools import product
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.analysis.operating_points import checked
+from mbdsl.analysis.operating_points import At, checked
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.experiment import check_effects
@@ -24,12 +24,15 @@ from mbdsl.mechanism.scene import ParameterValue, Scene
 from mbdsl.simulation.plan import DEFAULT_METHOD, Plan, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
-from mbdsl.studies.measures import RUN, Measure
+from mbdsl.studies.followed_modes import Follower, followed
+from mbdsl.studies.followed_modes import notes as followed_notes
+from mbdsl.studies.followed_modes import values as followed_values
+from mbdsl.studies.measures import MODES, RUN, Measure
 from mbdsl.studies.runner import StudyProgress
 from mbdsl.studies.store import CHANGED, Computed, Store
 from mbdsl.studies.sweep_results import Sweep
 from mbdsl.studies.sweep_runs import Point, SweepSetting, compute_all, times
-from mbdsl.studies.sweep_values import FORMS, MOST, Varied, varied
+from mbdsl.studies.sweep_values import FORMS, MOST, Varied, half, number_text, varied
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -51,7 +54,7 @@ def sweep(
     options: Mapping[str, float | None] | None = None,
     parameters: Mapping[str, str | float] | None = None,
     without: Sequence[str] = (),
-    at: float | str = "static",
+    at: At = "static",
     limit: float | str | None = None,
     workers: int | None = None,
     store: str | PathLike | None = None,
@@ -77,8 +80,8 @@ def sweep(
         ``at(mass.vx, mass.x > 0.5 m)`` or ``at(mass.vx, 2 s)`` the value at a time, ``at_max(mass.y, rod.fy)`` and
         ``at_min`` that where another signal is largest or least. ``static(pin.fx)`` is the value at
         the equilibrium that ``mbdsl.static`` finds; frequency(1), damped_frequency(1) and damping(1) are those of the
-        first mode of ``mbdsl.eigen``. Models are simulated only if a measure needs it. Default: least and largest value
-        of the coordinates of the first body.
+        first mode of ``mbdsl.eigen`` at the first point, which is followed from point to point by its shape. Models are
+        simulated only if a measure needs it. Default: least and largest value of the coordinates of the first body.
     paired : bool, optional
         Whether the first values of all parameters belong together, then the second, and so on. Default: all
         combinations.
@@ -88,7 +91,7 @@ def sweep(
         As for ``mbdsl.simulate``.
     interval : float or str, optional [s]
         Output interval. Default: (stop - start)/2000. Measures are those of the output.
-    at : str or float, optional
+    at : str, float or mapping, optional
         State about which modes are computed, as for ``mbdsl.eigen``.
     limit : float or str, optional [s]
         Time limit of a run. A run that exceeds it has no values and is not stored.
@@ -126,16 +129,51 @@ def sweep(
     cases = [replace(case, values=values) for values in points]
     runs, number = compute_all(of, kept, cases, longest, workers, tell, announce)
     check_files(runs.values())
-    return Sweep(
-        of.scene.name,
-        [with_unit(p, of.scene) for p in ranges],
-        of.measures,
-        indices,
-        [runs[case] for case in cases],
-        paired,
-        longest,
-        number,
-    )
+    rows, notes = [runs[case] for case in cases], list[str]()
+    if of.asks_for(MODES):
+        rows, notes = _followed(of, kept, cases[0], ranges, indices, rows, paired, longest, announce)
+    shown = [with_unit(p, of.scene) for p in ranges]
+    return Sweep(of.scene.name, shown, of.measures, indices, rows, paired, longest, number, notes)
+
+
+def _followed(
+    of: SweepSetting,
+    kept: Store,
+    case: Point,
+    ranges: Sequence[Varied],
+    indices: Sequence[tuple[int, ...]],
+    runs: Sequence[Computed],
+    paired: bool,
+    limit: float,
+    announce: Callable[[str], None] | None,
+) -> tuple[list[Computed], list[str]]:
+    """The runs with the measures of modes in the order in which they are followed, and sentences about it."""
+    modal = replace(of, measures=tuple(m for m in of.measures if m.of == MODES))
+
+    def place(row: Sequence[int]) -> tuple:
+        return tuple(p.texts[j] if p.numbers is None else p.numbers[j] for p, j in zip(ranges, row, strict=True))
+
+    def between(a: tuple, b: tuple) -> tuple[tuple, Computed] | None:
+        halves = [half(p, x, y) for p, x, y in zip(ranges, a, b, strict=True)]
+        middle = tuple(x for x in halves if x is not None)
+        if len(middle) < len(halves):
+            return None
+        texts = [
+            x if isinstance(x, str) else f"{number_text(x)} {p.unit}".strip()
+            for p, x in zip(ranges, middle, strict=True)
+        ]
+        point = replace(case, values=tuple(zip([p.name for p in ranges], texts, strict=True)))
+        found, _ = compute_all(modal, kept, [point], limit, 1, None, announce)
+        check_files(found.values())
+        return middle, found[point]
+
+    follower = Follower(max(int(m.signal) for m in modal.measures), between)
+    shapes, uncertain = followed(follower, indices, [place(row) for row in indices], runs, paired)
+    rows = [
+        replace(run, stats={**run.stats, "values": followed_values(of.measures, x, run)}) if run.done else run
+        for run, x in zip(runs, shapes, strict=True)
+    ]
+    return rows, followed_notes(ranges, indices, shapes, uncertain, follower)
 
 
 def setting(
@@ -150,7 +188,7 @@ def setting(
     start: float | str | None,
     stop: float | str | None,
     interval: float | str | None,
-    at: float | str,
+    at: At,
     options: Mapping[str, float | None] | None,
     parameters: Mapping[str, str | float] | None,
     without: Sequence[str],

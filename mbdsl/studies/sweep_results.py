@@ -53,6 +53,8 @@ class Sweep:
         Time limit of a run.
     found : int
         Number of runs that were taken from the store.
+    notes : list of str
+        Remarks, such as where the order of modes by frequency changes.
     """
 
     def __init__(
@@ -65,10 +67,11 @@ class Sweep:
         paired: bool = False,
         limit: float = math.inf,
         found: int = 0,
+        notes: Sequence[str] = (),
     ) -> None:
         self.name, self.parameters, self.measures = name, tuple(parameters), tuple(measures)
         self.indices, self.runs, self.paired, self.limit = list(indices), tuple(runs), paired, limit
-        self.found = found
+        self.found, self.notes = found, list(notes)
 
     def __len__(self) -> int:
         return len(self.runs)
@@ -246,7 +249,7 @@ class Sweep:
             line, rows = next(iter(said.items()))
             which = f"the first ({self._where(rows)}): {line}"
             lines.append(f"{count(len(warned), 'run has', 'runs have')} warnings, {which}")
-        return lines
+        return lines + self.notes
 
     def _where(self, rows: Sequence[int]) -> str:
         first = self.point(rows[0])

@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from mbdsl.analysis.eigenmodes import eigen
+from mbdsl.analysis.eigenmodes import Modes, eigen
 from mbdsl.analysis.equilibria import static
+from mbdsl.analysis.operating_points import At
 from mbdsl.errors import MbdslError
 from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import Scene
@@ -26,12 +27,14 @@ from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies import runner
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
+from mbdsl.studies.followed_modes import with_modes
 from mbdsl.studies.measures import MODES, RUN, STATIC, Measure
 from mbdsl.studies.runner import StudyProgress
 from mbdsl.studies.store import CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of, method_code
 from mbdsl.studies.time_limits import TooLong, limited
 from mbdsl.studies.workers import cores, side_by_side
 
+FURTHER = 8  #: number of modes above those of the measures, which may become lower ones along a sweep
 POINTS = 2000  #: number of output times of a run, unless an interval is given: extrema are those of the output
 
 
@@ -63,7 +66,7 @@ class SweepSetting(Setting):
         The model without the values of a point, if it was not given by its path.
     base_text : str
         All that it was made from.
-    at : str or float
+    at : str, float or mapping
         State about which modes are computed, as for ``mbdsl.eigen``.
     """
 
@@ -72,7 +75,7 @@ class SweepSetting(Setting):
     after: float = -math.inf
     base: Scene | None = None
     base_text: str = ""
-    at: str | float = "static"
+    at: At = "static"
 
     def asks_for(self, what: str) -> bool:
         """Whether a measure belongs to a run, to the equilibrium or to modes."""
@@ -134,14 +137,16 @@ def _(
     limit = min(limit, left)
     try:
         scene = scene_at(of, case)
-        stats: dict[str, Any] = {"values": _at_rest(of, scene, announce)}
+        values, modes = _at_rest(of, scene, announce)
+        stats: dict[str, Any] = {"values": values}
         if of.asks_for(RUN):
             run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol}
-            found = limited(scene, limit, announce=announce, options=dict(case.options), **run, **times(of, scene))
-            stats |= {key: found.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
-            stats["values"] |= measured(of, found)
-            stats["warnings"] = list(found.stats.get("warnings", ()))
-        return Computed(case, stats=stats)
+            trajectory = limited(scene, limit, announce=announce, options=dict(case.options), **run, **times(of, scene))
+            stats |= {key: trajectory.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
+            stats["values"] |= measured(of, trajectory)
+            stats["warnings"] = list(trajectory.stats.get("warnings", ()))
+        found = Computed(case, stats=stats)
+        return found if modes is None else with_modes(found, modes)
     except TooLong:
         return Computed(case, problem=OUT_OF_TIME)
     except FilesChanged:
@@ -179,9 +184,15 @@ def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
     return values
 
 
-def _at_rest(of: SweepSetting, scene: Scene, announce: Callable[[str], None] | None) -> dict[str, float]:
-    """The value of each measure of the equilibrium and of modes; nan if there is no such signal or mode."""
+def _at_rest(
+    of: SweepSetting, scene: Scene, announce: Callable[[str], None] | None
+) -> tuple[dict[str, float], Modes | None]:
+    """The value of each measure of the equilibrium and of modes by frequency, and these modes.
+
+    A value is nan if there is no such signal or mode.
+    """
     values: dict[str, float] = {}
+    modes = None
     if of.asks_for(STATIC):
         rest = static(scene, start=of.times_asked.get("start"), announce=announce).trajectory
         for m in of.measures:
@@ -189,11 +200,11 @@ def _at_rest(of: SweepSetting, scene: Scene, announce: Callable[[str], None] | N
                 values[str(m)] = float(rest[m.signal][0]) if m.signal in rest else math.nan
     if of.asks_for(MODES):
         asked = [m for m in of.measures if m.of == MODES]
-        modes = eigen(scene, of.at, max(int(m.signal) for m in asked), announce=announce)
+        modes = eigen(scene, of.at, FURTHER + max(int(m.signal) for m in asked), announce=announce)
         for m in asked:
             k = int(m.signal) - 1
             values[str(m)] = float(getattr(modes[k], m.function)) if k < len(modes) else math.nan
-    return values
+    return values, modes
 
 
 def compute_all(

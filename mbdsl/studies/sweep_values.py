@@ -88,6 +88,17 @@ def number_text(x: float) -> str:
     return f"{x:.{DIGITS}g}"
 
 
+def half(p: Varied, x: float | str, y: float | str) -> float | str | None:
+    """The value of a parameter between two others; None if there is none."""
+    if x == y:
+        return x
+    if isinstance(x, str) or isinstance(y, str):
+        return None
+    middle = math.sqrt(x * y) if p.log and x > 0.0 < y else 0.5 * (x + y)
+    found = float(number_text(middle))
+    return None if found in (x, y) else found
+
+
 def varied(name: str, given: str | Iterable) -> Varied:
     """The values of a parameter.
 

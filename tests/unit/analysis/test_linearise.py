@@ -247,7 +247,7 @@ def test_outputs_is_the_former_name_of_signals():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"inputs": ["x"]}, "no input `x`"),
+        ({"inputs": ["x"]}, "no input, driver or force `x`"),
         ({"signals": ["pin.angle"]}, "no signal"),
         ({"signals": ["pin.Phi[1]"]}, "cannot be an output"),
         ({"at": "now"}, "expected `static`, `start` or a time"),

@@ -29,6 +29,8 @@ UPWARD = {
 }
 #: the imports that close circles, with the reason; none of them is executed while a module is imported
 CIRCLES = {
+    ("mbdsl.analysis.response_results", "mbdsl.analysis.response_files"): "a Response writes itself to files",
+    ("mbdsl.analysis.response_results", "mbdsl.analysis.response_tables"): "a Response prints and draws itself",
     ("mbdsl.explanation.receipt", "mbdsl.explanation.receipt_text"): "a receipt prints itself as text",
     ("mbdsl.mechanism.graph", "mbdsl.mechanism.scene_tables"): "a graph shows itself in a notebook",
     ("mbdsl.mechanism.scene", "mbdsl.mechanism.scene_tables"): "a Scene shows itself in a notebook",

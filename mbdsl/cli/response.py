@@ -1,0 +1,88 @@
+"""mbdsl response: amplitude and phase of signals over the frequency of an input, and resonances."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from mbdsl.cli import _values as values
+from mbdsl.errors import UsageError
+from mbdsl.messages import visible
+from mbdsl.storage import output_files
+
+AMPLITUDES = ("1", "w", "w^2", "1/w", "1/w^2")
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "response",
+        help="frequency response: amplitude, phase, resonances",
+        description="Linearise a model about a state; print amplitudes and phases of signals over the frequency of an "
+        "input (a Bode diagram), and name its resonances.",
+    )
+    values.add_model(parser)
+    parser.add_argument(
+        "--input",
+        metavar="NAME,...",
+        type=values.patterns,
+        help="what oscillates: an input of the model, a force (push.fx), a driver (base.s), or "
+        "rotating(push.fx, push.fy); default: all inputs of the model",
+    )
+    parser.add_argument(
+        "--output", metavar="SIGNAL,...", type=values.patterns, help="signals, such as pin.phi; default: coordinates"
+    )
+    parser.add_argument(
+        "--range", metavar="F1:F2", help='frequencies, 0.1:100Hz or "1:600 rad/s"; default: those of the poles'
+    )
+    values.add_at(parser)
+    parser.add_argument(
+        "--amplitude",
+        choices=AMPLITUDES,
+        default="1",
+        help="the amplitude of the input over the angular frequency: w^2 for an unbalance, 1/w^2 for a driver with a "
+        "constant amplitude of its acceleration; default 1",
+    )
+    parser.add_argument("--plot", action="store_true", help="draw amplitude and phase in characters")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="write the values (.csv, .json), tables (.md, .tex), a plot (.svg, .png, .pdf) or a page (.html); "
+        "repeatable",
+    )
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl.analysis.response_files import SUFFIXES
+
+    for name in args.output or ():
+        if name.lower().endswith(SUFFIXES):
+            raise UsageError(f"--output {name}: expected signals", hint=f"files are written by --out {name}")
+    for path in args.out:
+        output_files.suffix_of(path, SUFFIXES)
+    output_files.check(args.out, [args.model])
+    scene = values.load_model(args)
+    output_files.check(args.out, scene.files)
+
+    from mbdsl.analysis.frequency_response import response
+
+    found = response(
+        scene,
+        args.input,
+        args.output,
+        args.range,
+        at=args.at,
+        amplitude=args.amplitude,
+        announce=lambda text: print(text, file=sys.stderr),
+    )
+    print(found)
+    if args.plot:
+        from mbdsl.cli.plot import show
+
+        show(found.plot())
+    for path in args.out:
+        found.save(path)
+        print(f"{visible(path, line=True)}: {len(found.f)} frequencies")
+    return 0
