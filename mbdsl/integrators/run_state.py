@@ -23,10 +23,6 @@ from mbdsl.system.peaks_along_motion import Turns, not_searched
 Array = NDArray[np.float64]
 
 
-#: largest number of floats that a run keeps of the states at the ends of its steps
-MOST_ENDS = 2_000_000
-
-
 def _pattern(system: System) -> sparse_lu.Pattern:
     return sparse_lu.analyse(system.unknowns, *system.tables.pattern, system.elimination_order())
 
@@ -52,6 +48,7 @@ class RunState:
     longest: float = np.inf  #: largest allowed size of controlled steps
     rows: OutputTimes | None = None  #: the output times, of a run that has a window of them only in ``times``
     pivoting_from: float | None = None  #: time since which the dense solver with pivoting replaces the sparse one
+    keeps: bool = False  #: whether the states at the ends of all steps are kept, for extremes of signals
 
     def __post_init__(self) -> None:
         self.seen = np.zeros(0)  # largest values so far of the terms searched for peaks
@@ -76,8 +73,7 @@ class RunState:
         self.reals = reals = np.zeros(loop_state.REALS)
         self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
         self.released = 0  #: rows of output that were taken from the run
-        self.ends: list[Array] = []  #: (N, 1 + n + unknowns): t, q, v, lam at the ends of steps; see keep_ends
-        self._room = MOST_ENDS
+        self.ends: list[Array] = []  #: (N, 1 + n + unknowns) t, q, v, lam at ends of steps and behind jumps, unordered
         if self.rows is not None:
             self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
@@ -157,10 +153,13 @@ class RunState:
                 self.layout[self.layout[self.layout[buffer_layout.GAMMAS] + row - m] + 3] = 1
 
     def keep_ends(self, rows: Array) -> None:
-        """Keep recorded states at the ends of steps, which outputs pass over, until they need too much memory."""
-        self._room -= rows.size
-        if self._room >= 0:
+        """Keep recorded states at the ends of steps."""
+        if self.keeps and len(rows):
             self.ends.append(rows.copy())
+
+    def keep_state(self) -> None:
+        """Keep the present state: at the start, and behind a jump of forces."""
+        self.keep_ends(np.concatenate([[self.time], *self.state()])[None])
 
     def synchronise(self) -> None:
         """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""

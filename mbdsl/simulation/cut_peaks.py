@@ -1,4 +1,4 @@
-"""Peaks of signals that outputs cut: values at the ends of steps that no output shows."""
+"""Peaks of signals that outputs cut: extremes over all steps that no output shows."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mbdsl.simulation.extremes import ROWS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
 
 CUT = 0.02  #: part of the range of a signal by which a peak is above the outputs
 ROUNDING = 1e-6  #: excess, relative to signals of the same unit, that may consist of rounding errors
-#: number of steps above which signals are left out that need a solution of the equations at each of them
-MANY = 20_000
 
 
 class CutPeak(NamedTuple):
@@ -23,9 +22,9 @@ class CutPeak(NamedTuple):
     signal, unit : str
         Its name and SI unit.
     value : float
-        The value at the end of a step.
+        The value, of an :class:`mbdsl.simulation.extremes.Extreme`.
     time : float [s]
-        The time of this end.
+        Its time.
     shown : float
         The largest or least value of the outputs.
     """
@@ -42,29 +41,21 @@ class CutPeak(NamedTuple):
         return f"{self.signal} is {self.value:.4g}{unit} at t = {self.time:.6g} s, and {outputs}"
 
 
-def cut_peaks(shown: StateSignals, names: Iterable[str]) -> list[CutPeak]:
-    """The peaks of signals that the outputs of a run cut, as far as the run has kept its steps."""
-    ends = shown.ends
-    if ends is None or not len(shown.t):
-        return []
-    inside = (ends.t >= shown.t[0]) & (ends.t <= shown.t[-1])
-    t, found, sizes = ends.t[inside], [], _sizes(shown)
-    for name in names:
-        if name == "time" or (len(t) > MANY and not ends.is_at_hand(name)):
+def cut_peaks(shown: StateSignals, extremes: Iterable[Extreme]) -> list[CutPeak]:
+    """The peaks, among the extremes of signals, that the outputs of a run cut."""
+    found, sizes = [], _sizes(shown)
+    for e in extremes:
+        x = shown._signal(e.signal)
+        x = x[np.isfinite(x)]
+        if e.of == ROWS or not len(x):
             continue
-        x, y, unit = shown._signal(name), ends._signal(name)[inside], shown.unit(name)
-        known = np.isfinite(y)
-        x, y, at = x[np.isfinite(x)], y[known], t[known]
-        if not len(x) or not len(y):
-            continue
-        low, high = min(y.min(), x.min()), max(y.max(), x.max())
-        sizes[unit] = max(sizes.get(unit, 0.0), -low, high)
-        for k, outside, edge in (
-            (int(y.argmax()), y.max() - x.max(), x.max()),
-            (int(y.argmin()), x.min() - y.min(), x.min()),
+        sizes[e.unit] = max(sizes.get(e.unit, 0.0), -e.least, e.largest)
+        for value, time, edge in (
+            (e.largest, e.time_of_largest, float(x.max())),
+            (e.least, e.time_of_least, float(x.min())),
         ):
-            if outside > CUT * (high - low):
-                found.append((outside, CutPeak(name, unit, float(y[k]), float(at[k]), float(edge))))
+            if abs(value - edge) > CUT * (e.largest - e.least):
+                found.append((abs(value - edge), CutPeak(e.signal, e.unit, value, time, edge)))
     return [peak for outside, peak in found if outside > ROUNDING * sizes[peak.unit]]
 
 

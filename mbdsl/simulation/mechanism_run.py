@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,9 @@ from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build
 from mbdsl.system.bending import first_bend
 from mbdsl.system.tables import gravity
+
+if TYPE_CHECKING:
+    from mbdsl.simulation.extremes import Gathered
 
 Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
@@ -71,6 +75,7 @@ class Kept:
     integrations: list[Run]
     failed: Moving | None
     failure: int
+    gathered: Gathered | None
 
 
 class Motion:
@@ -91,6 +96,8 @@ class Motion:
         Number of steps of the other calibration runs, which were made to estimate the error of this one.
     purpose : str
         The purpose of the present run, if it is one of several.
+    gathered : Gathered or None
+        Ranges of signals over the steps that the present run has forgotten.
 
     Raises
     ------
@@ -114,6 +121,7 @@ class Motion:
         self.trial_steps = 0
         self.purpose = ""
         self.failed: Moving | None = None
+        self.gathered: Gathered | None = None
         self._failure = loop_state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = plan.tol is not None or backend(plan.method) is not None  # different for each part
@@ -187,7 +195,10 @@ class Motion:
         self.assembled = []
 
     def watch(self) -> None:
-        """Search fixed steps for peaks of laws between their ends; called after ``prepare``, before the first step."""
+        """Keep the ends of all steps, and search fixed steps for peaks of laws between them.
+
+        Called after ``prepare``, before the first step.
+        """
         for p in self.parts:
             if isinstance(p.integration, Integration):
                 p.integration.watch()
@@ -224,10 +235,11 @@ class Motion:
 
     def restart(self, plan: Plan) -> None:
         """Return to the start, for another run of the same scene, whose method may be another one."""
-        self.plan, self.failed = plan, None
+        self.plan, self.failed, self.gathered = plan, None, None
         for p in self.parts:
             if p.method not in (plan.method, KINEMATIC):
-                p.method, p.integration = plan.method, _run(p.system, plan.method, plan, plan.options)
+                keeps = getattr(p.integration, "keeps", False)
+                p.method, p.integration = plan.method, _run(p.system, plan.method, plan, plan.options, keeps)
             elif isinstance(p.integration, Integration):
                 p.integration = p.integration.anew(plan.times, plan.tol, plan.every, plan.longest, plan.rows)
             else:
@@ -237,11 +249,12 @@ class Motion:
 
     def keep(self) -> Kept:
         """The present run, for :meth:`recall`."""
-        return Kept(self.plan, [p.integration for p in self.parts], self.failed, self._failure)
+        return Kept(self.plan, [p.integration for p in self.parts], self.failed, self._failure, self.gathered)
 
     def recall(self, kept: Kept) -> None:
         """Make a stored run the present one again."""
         self.plan, self.failed, self._failure = kept.plan, kept.failed, kept.failure
+        self.gathered = kept.gathered
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             p.integration = integration
             p.method = p.method if p.method == KINEMATIC else kept.plan.method
@@ -510,41 +523,55 @@ class Motion:
         self, known: list[Array], states: list[tuple[Array, Array, Array]]
     ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
         """The states of all parts at all of their ``known`` times that all of them have reached."""
-        if len(known) == 1:
+        if all(np.array_equal(known[0], t) for t in known):
             return known[0], states
         times = np.unique(np.concatenate(known))
-        times = times[times <= min(t[-1] for t in known)]
+        times = times[(times >= max(t[0] for t in known)) & (times <= min(t[-1] for t in known))]
         turning = [p.system.tables.rotations[:, 0] for p in self.parts]
         return times, [between(times, t, *own, d) for t, own, d in zip(known, states, turning, strict=True)]
 
-    def ends_of_steps(self) -> tuple[Array, Array, Array, Array] | None:
-        """Times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that were searched for peaks.
+    def kept_numbers(self) -> int:
+        """Quantity of numbers in the states that the parts keep at the ends of their steps."""
+        runs = [p.integration for p in self.parts]
+        return sum(rows.size for run in runs if isinstance(run, Integration) for rows in run.ends)
 
-        Parts without such steps are interpolated between their outputs. None if there are no such steps.
+    def forgo(self) -> None:
+        """Keep no further ends of steps."""
+        for p in self.parts:
+            if isinstance(p.integration, Integration):
+                p.integration.forgo()
+
+    def ends_of_steps(self, release: bool = False) -> tuple[Array, Array, Array, Array] | None:
+        """Times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that all parts have taken, and on both
+        sides of jumps of forces; None if they are not kept.
+
+        ``release`` forgets all of them but the last one.
         """
         known: list[Array] = []
         states: list[tuple[Array, Array, Array]] = []
-        noted = False
         for p in self.parts:
-            n, run, first = p.system.n, p.integration, np.concatenate([p.initial.q, p.initial.v, p.initial.lam])
-            if isinstance(run, Integration) and run.overlooked is not None:
-                run.overlooked.finish()
-            if ends := getattr(run, "ends", None):
-                rows = np.vstack(ends)
-                t, rows = np.append(self.plan.start, rows[:, 0]), np.vstack([first, rows[:, 1:]])
-                noted = True
-            else:
-                t, rows = (
-                    np.append(self.plan.start, run.times[: run.written]),
-                    np.vstack([first, run.out[: run.written]]),
-                )
-            t, kept = np.unique(t, return_index=True)
+            n, run = p.system.n, p.integration
+            if not isinstance(run, Integration) or not run.keeps:
+                return None
+            run.flush()
+            rows = np.concatenate(run.ends)
+            if not (np.diff(rows[:, 0]) > 0.0).all():
+                rows = rows[np.argsort(rows[:, 0], kind="stable")]
+                same = 1 + np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
+                rows[same, 0] = np.nextafter(rows[same, 0], np.inf)
+            t = rows[:, 0].copy()
+            run.ends = [rows]
             known.append(t)
-            states.append((rows[kept, :n], rows[kept, n : 2 * n], rows[kept, 2 * n :]))
-        if not noted:
+            states.append((rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]))
+        if not known:
             return None
-        times, states = self._together(known, states)
-        return times, *self.whole.state(times, states)
+        times, found = self._together(known, states)
+        if release:
+            for p, t in zip(self.parts, known, strict=True):
+                run = p.integration
+                assert isinstance(run, Integration)
+                run.ends = [run.ends[0][max(0, int(np.searchsorted(t, times[-1], side="right")) - 1) :].copy()]
+        return times, *self.whole.state(times, found)
 
 
 def _solved(system: System, t: float, states: Solved, q: Array, v: Array) -> InitialState:
@@ -552,11 +579,11 @@ def _solved(system: System, t: float, states: Solved, q: Array, v: Array) -> Ini
     return state_at(system, t, *states.of_part(system, q, v))
 
 
-def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:
-    """A part's run: by compiled code or by a backend."""
+def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None], keeps: bool = False) -> Run:
+    """A part's run, by compiled code, which may keep its steps, or by a backend."""
     arguments = system, method, plan.h, plan.start, plan.stop, plan.times, options
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows)
+    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows, keeps=keeps)

@@ -16,11 +16,15 @@ from mbdsl.errors import Interrupted
 from mbdsl.initial.mirrored_poses import MIRRORED
 from mbdsl.initial.misfits import misfits
 from mbdsl.initial.redundancy import not_unique, repeated
+from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.compiled_loop import has_own_step
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.calibration_runs import COSTLY, Found
 from mbdsl.simulation.checkpoint import Checkpoint, Keeper, of_run
+from mbdsl.simulation.extremes import Gathered
 from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres, failure, inaccurate
 from mbdsl.simulation.fixed_step_warnings import doubts
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
@@ -31,6 +35,8 @@ from mbdsl.simulation.method_choice import Choice
 from mbdsl.simulation.plan import Plan, check_rounding, plan
 from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.shared_friction import shared_friction
+from mbdsl.simulation.state_signals import StateSignals
+from mbdsl.simulation.steps import Steps
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import calibrated
 from mbdsl.simulation.trajectory import Trajectory
@@ -40,6 +46,7 @@ from mbdsl.storage.compilation_notice import announce_compilation
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
+MOST_KEPT = 2_000_000  #: quantity of numbers above which the ends of steps are folded into ranges of signals
 SLICE = 64  #: number of steps before their time is measured
 
 
@@ -79,11 +86,13 @@ def simulated(
     checkpoint: Checkpoint | str | PathLike | None = None,
     inspect: Callable[[Motion], None] | None = None,
     stream: Stream | None = None,
+    signals: Sequence[str] | None = None,
 ) -> Trajectory:
     """As :func:`mbdsl.simulate` without an accuracy, but return the trajectory of a run interrupted between steps.
 
     ``inspect`` is called with the completed motion. A ``stream`` takes the rows of a long run while it goes on; the
-    trajectory then contains only the last of them.
+    trajectory then contains only the last of them. ``signals`` are those whose extremes are found even if the run takes
+    more steps than are kept; by default the coordinates and velocities of all bodies.
 
     Raises
     ------
@@ -134,11 +143,11 @@ def simulated(
     chosen = ""
     with deferred(1) as heard:
         if run.tol is None or not motion.parts or run.stop == run.start:
-            status, found = _integrate(motion, progress, keeper, heard, stream), Found()
+            status, found = _integrate(motion, progress, keeper, heard, stream, asked=signals), Found()
         else:
 
             def integrate(most: float = math.inf) -> int:
-                return _integrate(motion, progress, keeper, heard, stream, most)
+                return _integrate(motion, progress, keeper, heard, stream, most, signals)
 
             def switch(other: Plan) -> None:
                 lap("integrate")
@@ -212,9 +221,11 @@ def _integrate(
     before: Sequence[int] = (),
     stream=None,
     most: float = math.inf,
+    asked: Sequence[str] | None = None,
 ) -> int:
     """Advance in slices of about a tenth of a second, between which progress is shown and interruptions are handled.
 
+    Steps that need too much memory are folded into the ranges of the signals ``asked`` for.
     ``before`` are signals received outside of the loop: they end it after a slice. A run of more than ``most`` steps
     is ended, with the status COSTLY.
     """
@@ -238,6 +249,8 @@ def _integrate(
                     if keeper is not None:
                         keeper.end(motion, COSTLY)
                     return COSTLY
+                if motion.kept_numbers() > MOST_KEPT:
+                    _gather(motion, asked)
                 if stream is not None:
                     stream.pause(motion)
                     if stream.problem:
@@ -315,8 +328,30 @@ def _collect(
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out)
-    if stream is None and not plan.every and (ends := motion.ends_of_steps()) is not None:
-        t, q, v, lam = ends
-        own = lam if motion.own_reactions else None
-        trajectory.ends = Trajectory(system, t, q, v, own, stats, (), motion.left_out)
+    if (steps := steps_of(motion)) is not None:
+        trajectory.steps, trajectory.gathered = steps, motion.gathered
+        steps.ends._names = trajectory._names
+    elif plan.every and stream is None:
+        trajectory.steps = Steps(trajectory, False)
     return trajectory, states
+
+
+def _gather(motion: Motion, asked: Sequence[str] | None) -> None:
+    """Fold the steps so far into ranges of signals; where angles depend on all earlier steps, keep no further ones."""
+    if motion.system.scene.spatial or any(body.counter >= 0 for body in motion.system.tables.models.values()):
+        motion.forgo()
+    elif (steps := steps_of(motion, release=True)) is not None:
+        if motion.gathered is None:
+            names = AskedSignals(motion.system.scene)
+            motion.gathered = Gathered(names.defaults if asked is None else names.select(asked))
+        motion.gathered.add(steps)
+
+
+def steps_of(motion: Motion, release: bool = False) -> Steps | None:
+    """The steps that the present run keeps, which may be released then; None if it keeps none."""
+    if (ends := motion.ends_of_steps(release)) is None:
+        return None
+    t, q, v, lam = ends
+    plan, own = motion.plan, lam if motion.own_reactions else None
+    states = StateSignals(motion.system, t, q, v, own, {"status": "done", "h": plan.h}, (), motion.left_out)
+    return Steps(states, backend(plan.method) is None and has_own_step(plan.method))

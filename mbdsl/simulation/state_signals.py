@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,10 @@ from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.simulation import derived_signals
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
+
+if TYPE_CHECKING:
+    from mbdsl.simulation.extremes import Extreme, Gathered
+    from mbdsl.simulation.steps import Steps
 
 Array = NDArray[np.float64]
 
@@ -48,7 +53,9 @@ class StateSignals:
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
         #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
         self._whole: tuple[StateSignals, slice] | None = None
-        self.ends: StateSignals | None = None  #: the same run at the ends of its steps, if it knows more than outputs
+        self.steps: Steps | None = None  #: the motion between outputs, if it is known
+        self.gathered: Gathered | None = None  #: ranges over earlier steps, which a long run has forgotten
+        self._extremes: dict[str, Extreme] = {}
         self._from_start = True  #: whether the first state is that of the run
 
     @property
@@ -67,7 +74,12 @@ class StateSignals:
         Reference angles remain: those of a part between two times depend on the states before it.
         """
         computed = {k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)} - {"turns"}
-        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}, "ends": None}
+        return {
+            **{k: x for k, x in vars(self).items() if k not in computed},
+            "_known": {},
+            "steps": None,
+            "gathered": None,
+        }
 
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property
@@ -160,6 +172,25 @@ class StateSignals:
             return True
         columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
         return self._lam is not None and not np.isnan(self._lam[:, columns]).any()
+
+    def needs_reactions(self, name: str) -> bool:
+        """Whether a signal follows from multipliers.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        bool
+        """
+        entry = self._names.entry(name) if name in self and name not in self._names.computed else None
+        if entry is None:
+            return False
+        return any(leaf.op == "multiplier" for leaf in leaves(entry[0])) or any(
+            self.needs_reactions(x) for x in self._names.computed_in(entry[0])
+        )
 
     def supply(self, values: Mapping[str, Array]) -> None:
         """Set signals whose values are stored elsewhere, so that they are not computed again.
