@@ -259,7 +259,7 @@ class Integration(RunState):
 
     def forgo(self) -> None:
         """Keep no further ends of steps."""
-        self.keeps, self.ends = False, []
+        self.keeps, self.ends, self.kept = False, self.ends[:0], 0
         if self.tol is not None:
             self.landings.record()
         elif self.overlooked is not None:

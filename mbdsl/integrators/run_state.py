@@ -73,7 +73,8 @@ class RunState:
         self.reals = reals = np.zeros(loop_state.REALS)
         self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
         self.released = 0  #: rows of output that were taken from the run
-        self.ends: list[Array] = []  #: (N, 1 + n + unknowns) t, q, v, lam at ends of steps and behind jumps, unordered
+        #: t, q, v, lam at ends of steps and behind jumps (N, 1 + n + unknowns), in no order; number of these rows
+        self.ends, self.kept = np.empty((0, 1 + self.system.n + self.system.unknowns)), 0
         if self.rows is not None:
             self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
@@ -154,8 +155,13 @@ class RunState:
 
     def keep_ends(self, rows: Array) -> None:
         """Keep recorded states at the ends of steps."""
-        if self.keeps and len(rows):
-            self.ends.append(rows.copy())
+        if not self.keeps:
+            return
+        begin, self.kept = self.kept, self.kept + len(rows)
+        if self.kept > len(self.ends):
+            more = np.empty((max(2 * len(self.ends), self.kept), self.ends.shape[1]))
+            more[:begin], self.ends = self.ends[:begin], more
+        self.ends[begin : self.kept] = rows
 
     def keep_state(self) -> None:
         """Keep the present state: at the start, and behind a jump of forces."""

@@ -49,7 +49,7 @@ def _correct(w: Array, h: Array) -> None:
 
 
 def lobatto_points(t: Array) -> tuple[Array, Array]:
-    """Times (4 N - 3,) at and within the intervals of t (N,), and their weights by the Lobatto rule with five points."""
+    """Times (4 N - 3,) at and within the intervals of t (N,), and their weights by the Lobatto rule of five points."""
     h = np.diff(t)
     times = np.empty(4 * len(h) + 1)
     times[::4] = t

@@ -41,8 +41,8 @@ FORMAT = 1
 EVERY = 60.0  #: default time between two checkpoints [s]
 #: attributes of a run that belong to the model or are recomputed
 NOT_KEPT = set(
-    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows ends keeps "
-    "standstill".split()
+    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows "
+    "standstill ends kept keeps".split()
 ) | {"_advance", "_known", "_rates"}
 Snapshot = dict[str, Any]
 
@@ -285,7 +285,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
         run = p.integration
         assert isinstance(run, Integration)
         _restore_run(run, kept["run"])
-        run.ends = []
+        run.kept = 0
         run.keep_state()
         own = p.system.tables.numbers
         if not isinstance(numbers, np.ndarray) or (numbers.shape, numbers.dtype) != (own.shape, own.dtype):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mbdsl.simulation.extremes import ROWS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
@@ -43,20 +44,32 @@ class CutPeak(NamedTuple):
 
 def cut_peaks(shown: StateSignals, extremes: Iterable[Extreme]) -> list[CutPeak]:
     """The peaks, among the extremes of signals, that the outputs of a run cut."""
-    found, sizes = [], _sizes(shown)
+    return outside(extremes, lambda name: finite_ends(shown._signal(name)), _sizes(shown))
+
+
+def finite_ends(x: NDArray[np.float64]) -> tuple[float, float]:
+    """Least and largest of the finite values of x (N,)."""
+    x = x[np.isfinite(x)]
+    return float(x.min(initial=np.inf)), float(x.max(initial=-np.inf))
+
+
+def outside(
+    extremes: Iterable[Extreme], ends: Callable[[str], tuple[float, float]], sizes: Mapping[str, float]
+) -> list[CutPeak]:
+    """The extremes that are outside of the least and the largest output of their signal, which ``ends`` returns.
+
+    ``sizes`` are those of signals by their units, beside which others are rounding errors.
+    """
+    found, sizes = [], dict(sizes)
     for e in extremes:
-        x = shown._signal(e.signal)
-        x = x[np.isfinite(x)]
-        if e.of == ROWS or not len(x):
+        low, high = ends(e.signal)
+        if e.of == ROWS or low > high:
             continue
         sizes[e.unit] = max(sizes.get(e.unit, 0.0), -e.least, e.largest)
-        for value, time, edge in (
-            (e.largest, e.time_of_largest, float(x.max())),
-            (e.least, e.time_of_least, float(x.min())),
-        ):
+        for value, time, edge in ((e.largest, e.time_of_largest, high), (e.least, e.time_of_least, low)):
             if abs(value - edge) > CUT * (e.largest - e.least):
-                found.append((abs(value - edge), CutPeak(e.signal, e.unit, value, time, edge)))
-    return [peak for outside, peak in found if outside > ROUNDING * sizes[peak.unit]]
+                found.append(CutPeak(e.signal, e.unit, value, time, edge))
+    return [peak for peak in found if abs(peak.value - peak.shown) > ROUNDING * sizes[peak.unit]]
 
 
 def _sizes(shown: StateSignals) -> dict[str, float]:

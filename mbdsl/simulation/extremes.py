@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.messages import count, few
 from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.numerics.quadrature import lobatto_points, weights
@@ -84,7 +85,7 @@ class Range:
                 self.largest, self.time_of_largest = float(y[high]), float(t[high])
 
     def add(self, t: Array, y: Array, w: Array) -> None:
-        """Add values y (N,) with their weights w (N,) in integrals over time; those that are not finite are left out."""
+        """Add values y (N,) with their weights w (N,) in integrals; those that are not finite are left out."""
         if not np.isfinite(integral := float(w @ y)):
             finite = np.isfinite(y)
             t, y, w, self.finite = t[finite], y[finite], w[finite], False
@@ -102,23 +103,25 @@ class Range:
     def extreme(self, signal: str, unit: str, of: str) -> Extreme:
         """The result; nan if there is no finite value."""
         if self.least > self.largest:
-            return Extreme(signal, unit, *[np.nan] * 6, of)
+            return Extreme(signal, unit, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, of)
         mean, square = (x / self.span if self.span else np.nan for x in (self.integral, self.square))
         if not self.span:  # one value
             mean, square = self.least, self.least**2
         inside = min(max(mean, self.least), self.largest)
-        ends = (self.least, self.time_of_least, self.largest, self.time_of_largest)
-        return Extreme(signal, unit, *(x + 0.0 for x in (*ends, inside)), float(np.sqrt(max(0.0, square))), of)
+        low, high, rms = self.least + 0.0, self.largest + 0.0, float(np.sqrt(max(0.0, square)))
+        return Extreme(signal, unit, low, self.time_of_least, high, self.time_of_largest, inside + 0.0, rms, of)
 
 
 class Gathered:
     """Ranges of the steps of a long run that were forgotten, for the signals that were asked for."""
 
-    def __init__(self, names: Sequence[str]) -> None:
-        self.ranges = {name: Range() for name in names}
+    def __init__(self, signals: AskedSignals, asked: Sequence[str] | None) -> None:
+        self._signals = signals
+        self.ranges = {name: Range() for name in (signals.defaults if asked is None else signals.select(asked))}
 
     def add(self, steps: Steps) -> None:
         """Fold steps, which follow those before."""
+        steps.ends._names = self._signals
         for name, found in ranges(steps, list(self.ranges)).items():
             self.ranges[name].join(found)
 
@@ -160,10 +163,13 @@ class Extremes(Mapping[str, Extreme]):
 HEAD = ("signal", "unit", "least", "at [s]", "largest", "at [s]", "mean", "rms")
 
 
+LONG = 24  #: letters of a name up to which the others are aligned with it
+
+
 def cells(x: Extreme) -> tuple[str, ...]:
     """A row of a table."""
     numbers = (x.least, x.time_of_least, x.largest, x.time_of_largest, x.mean, x.rms)
-    return x.signal, x.unit, *(f"{value:.5g}" for value in numbers)
+    return x.signal, x.unit, *(f"{value:.4g}" for value in numbers)
 
 
 def remarks(found: Iterable[Extreme]) -> list[str]:
@@ -173,13 +179,18 @@ def remarks(found: Iterable[Extreme]) -> list[str]:
 
 
 def lines(found: Iterable[Extreme]) -> list[str]:
-    """A table as text."""
+    """A table as text; long names are in lines of their own."""
     found = list(found)
     rows = [HEAD, *map(cells, found)]
-    wide = [max(len(row[k]) for row in rows) for k in range(len(HEAD))]
-    names = [f"{row[0]:<{wide[0]}}  {row[1]:<{wide[1]}}" for row in rows]
-    numbers = ["".join(f"  {x:>{w}}" for x, w in zip(row[2:], wide[2:], strict=True)) for row in rows]
-    return [*(f"{a}{b}" for a, b in zip(names, numbers, strict=True)), *remarks(found)]
+    wide = [max(len(row[k]) for row in rows if k or len(row[0]) <= LONG) for k in range(len(HEAD))]
+    shown = []
+    for name, unit, *numbers in rows:
+        if len(name) > wide[0]:
+            shown.append(name)
+            name = ""
+        right = "".join(f"  {x:>{w}}" for x, w in zip(numbers, wide[2:], strict=True))
+        shown.append(f"{name:<{wide[0]}}  {unit:<{wide[1]}}{right}")
+    return [*shown, *remarks(found)]
 
 
 @with_one_thread
@@ -240,6 +251,17 @@ def ranges(steps: Steps, names: Sequence[str], begin: float = -np.inf, end: floa
             values[name] = y
     _refine(steps, reactions, times, values, found)
     return found
+
+
+def value_at(shown: StateSignals, name: str, t: float) -> float:
+    """The value of a signal at a time [s] of a run whose steps are known."""
+    steps = shown.steps
+    assert steps is not None
+    ends = steps.ends
+    k = int(np.clip(np.searchsorted(ends.t, t, side="right") - 1, 0, max(0, len(ends.t) - 2)))
+    times = np.array([ends.t[k], min(max(t, ends.t[k]), ends.t[-1])])
+    states = steps.at(times, ends.needs_reactions(name))
+    return float(_joined(states._signal(name), times, ends, name)[1])
 
 
 def _joined(y: Array, t: Array, ends: StateSignals, name: str) -> Array:

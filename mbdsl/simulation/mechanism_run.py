@@ -52,6 +52,8 @@ NOISE = 1e-4  #: relative noise of accelerations from positions above which thos
 
 #: the states in which a mechanism in space is solved
 Solved = PlanarStates | GyrostatStates
+#: t (N,), q, v (N, n), lam (N, m + p)
+Ends = tuple[Array, Array, Array, Array]
 #: these, and q and v of the scene that is solved, at the start
 Start = tuple[Solved, Array, Array]
 
@@ -520,7 +522,7 @@ class Motion:
         return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
 
     def _together(
-        self, known: list[Array], states: list[tuple[Array, Array, Array]]
+        self, known: Sequence[Array], states: list[tuple[Array, Array, Array]]
     ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
         """The states of all parts at all of their ``known`` times that all of them have reached."""
         if all(np.array_equal(known[0], t) for t in known):
@@ -533,7 +535,7 @@ class Motion:
     def kept_numbers(self) -> int:
         """Quantity of numbers in the states that the parts keep at the ends of their steps."""
         runs = [p.integration for p in self.parts]
-        return sum(rows.size for run in runs if isinstance(run, Integration) for rows in run.ends)
+        return sum(run.kept * run.ends.shape[1] for run in runs if isinstance(run, Integration))
 
     def forgo(self) -> None:
         """Keep no further ends of steps."""
@@ -541,37 +543,44 @@ class Motion:
             if isinstance(p.integration, Integration):
                 p.integration.forgo()
 
-    def ends_of_steps(self, release: bool = False) -> tuple[Array, Array, Array, Array] | None:
-        """Times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that all parts have taken, and on both
-        sides of jumps of forces; None if they are not kept.
-
-        ``release`` forgets all of them but the last one.
-        """
-        known: list[Array] = []
-        states: list[tuple[Array, Array, Array]] = []
+    def ends_of_steps(self) -> Callable[[], Ends] | None:
+        """A function that returns times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that all parts
+        have taken so far, and on both sides of jumps of forces; None if they are not kept."""
+        kept: list[Array] = []
         for p in self.parts:
-            n, run = p.system.n, p.integration
+            run = p.integration
             if not isinstance(run, Integration) or not run.keeps:
                 return None
             run.flush()
-            rows = np.concatenate(run.ends)
-            if not (np.diff(rows[:, 0]) > 0.0).all():
-                rows = rows[np.argsort(rows[:, 0], kind="stable")]
-                same = 1 + np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
-                rows[same, 0] = np.nextafter(rows[same, 0], np.inf)
-            t = rows[:, 0].copy()
-            run.ends = [rows]
-            known.append(t)
-            states.append((rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]))
-        if not known:
-            return None
-        times, found = self._together(known, states)
-        if release:
-            for p, t in zip(self.parts, known, strict=True):
-                run = p.integration
-                assert isinstance(run, Integration)
-                run.ends = [run.ends[0][max(0, int(np.searchsorted(t, times[-1], side="right")) - 1) :].copy()]
-        return times, *self.whole.state(times, found)
+            kept.append(run.ends[: run.kept])
+        sizes, whole, together = [p.system.n for p in self.parts], self.whole, self._together
+
+        def found() -> Ends:
+            states = [_ordered(rows, n) for rows, n in zip(kept, sizes, strict=True)]
+            times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states])
+            return times, *whole.state(times, parts)
+
+        return found if kept else None
+
+    def release_steps(self, until: float) -> None:
+        """Forget the ends of steps before a time [s], but the last of each part."""
+        for p in self.parts:
+            run = p.integration
+            assert isinstance(run, Integration)
+            t = np.sort(run.ends[: run.kept, 0])
+            first = t[max(0, int(np.searchsorted(t, until, side="right")) - 1)]
+            rows = run.ends[: run.kept]
+            left = rows[rows[:, 0] >= first]
+            run.ends[: len(left)], run.kept = left, len(left)
+
+
+def _ordered(rows: Array, n: int) -> tuple[Array, Array, Array, Array]:
+    """t, q, v and lam of kept states at ascending times."""
+    if not (np.diff(rows[:, 0]) > 0.0).all():
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        same = 1 + np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
+        rows[same, 0] = np.nextafter(rows[same, 0], np.inf)
+    return rows[:, 0].copy(), rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
 
 
 def _solved(system: System, t: float, states: Solved, q: Array, v: Array) -> InitialState:

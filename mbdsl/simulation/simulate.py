@@ -328,30 +328,34 @@ def _collect(
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out)
-    if (steps := steps_of(motion)) is not None:
-        trajectory.steps, trajectory.gathered = steps, motion.gathered
-        steps.ends._names = trajectory._names
-    elif plan.every and stream is None:
-        trajectory.steps = Steps(trajectory, False)
+    trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
+    if trajectory.find_steps is None and plan.every and stream is None:
+        trajectory.find_steps = lambda: Steps(trajectory, False)
     return trajectory, states
+
+
+def _steps_of(motion: Motion) -> Callable[[], Steps] | None:
+    """A function that returns the steps which the present run keeps; None if it keeps none."""
+    ends, system, left_out = motion.ends_of_steps(), motion.system, motion.left_out
+    own, precise = motion.own_reactions, backend(motion.plan.method) is None and has_own_step(motion.plan.method)
+    if ends is None:
+        return None
+
+    def found() -> Steps:
+        t, q, v, lam = ends()
+        return Steps(StateSignals(system, t, q, v, lam if own else None, {"status": "done"}, (), left_out), precise)
+
+    return found
 
 
 def _gather(motion: Motion, asked: Sequence[str] | None) -> None:
     """Fold the steps so far into ranges of signals; where angles depend on all earlier steps, keep no further ones."""
+    find = _steps_of(motion)
     if motion.system.scene.spatial or any(body.counter >= 0 for body in motion.system.tables.models.values()):
         motion.forgo()
-    elif (steps := steps_of(motion, release=True)) is not None:
+    elif find is not None:
         if motion.gathered is None:
-            names = AskedSignals(motion.system.scene)
-            motion.gathered = Gathered(names.defaults if asked is None else names.select(asked))
+            motion.gathered = Gathered(AskedSignals(motion.system.scene), asked)
+        steps = find()
         motion.gathered.add(steps)
-
-
-def steps_of(motion: Motion, release: bool = False) -> Steps | None:
-    """The steps that the present run keeps, which may be released then; None if it keeps none."""
-    if (ends := motion.ends_of_steps(release)) is None:
-        return None
-    t, q, v, lam = ends
-    plan, own = motion.plan, lam if motion.own_reactions else None
-    states = StateSignals(motion.system, t, q, v, own, {"status": "done", "h": plan.h}, (), motion.left_out)
-    return Steps(states, backend(plan.method) is None and has_own_step(plan.method))
+        motion.release_steps(steps.ends.t[-1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -53,7 +53,7 @@ class StateSignals:
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
         #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
         self._whole: tuple[StateSignals, slice] | None = None
-        self.steps: Steps | None = None  #: the motion between outputs, if it is known
+        self.find_steps: Callable[[], Steps] | None = None  #: returns the motion between outputs, if it is known
         self.gathered: Gathered | None = None  #: ranges over earlier steps, which a long run has forgotten
         self._extremes: dict[str, Extreme] = {}
         self._from_start = True  #: whether the first state is that of the run
@@ -77,9 +77,18 @@ class StateSignals:
         return {
             **{k: x for k, x in vars(self).items() if k not in computed},
             "_known": {},
-            "steps": None,
+            "find_steps": None,
             "gathered": None,
         }
+
+    @cached_property
+    def steps(self) -> Steps | None:
+        """The motion at and between the ends of the steps of the run; None if it is not known."""
+        if self.find_steps is None:
+            return None
+        found = self.find_steps()
+        found.ends._names = self._names
+        return found
 
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property

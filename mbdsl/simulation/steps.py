@@ -1,9 +1,9 @@
 """The motion of a run at and between the ends of its steps, from which extremes and means of signals follow.
 
-Between two ends, coordinates are cubic Hermite polynomials, which is also how the methods with short steps interpolate.
-Those with several stages take so long steps that they interpolate by polynomials of higher degree; here, the degree is 5
-then, with the accelerations that the equations of motion give at the ends. Multipliers of the method are linear, plus
-the deviation of those of the equations of motion from a straight line.
+Between two ends, coordinates are cubic Hermite polynomials, by which the methods with short steps interpolate as well.
+Methods with several stages take long steps, and interpolate by polynomials of higher degree. Of these, the polynomials
+here have degree 5, with the accelerations that the equations of motion give at the ends. Multipliers of a method are
+linear, plus the deviation of those of the equations of motion from a straight line.
 """
 
 from __future__ import annotations

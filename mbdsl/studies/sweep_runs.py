@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from mbdsl.analysis.eigenmodes import eigen
 from mbdsl.analysis.equilibria import static
 from mbdsl.errors import MbdslError
@@ -32,7 +30,7 @@ from mbdsl.studies.store import CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, Computed, S
 from mbdsl.studies.time_limits import TooLong, limited
 from mbdsl.studies.workers import cores, side_by_side
 
-POINTS = 2000  #: number of output times of a run, unless an interval is given: extrema are those of the output
+POINTS = 2000  #: number of output times of a run, unless an interval is given
 
 
 @dataclass(frozen=True)
@@ -169,13 +167,12 @@ def times(of: SweepSetting, scene: Scene) -> dict[str, Any]:
 def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
     """The value of each measure of a run; nan if a signal does not exist at this point, or is not determined."""
     after = found.t >= of.after
+    part = found if after.all() else found[float(of.after) :] if after.any() else None
     values = {}
     for m in of.measures:
-        if m.of != RUN:
-            continue
-        known = all(name in found for name in m.signals)
-        xs = [np.asarray(found[name], float)[after] for name in m.signals] if known else []
-        values[str(m)] = m.value(found.t[after], *xs) if known else math.nan
+        if m.of == RUN:
+            known = all(name in found for name in m.signals)
+            values[str(m)] = m.of_run(part) if known and part is not None else math.nan
     return values
 
 
