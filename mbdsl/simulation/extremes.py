@@ -9,12 +9,14 @@ signals that were asked for, whenever they need too much memory.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.expressions.spatial_coordinates import QUATERNION
+from mbdsl.expressions.symbolic import walk
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.messages import count, few
 from mbdsl.numerics.blas_threads import with_one_thread
@@ -31,6 +33,7 @@ PLACES = 3  #: number of places where an extreme is sought
 PARTS = 6  #: points in each interval beside such a place
 BLOCK, BLOCKS = 64, 16  #: length, and largest number, of the blocks of values in which places are sought
 ALIKE = 3.0  #: ratio of successive second differences up to which a parabola goes through three of the points
+ROUNDED = 1e-12  #: part of the range by which a value between ends of steps has to exceed those at the ends
 SAME = 1e-6  #: part of the range by which values at ends of steps may differ when computed with others
 
 
@@ -75,13 +78,13 @@ class Range:
     span: float = 0.0
     finite: bool = True  #: whether all values are
 
-    def see(self, t: Array, y: Array) -> None:
-        """Add values y (N,) at times t (N,), which the integrals contain or need not contain."""
+    def see(self, t: Array, y: Array, margin: float = 0.0) -> None:
+        """Add values y (N,) at times t (N,), which exceed those before by more than a margin, but not to integrals."""
         if len(y):
             low, high = int(y.argmin()), int(y.argmax())
-            if y[low] < self.least:
+            if y[low] < self.least - margin:
                 self.least, self.time_of_least = float(y[low]), float(t[low])
-            if y[high] > self.largest:
+            if y[high] > self.largest + margin:
                 self.largest, self.time_of_largest = float(y[high]), float(t[high])
 
     def add(self, t: Array, y: Array, w: Array) -> None:
@@ -117,13 +120,46 @@ class Gathered:
 
     def __init__(self, signals: AskedSignals, asked: Sequence[str] | None) -> None:
         self._signals = signals
-        self.ranges = {name: Range() for name in (signals.defaults if asked is None else signals.select(asked))}
+        names = [*signals.defaults, *signals.elastic] if asked is None else signals.select(asked)
+        # of quaternions and counted angles, values depend on all earlier steps
+        self.ranges = {name: Range() for name in names if name != "time" and not _continued(signals, name)}
+
+    def state(self) -> dict[str, list[float]]:
+        """The ranges as plain values, for a checkpoint."""
+        return {name: [float(x) for x in astuple(found)] for name, found in self.ranges.items()}
+
+    @classmethod
+    def of_state(cls, signals: AskedSignals, state: Mapping[str, Sequence[float]] | None) -> Gathered | None:
+        """The inverse of ``state``.
+
+        Raises
+        ------
+        LookupError, TypeError, ValueError
+            If it does not contain ranges of signals.
+        """
+        if state is None:
+            return None
+        if any(name not in signals for name in state):
+            raise ValueError("it has ranges of signals that this model lacks")
+        found = cls(signals, [])
+        for name, numbers in state.items():
+            low, low_at, high, high_at, integral, square, span, finite = map(float, numbers)
+            found.ranges[name] = Range(low, low_at, high, high_at, integral, square, span, bool(finite))
+        return found
 
     def add(self, steps: Steps) -> None:
         """Fold steps, which follow those before."""
         steps.ends._names = self._signals
         for name, found in ranges(steps, list(self.ranges)).items():
             self.ranges[name].join(found)
+
+
+def _continued(signals: AskedSignals, name: str) -> bool:
+    """Whether the value of a signal depends on earlier states."""
+    if signals.scene.spatial and name.rpartition(".")[2] in QUATERNION:
+        return True
+    entry = signals.entry(name)
+    return entry is not None and any(node.op == "angle" for node in walk(entry[0]))
 
 
 class Extremes(Mapping[str, Extreme]):
@@ -199,32 +235,32 @@ def extremes(shown: StateSignals, names: Iterable[str]) -> Extremes:
     names, steps, t = [name for name in names if name != "time"], shown.steps, shown.t
     if not len(t):
         return Extremes(Range().extreme(name, shown.unit(name), ROWS) for name in names)
-    near = 1e-9 * (t[-1] - t[0])
+    first, last = float(t[0] if shown._since is None else shown._since), float(t[-1])
+    near = 1e-9 * (last - first)
     known: dict[str, Range] = {}
     since = np.inf
-    if steps is not None and steps.ends.t[0] < t[-1] - near:
-        since = float(max(steps.ends.t[0], t[0]))
-        begin, end = (
-            t[0] if t[0] > steps.ends.t[0] + near else -np.inf,
-            t[-1] if t[-1] < steps.ends.t[-1] - near else np.inf,
-        )
-        known = ranges(steps, names, begin, end)
-    return Extremes(_of(shown, name, known.get(name), since, near) for name in names)
+    if steps is not None and steps.ends.t[0] < last - near:
+        since = max(float(steps.ends.t[0]), first)
+        begin = first if first > steps.ends.t[0] + near else -np.inf
+        following = [x for x in names if shown.gathered is None or not _continued(shown._names, x)]
+        known = ranges(steps, following, begin, last if last < steps.ends.t[-1] - near else np.inf)
+    return Extremes(_of(shown, name, known.get(name), since, since <= first + near) for name in names)
 
 
-def _of(shown: StateSignals, name: str, known: Range | None, since: float, near: float) -> Extreme:
-    """The extreme of a signal from its range over the steps that are ``known`` since a time, and from the rows."""
+def _of(shown: StateSignals, name: str, known: Range | None, since: float, whole: bool) -> Extreme:
+    """The extreme of a signal from its range over the steps since a time, which are the ``whole`` run, and its rows."""
     t, x, unit = shown.t, shown._signal(name), shown.unit(name)
     found, of = Range(), STEPS
     earlier = None if shown.gathered is None or not shown._from_start else shown.gathered.ranges.get(name)
     if known is not None:
         found.join(known)
-    if known is not None and since > t[0] + near and earlier is not None:
+    if known is not None and not whole and earlier is not None:
         found.join(earlier)
-    elif known is None or since > t[0] + near:
+    elif known is None or not whole:
         rows = t <= since
         found.add(t[rows], x[rows], weights(t[rows]))
-        of = ROWS if known is None else f"steps from {since:.6g} s on, rows before"
+        before = ", rows before" if shown._since is None else ""
+        of = ROWS if known is None else f"steps from {since:.6g} s on{before}"
     finite = np.isfinite(x)
     found.see(t[finite], x[finite])
     return found.extreme(name, unit, of)
@@ -320,10 +356,10 @@ def _refine(steps: Steps, reactions: bool, t: Array, values: Mapping[str, Array]
             y = y + _turns(known[js - 1] - y[:, 0])[:, None]
         good = (np.abs(known[js - 1] - y[:, 0]) <= SAME * size) & (np.abs(known[js + 1] - y[:, -1]) <= SAME * size)
         near, y = states.t[own][good], y[good]
-        found[name].see(near.ravel(), y.ravel())
+        found[name].see(near.ravel(), y.ravel(), ROUNDED * size)
         for sign in (1.0, -1.0):
             top_t, top = _tops(near, sign * y)
-            found[name].see(top_t, sign * top)
+            found[name].see(top_t, sign * top, ROUNDED * size)
 
 
 def _split(rows: NDArray[np.int64], places: Mapping[str, NDArray[np.int64]]) -> list[NDArray[np.int64]]:

@@ -328,6 +328,7 @@ def _collect(
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out)
+    trajectory._since = None if stream is None else plan.start
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
     if trajectory.find_steps is None and plan.every and stream is None:
         trajectory.find_steps = lambda: Steps(trajectory, False)
@@ -351,7 +352,8 @@ def _steps_of(motion: Motion) -> Callable[[], Steps] | None:
 def _gather(motion: Motion, asked: Sequence[str] | None) -> None:
     """Fold the steps so far into ranges of signals; where angles depend on all earlier steps, keep no further ones."""
     find = _steps_of(motion)
-    if motion.system.scene.spatial or any(body.counter >= 0 for body in motion.system.tables.models.values()):
+    tables = motion.system.tables
+    if tables.angles or any(body.counter >= 0 for body in tables.models.values()):
         motion.forgo()
     elif find is not None:
         if motion.gathered is None:

@@ -56,6 +56,9 @@ class StateSignals:
         self.find_steps: Callable[[], Steps] | None = None  #: returns the motion between outputs, if it is known
         self.gathered: Gathered | None = None  #: ranges over earlier steps, which a long run has forgotten
         self._extremes: dict[str, Extreme] = {}
+        self._since: float | None = (
+            None  #: start of the run, if earlier rows than those of ``t`` were written to a file
+        )
         self._from_start = True  #: whether the first state is that of the run
 
     @property

@@ -130,7 +130,12 @@ class Trajectory(StateSignals):
             kept = time_slices.rows(self.t, key)
             whole = (self, kept) if self.turns or self.scene.spatial else None
             return self._with(
-                {**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole, "_extremes": {}}
+                {
+                    **time_slices.part({**vars(self), "turns": self.turns}, kept),
+                    "_whole": whole,
+                    "_extremes": {},
+                    "_since": None,
+                }
             )
         if isinstance(key, (list, tuple)) and all(isinstance(name, str) for name in key):
             return self._selected(key)
