@@ -209,7 +209,7 @@ def _run(
             announce=once(display.say, said) if display else None,
             **kept(args, output, resumed),
             **taken(stream),
-            signals=values.patterns(args.signals) if args.signals else None,
+            **({"signals": values.patterns(args.signals)} if args.signals else {}),
         )
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem

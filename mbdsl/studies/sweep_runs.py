@@ -17,6 +17,7 @@ from typing import Any
 from mbdsl.analysis.eigenmodes import eigen
 from mbdsl.analysis.equilibria import static
 from mbdsl.errors import MbdslError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.provenance import code
@@ -135,6 +136,8 @@ def _(
         stats: dict[str, Any] = {"values": _at_rest(of, scene, announce)}
         if of.asks_for(RUN):
             run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol}
+            names = AskedSignals(scene)
+            run["signals"] = [name for m in of.measures if m.of == RUN for name in m.signals if name in names]
             found = limited(scene, limit, announce=announce, options=dict(case.options), **run, **times(of, scene))
             stats |= {key: found.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
             stats["values"] |= measured(of, found)
