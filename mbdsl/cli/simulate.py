@@ -190,6 +190,7 @@ def _run(
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
     failure, over = None, False
+    asked: dict = {"signals": values.patterns(args.signals)} if args.signals else {}
     try:
         trajectory = simulated(
             scene,
@@ -209,7 +210,7 @@ def _run(
             announce=once(display.say, said) if display else None,
             **kept(args, output, resumed),
             **taken(stream),
-            **({"signals": values.patterns(args.signals)} if args.signals else {}),
+            **asked,
         )
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem

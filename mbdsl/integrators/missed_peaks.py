@@ -15,7 +15,7 @@ import numpy as np
 
 from mbdsl.compilation.buffer_layout import POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.integrators.loop.loop_state import NOTED, NOTES, REALS, RUNNING
-from mbdsl.integrators.run_state import RunState
+from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.peaks_along_motion import GIVEN_UP, not_searched
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 
@@ -48,7 +48,8 @@ class Overlooked:
         self._least = max(SHORTEST * run.h, 16.0 * float(np.spacing(max(abs(run.start), abs(run.stop)))))
         if self._looks.terms or run.keeps:
             self._width = 1 + system.n + system.unknowns
-            run.integers[NOTES] = max(16, min(BATCH, NUMBERS // self._width))
+            most = NUMBERS if self._looks.terms else RECORDED
+            run.integers[NOTES] = max(16, min(BATCH, most // self._width))
             n = system.n
             first = np.concatenate(
                 [
@@ -92,14 +93,19 @@ class Overlooked:
         rows = run.reals[REALS:].reshape(run.integers[NOTES], self._width)
         noted = rows[: run.integers[NOTED]]
         if len(noted) < 2:
+            self._stop_if_idle()
             return
         run.keep_ends(noted[1:])
         if self._searching:
             self._look(noted)
-        if not (self._searching or run.keeps):
-            run.integers[NOTES] = 0
+        self._stop_if_idle()
         rows[0] = noted[-1]
         run.integers[NOTED] = 1
+
+    def _stop_if_idle(self) -> None:
+        """Record no further steps if nobody needs them."""
+        if not (self._searching or self._run.keeps):
+            self._run.integers[NOTES] = 0
 
     @property
     def _searching(self) -> bool:

@@ -34,7 +34,7 @@ from mbdsl.integrators.loop.loop_state import (
     ZONES,
 )
 from mbdsl.integrators.loop.switch_location import MIDDLE
-from mbdsl.integrators.run_state import RunState
+from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.close_approaches import Approach, Approaches
 from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.switches import within
@@ -102,8 +102,8 @@ class Landings:
     def record(self) -> None:
         """Record the states at the ends of steps if they are searched, or if the run keeps them."""
         run, width = self._run, 1 + self._run.system.n + self._run.system.unknowns
-        most = BATCH if self._searching else NUMBERS if run.keeps else 0
-        run.integers[NOTED], run.integers[NOTES] = 0, max(16, min(most, NUMBERS // width)) if most else 0
+        most = min(BATCH, NUMBERS // width) if self._searching else RECORDED // width
+        run.integers[NOTED], run.integers[NOTES] = 0, max(16, most) if self._searching or run.keeps else 0
         run.reals = np.concatenate([run.reals[:REALS], np.zeros(run.integers[NOTES] * width)])
 
     def begin(self, t: float) -> None:

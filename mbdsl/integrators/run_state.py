@@ -27,6 +27,12 @@ def _pattern(system: System) -> sparse_lu.Pattern:
     return sparse_lu.analyse(system.unknowns, *system.tables.pattern, system.elimination_order())
 
 
+#: quantity of numbers that the compiled loop records of steps which are kept without a search: they fit into the caches
+RECORDED = 64_000
+#: quantity of numbers for which there is room if a run has more steps than that
+ROOM = 3_000_000
+
+
 @dataclass
 class RunState:
     """Settings and buffers of one run.
@@ -159,7 +165,11 @@ class RunState:
             return
         begin, self.kept = self.kept, self.kept + len(rows)
         if self.kept > len(self.ends):
-            more = np.empty((max(2 * len(self.ends), self.kept), self.ends.shape[1]))
+            few = (
+                RECORDED // self.ends.shape[1]
+            )  # the rows of most runs; pages of the others are allocated when written
+            room = 2 * self.kept if begin > few else ROOM // self.ends.shape[1] if self.kept > few else few
+            more = np.empty((max(room, self.kept), self.ends.shape[1]))
             more[:begin], self.ends = self.ends[:begin], more
         self.ends[begin : self.kept] = rows
 

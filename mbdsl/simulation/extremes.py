@@ -1,40 +1,29 @@
 """Extremes of signals over all steps of a run: least and largest values with their times, mean and root mean square.
 
-The values at the ends of all steps are known (:mod:`mbdsl.simulation.steps`). Near the largest of them the motion
-between the ends is evaluated, and a parabola gives the top. Where a run is short, all of its steps are evaluated at
-five points, those of a Lobatto rule, which also gives the mean. A long run folds its steps into the ranges of the
-signals that were asked for, whenever they need too much memory.
+A long run folds its steps into the ranges of the signals that were asked for, whenever they need too much memory.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.expressions.symbolic import walk
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.messages import count, few
 from mbdsl.numerics.blas_threads import with_one_thread
-from mbdsl.numerics.quadrature import lobatto_points, weights
+from mbdsl.numerics.quadrature import weights
 from mbdsl.simulation.state_signals import StateSignals
+from mbdsl.simulation.step_ranges import Range, joined, ranges
 from mbdsl.simulation.steps import Steps
 
-Array = NDArray[np.float64]
-
 STEPS, ROWS = "steps", "rows"  #: what extremes are those of
+FOLDED, LEAST_FOLDED = 500_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
 REMARKS = {ROWS: "the rows, because the steps of the run are not known"}
-FEW = 1000  #: number of steps up to which all of them are evaluated between their ends
-PLACES = 3  #: number of places where an extreme is sought
-PARTS = 6  #: points in each interval beside such a place
-BLOCK, BLOCKS = 64, 16  #: length, and largest number, of the blocks of values in which places are sought
-ALIKE = 3.0  #: ratio of successive second differences up to which a parabola goes through three of the points
-ROUNDED = 1e-12  #: part of the range by which a value between ends of steps has to exceed those at the ends
-SAME = 1e-6  #: part of the range by which values at ends of steps may differ when computed with others
 
 
 class Extreme(NamedTuple):
@@ -63,56 +52,6 @@ class Extreme(NamedTuple):
     mean: float
     rms: float
     of: str = "steps"
-
-
-@dataclass
-class Range:
-    """Extremes of some values, with their times, and integrals over time."""
-
-    least: float = np.inf
-    time_of_least: float = np.nan
-    largest: float = -np.inf
-    time_of_largest: float = np.nan
-    integral: float = 0.0
-    square: float = 0.0
-    span: float = 0.0
-    finite: bool = True  #: whether all values are
-
-    def see(self, t: Array, y: Array, margin: float = 0.0) -> None:
-        """Add values y (N,) at times t (N,), which exceed those before by more than a margin, but not to integrals."""
-        if len(y):
-            low, high = int(y.argmin()), int(y.argmax())
-            if y[low] < self.least - margin:
-                self.least, self.time_of_least = float(y[low]), float(t[low])
-            if y[high] > self.largest + margin:
-                self.largest, self.time_of_largest = float(y[high]), float(t[high])
-
-    def add(self, t: Array, y: Array, w: Array) -> None:
-        """Add values y (N,) with their weights w (N,) in integrals; those that are not finite are left out."""
-        if not np.isfinite(integral := float(w @ y)):
-            finite = np.isfinite(y)
-            t, y, w, self.finite = t[finite], y[finite], w[finite], False
-            integral = float(w @ y)
-        self.see(t, y)
-        self.integral, self.span = self.integral + integral, self.span + float(w.sum())
-        self.square += float(np.einsum("i,i,i", w, y, y))
-
-    def join(self, other: Range) -> None:
-        """Add what another range contains, of other times."""
-        self.see(np.array([other.time_of_least, other.time_of_largest]), np.array([other.least, other.largest]))
-        self.integral, self.square = self.integral + other.integral, self.square + other.square
-        self.span += other.span
-
-    def extreme(self, signal: str, unit: str, of: str) -> Extreme:
-        """The result; nan if there is no finite value."""
-        if self.least > self.largest:
-            return Extreme(signal, unit, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, of)
-        mean, square = (x / self.span if self.span else np.nan for x in (self.integral, self.square))
-        if not self.span:  # one value
-            mean, square = self.least, self.least**2
-        inside = min(max(mean, self.least), self.largest)
-        low, high, rms = self.least + 0.0, self.largest + 0.0, float(np.sqrt(max(0.0, square)))
-        return Extreme(signal, unit, low, self.time_of_least, high, self.time_of_largest, inside + 0.0, rms, of)
 
 
 class Gathered:
@@ -149,9 +88,11 @@ class Gathered:
 
     def add(self, steps: Steps) -> None:
         """Fold steps, which follow those before."""
-        steps.ends._names = self._signals
-        for name, found in ranges(steps, list(self.ranges)).items():
-            self.ranges[name].join(found)
+        names, rows = list(self.ranges), max(LEAST_FOLDED, FOLDED // max(1, len(self.ranges)))
+        for k in range(0, len(steps.ends.t) - 1, rows):
+            part = steps.part(slice(k, k + rows + 1), self._signals)
+            for name, found in ranges(part, names).items():
+                self.ranges[name].join(found)
 
 
 def _continued(signals: AskedSignals, name: str) -> bool:
@@ -229,12 +170,24 @@ def lines(found: Iterable[Extreme]) -> list[str]:
     return [*shown, *remarks(found)]
 
 
+def _extreme(found: Range, signal: str, unit: str, of: str) -> Extreme:
+    """The result; nan if there is no finite value."""
+    if found.least > found.largest:
+        return Extreme(signal, unit, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, of)
+    mean, square = (x / found.span if found.span else np.nan for x in (found.integral, found.square))
+    if not found.span:  # one value
+        mean, square = found.least, found.least**2
+    inside = min(max(mean, found.least), found.largest)
+    low, high, rms = found.least + 0.0, found.largest + 0.0, float(np.sqrt(max(0.0, square)))
+    return Extreme(signal, unit, low, found.time_of_least, high, found.time_of_largest, inside + 0.0, rms, of)
+
+
 @with_one_thread
 def extremes(shown: StateSignals, names: Iterable[str]) -> Extremes:
     """Extremes of signals over the time of a trajectory, of all steps as far as they are known."""
     names, steps, t = [name for name in names if name != "time"], shown.steps, shown.t
     if not len(t):
-        return Extremes(Range().extreme(name, shown.unit(name), ROWS) for name in names)
+        return Extremes(_extreme(Range(), name, shown.unit(name), ROWS) for name in names)
     first, last = float(t[0] if shown._since is None else shown._since), float(t[-1])
     near = 1e-9 * (last - first)
     known: dict[str, Range] = {}
@@ -263,30 +216,7 @@ def _of(shown: StateSignals, name: str, known: Range | None, since: float, whole
         of = ROWS if known is None else f"steps from {since:.6g} s on{before}"
     finite = np.isfinite(x)
     found.see(t[finite], x[finite])
-    return found.extreme(name, unit, of)
-
-
-def ranges(steps: Steps, names: Sequence[str], begin: float = -np.inf, end: float = np.inf) -> dict[str, Range]:
-    """Signal -> range over the steps, or over their part between two times that they enclose [s]."""
-    ends = steps.ends
-    inside = (ends.t > begin) & (ends.t < end)
-    t = ends.t if inside.all() else np.concatenate([[max(begin, ends.t[0])], ends.t[inside], [min(end, ends.t[-1])]])
-    reactions = any(ends.needs_reactions(name) for name in names)
-    whole = len(t) <= FEW or not inside.all()
-    times, w = (lobatto_points(t) if len(t) <= FEW else (t, weights(t))) if len(t) > 1 else (t, np.ones(1))
-    states = steps.at(times, reactions) if whole else ends
-    found: dict[str, Range] = {}
-    values: dict[str, Array] = {}
-    for name in names:
-        y = states._signal(name)
-        if states is not ends:
-            y = _joined(y, times, ends, name)
-        found[name] = Range()
-        found[name].add(times, y, w)
-        if found[name].largest > found[name].least and found[name].finite and len(times) > 2:
-            values[name] = y
-    _refine(steps, reactions, times, values, found)
-    return found
+    return _extreme(found, name, unit, of)
 
 
 def value_at(shown: StateSignals, name: str, t: float) -> float:
@@ -296,95 +226,5 @@ def value_at(shown: StateSignals, name: str, t: float) -> float:
     ends = steps.ends
     k = int(np.clip(np.searchsorted(ends.t, t, side="right") - 1, 0, max(0, len(ends.t) - 2)))
     times = np.array([ends.t[k], min(max(t, ends.t[k]), ends.t[-1])])
-    states = steps.at(times, ends.needs_reactions(name))
-    return float(_joined(states._signal(name), times, ends, name)[1])
-
-
-def _joined(y: Array, t: Array, ends: StateSignals, name: str) -> Array:
-    """Values y (N,) at times t as a continuation of those at the ends of steps: angles may differ by turns."""
-    known = ends._signal(name)
-    k = np.searchsorted(ends.t, t).clip(0, len(ends.t) - 1)
-    at = np.flatnonzero(ends.t[k] == t)
-    if not len(at) or ends.unit(name) != "rad":
-        return y
-    turns = _turns(known[k[at[0]]] - y[at[0]])
-    return y + turns if np.isfinite(turns) and turns else y
-
-
-def _places(y: Array) -> NDArray[np.int64]:
-    """The samples, among values y (N,), next to which the largest value may lie; not the first and the last one."""
-    N = len(y)
-    if N > BLOCK * BLOCKS:
-        tops = np.maximum.reduceat(y, np.arange(0, N, BLOCK))
-        k = int(np.clip(y.argmax(), 2, N - 3))
-        slack = float(np.abs(np.diff(y[k - 2 : k + 3], 2)).max())
-        blocks = np.flatnonzero(tops >= tops.max() - slack)
-        if len(blocks) > BLOCKS:
-            blocks = blocks[np.argpartition(tops[blocks], -BLOCKS)[-BLOCKS:]]
-        j = (BLOCK * blocks[:, None] + np.arange(BLOCK)).ravel().clip(0, N - 1)
-    else:
-        j = np.arange(N)
-    now, before, behind = y[j], y[np.maximum(j - 1, 0)], y[np.minimum(j + 1, N - 1)]
-    peaks = np.flatnonzero((now >= before) & (now >= behind))
-    j, now, before, behind = j[peaks], now[peaks], before[peaks], behind[peaks]
-    bend = 2.0 * now - before - behind
-    top = now + (behind - before) ** 2 / np.where(bend > 0.0, 8.0 * bend, np.inf)
-    return j[np.argsort(-top, kind="stable")[:PLACES]].clip(1, N - 2)
-
-
-def _refine(steps: Steps, reactions: bool, t: Array, values: Mapping[str, Array], found: Mapping[str, Range]) -> None:
-    """Add values near extremes to ranges; signals have ``values`` (N,) at times t (N,)."""
-    places = {name: np.unique(np.concatenate([_places(y), _places(-y)])) for name, y in values.items()}
-    if not places:
-        return
-    j = np.concatenate([*places.values()])
-    intervals = np.unique(np.concatenate([j - 1, j]))
-    h, parts = t[intervals + 1] - t[intervals], np.arange(PARTS) / PARTS
-    times = np.concatenate([(t[intervals, None] + parts * h[:, None]).ravel(), t[intervals + 1]])
-    order = np.argsort(times, kind="stable")
-    states = steps.at(times[order], reactions)
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    # of each place its points in the interval before it, in that behind it, and the end of that
-    before, behind = np.searchsorted(intervals, j - 1), np.searchsorted(intervals, j)
-    own = np.arange(PARTS)
-    at = [before[:, None] * PARTS + own, behind[:, None] * PARTS + own, behind[:, None] + PARTS * len(intervals)]
-    rows = place[np.concatenate(at, axis=1)]
-    for name, js, own in zip(places, places.values(), _split(rows, places), strict=True):
-        y, known, size = states._signal(name)[own], values[name], found[name].largest - found[name].least
-        if states.unit(name) == "rad":
-            y = y + _turns(known[js - 1] - y[:, 0])[:, None]
-        good = (np.abs(known[js - 1] - y[:, 0]) <= SAME * size) & (np.abs(known[js + 1] - y[:, -1]) <= SAME * size)
-        near, y = states.t[own][good], y[good]
-        found[name].see(near.ravel(), y.ravel(), ROUNDED * size)
-        for sign in (1.0, -1.0):
-            top_t, top = _tops(near, sign * y)
-            found[name].see(top_t, sign * top, ROUNDED * size)
-
-
-def _split(rows: NDArray[np.int64], places: Mapping[str, NDArray[np.int64]]) -> list[NDArray[np.int64]]:
-    return np.split(rows, np.cumsum([len(js) for js in places.values()])[:-1])
-
-
-def _turns(angle: Array) -> Array:
-    """The whole turns [rad] next to angles."""
-    return 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
-
-
-def _tops(t: Array, y: Array) -> tuple[Array, Array]:
-    """Times and values (K,) of the tops of parabolas through the largest of values (P, N), in rows, and its neighbours.
-
-    Rows are left out whose values are not smooth there, as at a jump.
-    """
-    j = y.argmax(axis=1)
-    rows = np.flatnonzero((j > 1) & (j < y.shape[1] - 2))
-    around = j[rows, None] + np.arange(-2, 3)
-    t, y = t[rows[:, None], around], y[rows[:, None], around]
-    with np.errstate(all="ignore"):
-        h = np.diff(t)
-        slope = np.diff(y) / h
-        bend = 2.0 * np.diff(slope) / (h[:, 1:] + h[:, :-1])
-        smooth = (bend.max(axis=1) < 0.0) & (bend.min(axis=1) > ALIKE * bend.max(axis=1))
-        middle = (slope[:, 1] * h[:, 2] + slope[:, 2] * h[:, 1]) / (h[:, 1] + h[:, 2])
-        top_t, top = t[:, 2] - middle / bend[:, 1], y[:, 2] - 0.5 * middle**2 / bend[:, 1]
-    return top_t[smooth], top[smooth]
+    states = steps.at(times, ends.needs_reactions([name]))
+    return float(joined(states.signal_rows([name]), times, ends, [name])[0, 1])

@@ -567,10 +567,11 @@ class Motion:
         for p in self.parts:
             run = p.integration
             assert isinstance(run, Integration)
-            t = np.sort(run.ends[: run.kept, 0])
-            first = t[max(0, int(np.searchsorted(t, until, side="right")) - 1)]
             rows = run.ends[: run.kept]
-            left = rows[rows[:, 0] >= first]
+            left = rows[-1:]
+            if len(self.parts) > 1 or left[0, 0] != until:
+                before = rows[:, 0] <= until
+                left = rows[rows[:, 0] >= rows[before, 0].max()]
             run.ends[: len(left)], run.kept = left, len(left)
 
 

@@ -32,7 +32,7 @@ from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.large_tilts import large_tilts
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.method_choice import Choice
-from mbdsl.simulation.plan import Plan, check_rounding, plan
+from mbdsl.simulation.plan import Plan, check_rounding, plan, width
 from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.shared_friction import shared_friction
 from mbdsl.simulation.state_signals import StateSignals
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
 MOST_KEPT = 2_000_000  #: quantity of numbers above which the ends of steps are folded into ranges of signals
+PART = 0.25  #: part of this quantity that is folded each time after the first one
 SLICE = 64  #: number of steps before their time is measured
 
 
@@ -230,6 +231,7 @@ def _integrate(
     is ended, with the status COSTLY.
     """
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
+    room = max(SLICE, int(PART * MOST_KEPT) // (1 + width(motion.system.scene)))
     stream = stream if plan.streamed else None
     if keeper is not None and (known := keeper.begin(motion)) is not None:
         return known
@@ -239,7 +241,7 @@ def _integrate(
         with deferred() as heard:
             while not heard:
                 began, before_it = perf_counter(), motion.steps
-                status = motion.advance(int(min(slice_, most - before_it)))
+                status = motion.advance(int(min(slice_, room, most - before_it)))
                 now = perf_counter()
                 if status != loop_state.RUNNING or motion.invalid():
                     if keeper is not None and status == loop_state.DONE:
@@ -249,7 +251,7 @@ def _integrate(
                     if keeper is not None:
                         keeper.end(motion, COSTLY)
                     return COSTLY
-                if motion.kept_numbers() > MOST_KEPT:
+                if motion.kept_numbers() > (MOST_KEPT if motion.gathered is None else PART * MOST_KEPT):
                     _gather(motion, asked)
                 if stream is not None:
                     stream.pause(motion)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -185,24 +185,46 @@ class StateSignals:
         columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
         return self._lam is not None and not np.isnan(self._lam[:, columns]).any()
 
-    def needs_reactions(self, name: str) -> bool:
-        """Whether a signal follows from multipliers.
+    def needs_reactions(self, names: Iterable[str]) -> bool:
+        """Whether one of these signals follows from multipliers.
 
         Parameters
         ----------
-        name : str
-            Name of a signal.
+        names : iterable of str
+            Names of signals.
 
         Returns
         -------
         bool
         """
-        entry = self._names.entry(name) if name in self and name not in self._names.computed else None
-        if entry is None:
-            return False
-        return any(leaf.op == "multiplier" for leaf in leaves(entry[0])) or any(
-            self.needs_reactions(x) for x in self._names.computed_in(entry[0])
-        )
+        entries = [self._names.entry(name) for name in names if name != "time"]
+        roots = [entry[0] for entry in entries if entry is not None]
+        inner = [
+            str(leaf.value) for leaf in leaves(*roots) if leaf.op == "input" and leaf.value in self._names.computed
+        ]
+        return any(leaf.op == "multiplier" for leaf in leaves(*roots)) or (bool(inner) and self.needs_reactions(inner))
+
+    def signal_rows(self, names: Sequence[str]) -> Array:
+        """Values (k, N) of signals, which are computed together.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of k signals.
+
+        Returns
+        -------
+        (k, N) array
+        """
+        entries = {name: self._names.entry(name) for name in names if name not in self._known and name != "time"}
+        roots = {name: entry[0] for name, entry in entries.items() if entry is not None}
+        roots = {name: root for name, root in roots.items() if not self._names.computed_in(root)}
+        found: dict[str, Array] = {}
+        if roots and self._whole is None:
+            lam = self._multipliers([leaf.value for leaf in leaves(*roots.values()) if leaf.op == "multiplier"])
+            computed = values(self.system, list(roots.values()), self.t, self.q, self.v, lam, self.inputs)
+            found = dict(zip(roots, computed, strict=True))
+        return np.array([found[name] if name in found else self._signal(name) for name in names])
 
     def supply(self, values: Mapping[str, Array]) -> None:
         """Set signals whose values are stored elsewhere, so that they are not computed again.
