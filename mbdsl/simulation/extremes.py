@@ -22,7 +22,7 @@ from mbdsl.simulation.step_ranges import Range, joined, ranges
 from mbdsl.simulation.steps import Steps
 
 STEPS, ROWS = "steps", "rows"  #: what extremes are those of
-FOLDED, LEAST_FOLDED = 500_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
+FOLDED, LEAST_FOLDED = 400_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
 REMARKS = {ROWS: "the rows, because the steps of the run are not known"}
 
 
@@ -88,11 +88,14 @@ class Gathered:
 
     def add(self, steps: Steps) -> None:
         """Fold steps, which follow those before."""
-        names, rows = list(self.ranges), max(LEAST_FOLDED, FOLDED // max(1, len(self.ranges)))
-        for k in range(0, len(steps.ends.t) - 1, rows):
-            part = steps.part(slice(k, k + rows + 1), self._signals)
-            for name, found in ranges(part, names).items():
-                self.ranges[name].join(found)
+        steps.ends._names = self._signals
+        for name, found in ranges(steps, list(self.ranges)).items():
+            self.ranges[name].join(found)
+
+    @property
+    def rows(self) -> int:
+        """Number of steps that are folded at once."""
+        return max(LEAST_FOLDED, FOLDED // max(1, len(self.ranges)))
 
 
 def _continued(signals: AskedSignals, name: str) -> bool:

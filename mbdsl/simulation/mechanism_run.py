@@ -543,9 +543,12 @@ class Motion:
             if isinstance(p.integration, Integration):
                 p.integration.forgo()
 
-    def ends_of_steps(self) -> Callable[[], Ends] | None:
+    def ends_of_steps(self) -> Callable[..., Ends] | None:
         """A function that returns times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that all parts
-        have taken so far, and on both sides of jumps of forces; None if they are not kept."""
+        have taken so far, and on both sides of jumps of forces; None if they are not kept.
+
+        Its argument is a slice of the kept states (:meth:`blocks`).
+        """
         kept: list[Array] = []
         for p in self.parts:
             run = p.integration
@@ -555,12 +558,21 @@ class Motion:
             kept.append(run.ends[: run.kept])
         sizes, whole, together = [p.system.n for p in self.parts], self.whole, self._together
 
-        def found() -> Ends:
-            states = [_ordered(rows, n) for rows, n in zip(kept, sizes, strict=True)]
+        def found(some: slice = slice(None)) -> Ends:
+            states = [_ordered(rows[some], n) for rows, n in zip(kept, sizes, strict=True)]
             times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states])
             return times, *whole.state(times, parts)
 
         return found if kept else None
+
+    def blocks(self, rows: int) -> list[slice]:
+        """Slices of about so many kept states, each with the last state of the one before; one of all, if they are
+        those of several parts, or not in order."""
+        run = self.parts[0].integration
+        assert isinstance(run, Integration)
+        if len(self.parts) > 1 or not (np.diff(run.ends[: run.kept, 0]) > 0.0).all():
+            return [slice(None)]
+        return [slice(k, k + rows + 1) for k in range(0, run.kept - 1, rows)] or [slice(None)]
 
     def release_steps(self, until: float) -> None:
         """Forget the ends of steps before a time [s], but the last of each part."""

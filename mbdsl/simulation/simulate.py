@@ -337,15 +337,15 @@ def _collect(
     return trajectory, states
 
 
-def _steps_of(motion: Motion) -> Callable[[], Steps] | None:
-    """A function that returns the steps which the present run keeps; None if it keeps none."""
+def _steps_of(motion: Motion) -> Callable[..., Steps] | None:
+    """A function that returns the steps which the present run keeps, or a slice of them; None if it keeps none."""
     ends, system, left_out = motion.ends_of_steps(), motion.system, motion.left_out
     own, precise = motion.own_reactions, backend(motion.plan.method) is None and has_own_step(motion.plan.method)
     if ends is None:
         return None
 
-    def found() -> Steps:
-        t, q, v, lam = ends()
+    def found(some: slice = slice(None)) -> Steps:
+        t, q, v, lam = ends(some)
         return Steps(StateSignals(system, t, q, v, lam if own else None, {"status": "done"}, (), left_out), precise)
 
     return found
@@ -360,6 +360,7 @@ def _gather(motion: Motion, asked: Sequence[str] | None) -> None:
     elif find is not None:
         if motion.gathered is None:
             motion.gathered = Gathered(AskedSignals(motion.system.scene), asked)
-        steps = find()
-        motion.gathered.add(steps)
+        for some in motion.blocks(motion.gathered.rows):
+            steps = find(some)
+            motion.gathered.add(steps)
         motion.release_steps(steps.ends.t[-1])

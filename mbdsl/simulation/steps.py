@@ -19,8 +19,6 @@ from mbdsl.simulation import derived_signals
 from mbdsl.simulation.state_signals import StateSignals
 
 if TYPE_CHECKING:
-    from mbdsl.lang.asked_signals import AskedSignals
-
     Array = NDArray[np.float64]
 
 
@@ -37,14 +35,6 @@ class Steps:
 
     def __init__(self, ends: StateSignals, precise: bool) -> None:
         self.ends, self.precise = ends, precise
-
-    def part(self, rows: slice, names: AskedSignals) -> Steps:
-        """Some successive steps; signals have the ``names``."""
-        x = self.ends
-        lam = None if x._lam is None else x._lam[rows]
-        states = StateSignals(x.system, x.t[rows], x.q[rows], x.v[rows], lam, x.stats, (), x.left_out)
-        states._names = names
-        return Steps(states, self.precise)
 
     def at(self, t: Array, reactions: bool) -> StateSignals:
         """The motion at ascending times t (N,) [s], which the steps enclose; with ``reactions`` also those."""
