@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from mbdsl import results
 from mbdsl.errors import MbdslError
-from mbdsl.simulation.stored_extremes import KEY, text_of
 from mbdsl.version import __version__
 
 if TYPE_CHECKING:
@@ -57,6 +56,8 @@ def about(
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said["options"] = ", ".join(options) or None
     if path is not None and keeps_extremes(path):
+        from mbdsl.simulation.stored_extremes import KEY, text_of
+
         said[KEY] = text_of(trajectory.extremes(names).values())
     return {
         "complete": trajectory.status == "done",

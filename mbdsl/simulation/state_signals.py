@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,6 @@ from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.simulation import derived_signals
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-
-if TYPE_CHECKING:
-    from mbdsl.simulation.extremes import Extreme, Gathered
-    from mbdsl.simulation.steps import Steps
 
 Array = NDArray[np.float64]
 
@@ -53,9 +49,11 @@ class StateSignals:
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
         #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
         self._whole: tuple[StateSignals, slice] | None = None
-        self.find_steps: Callable[[], Steps] | None = None  #: returns the motion between outputs, if it is known
-        self.gathered: Gathered | None = None  #: ranges over earlier steps, which a long run has forgotten
-        self._extremes: dict[str, Extreme] = {}
+        #: returns the motion between outputs, :class:`mbdsl.simulation.steps.Steps`, if it is known
+        self.find_steps: Callable[[], Any] | None = None
+        #: ranges over earlier steps, which a long run has forgotten: :class:`mbdsl.simulation.extremes.Gathered`
+        self.gathered: Any = None
+        self._extremes: dict[str, Any] = {}  #: those that were found
         self._since: float | None = (
             None  #: start of the run, if earlier rows than those of ``t`` were written to a file
         )
@@ -85,8 +83,8 @@ class StateSignals:
         }
 
     @cached_property
-    def steps(self) -> Steps | None:
-        """The motion at and between the ends of the steps of the run; None if it is not known."""
+    def steps(self) -> Any:
+        """The motion at and between the ends of steps, :class:`mbdsl.simulation.steps.Steps`; None if it is not known."""
         if self.find_steps is None:
             return None
         found = self.find_steps()
