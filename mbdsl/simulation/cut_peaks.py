@@ -12,7 +12,7 @@ from mbdsl.simulation.extremes import ROWS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
 
 CUT = 0.02  #: part of the range of a signal by which a peak is above the outputs
-ROUNDING = 1e-6  #: excess, relative to signals of the same unit, that may consist of rounding errors
+ROUNDING = 1e-4  #: excess, relative to signals of the same unit, that may be an error of rounding or interpolation
 
 
 class CutPeak(NamedTuple):

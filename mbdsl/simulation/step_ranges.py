@@ -31,7 +31,9 @@ PARTS = 6  #: points in each interval beside such a place
 BLOCK, BLOCKS = 32, 12  #: length, and largest number, of the blocks of values in which places are sought
 ALIKE = 3.0  #: ratio of successive second differences up to which a polynomial goes through five of the points
 NEWTON = 3  #: iterations for its top
-ROUNDED = 1e-12  #: part of the range by which a value between ends of steps has to exceed those at the ends
+#: part of the range by which a value between ends of steps has to exceed those at the ends; next to the first and the
+#: last one, where a motion from rest is not a top
+ROUNDED, BORDER = 1e-12, 1e-5
 SAME = 1e-6  #: part of the range by which values at ends of steps may differ when computed with others
 
 
@@ -80,14 +82,27 @@ class Range:
 
 def ranges(steps: Steps, names: Sequence[str], begin: float = -np.inf, end: float = np.inf) -> dict[str, Range]:
     """Signal -> range over the steps, or over their part between two times that they enclose [s]."""
+    residuals = [name for name in names if _is_residual(name)]
+    found = _ranges(steps, [name for name in names if not _is_residual(name)], begin, end, True)
+    return found | _ranges(steps, residuals, begin, end, False)
+
+
+def _is_residual(name: str) -> bool:
+    """Whether a signal is a residual of constraints: between ends of steps, it would be an error of interpolation."""
+    return name.rpartition(".")[2].startswith(("Phi[", "dPhi[", "Gam["))
+
+
+def _ranges(steps: Steps, names: Sequence[str], begin: float, end: float, between: bool) -> dict[str, Range]:
+    """As ``ranges``, with the motion ``between`` the ends, or without."""
     ends = steps.ends
     inside = (ends.t > begin) & (ends.t < end)
     t = ends.t if inside.all() else np.concatenate([[max(begin, ends.t[0])], ends.t[inside], [min(end, ends.t[-1])]])
     reactions = ends.needs_reactions(names)
-    few = len(t) <= FEW
+    few = len(t) <= FEW and between
     times, w = (t, np.ones(1)) if len(t) < 2 else lobatto_points(t) if few else (t, weights(t))
     states = steps.at(times, reactions) if few or not inside.all() else ends
-    found, size = {}, max(1, TOGETHER // len(times))
+    found: dict[str, Range] = {}
+    size = max(1, TOGETHER // len(times))
     for k in range(0, len(names), size):
         some = names[k : k + size]
         y = states.signal_rows(some)
@@ -95,7 +110,7 @@ def ranges(steps: Steps, names: Sequence[str], begin: float = -np.inf, end: floa
             y = joined(y, times, ends, some)
         own = [Range() for _ in some]
         whole = _add(own, times, y, w)
-        if len(times) > 2 and whole.any():
+        if between and len(times) > 2 and whole.any():
             _refine(
                 steps,
                 reactions,
@@ -182,7 +197,9 @@ def _refine(steps: Steps, reactions: bool, t: Array, y: Array, names: Sequence[s
     good &= np.abs(y[signal, j + 1] - values[:, -1]) <= SAME * size
     for sign in (1.0, -1.0):
         top_t, top = _tops(near, sign * values)
-        for k, time, value, margin, known in zip(signal.tolist(), top_t, sign * top, ROUNDED * size, good, strict=True):
+        first = y.argmax(axis=1) if sign > 0.0 else y.argmin(axis=1)
+        margins = np.where((first == 0) | (first == len(t) - 1), BORDER, ROUNDED)[signal] * size
+        for k, time, value, margin, known in zip(signal.tolist(), top_t, sign * top, margins, good, strict=True):
             if known:
                 found[k].see_one(float(time), float(value), float(margin))
 
