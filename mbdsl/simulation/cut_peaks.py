@@ -23,7 +23,7 @@ class CutPeak(NamedTuple):
     signal, unit : str
         Its name and SI unit.
     value : float
-        The value, of an :class:`mbdsl.simulation.extremes.Extreme`.
+        The value, an extreme over all steps.
     time : float [s]
         Its time.
     shown : float

@@ -84,7 +84,7 @@ class StateSignals:
 
     @cached_property
     def steps(self) -> Any:
-        """The motion at and between ends of steps, :class:`mbdsl.simulation.steps.Steps`; None if it is not known."""
+        """The motion at and between the ends of steps, a ``Steps``; None if it is not known."""
         if self.find_steps is None:
             return None
         found = self.find_steps()
