@@ -155,6 +155,8 @@ def simulate(
         given["parameters"] = parameters = None
         given["without"] = without = ()
     chosen = None if signals is None else AskedSignals(as_scene(model, parameters, without)).select(signals)
+    if chosen is not None:
+        given["signals"] = chosen
     try:
         found = simulated(**given)
         if found.status == "interrupted":
@@ -210,6 +212,7 @@ def _accurate(
     times: ArrayLike | None = None,
     initial: Mapping[str, Any] | Trajectory | str | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
+    signals: Sequence[str] | None = None,
     **given: Any,
 ) -> Trajectory:
     from mbdsl.studies.accuracy import reach

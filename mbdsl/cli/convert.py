@@ -54,6 +54,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.results.rows_file import RowsFile
     from mbdsl.results.stored import open_result
     from mbdsl.simulation.result_expressions import with_expressions
+    from mbdsl.simulation.stored_extremes import KEY
 
     results.format_of(args.out)
     output_files.check([args.out], [args.result])
@@ -68,6 +69,8 @@ def run(args: argparse.Namespace) -> int:
     about = dict(result.layout.meta)
     if not getattr(results.format_of(args.out), "KEEPS_MODEL", False):
         about.pop("source", None)
+    if args.start is not None or args.stop is not None:
+        about.pop(KEY, None)  # they are those of the whole run
     with RowsFile(["time", *names], args.out) as file:
         for columns in _rows(args, result, names):
             file.append([columns[result.time], *(columns[name] for name in names)])

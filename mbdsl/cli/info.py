@@ -62,7 +62,9 @@ class Content:
 
 def run(args: argparse.Namespace) -> int:
     from mbdsl.results.stored import open_result
+    from mbdsl.simulation.extremes import Extremes
     from mbdsl.simulation.result_expressions import with_expressions
+    from mbdsl.simulation.stored_extremes import of_result
 
     patterns = values.patterns(args.signals) if args.signals else []
     result = with_expressions(open_result(args.result), patterns)
@@ -70,8 +72,14 @@ def run(args: argparse.Namespace) -> int:
     if args.signals:
         chosen = [x for x in select(patterns, result.names, args.result, of_file=True) if x != result.time]
     content = _content(result, chosen)
+    stored = of_result(result)
+    kept = Extremes(stored[name] for name in chosen if name in stored)
     for line in [*_head(args.result, result, content), *_table(result, content)]:
         print(line)
+    if kept:
+        print(f"over all steps of the run:\n{kept}")
+    elif content.signals:
+        print("least and greatest are those of the rows: those of all steps are not in it")
     if not args.signals and len(result.names) > MOST:
         print(f"... {len(result.names) - MOST} more; --signals '*' lists all")
     return 0

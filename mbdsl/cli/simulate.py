@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 
 MOST_PEAKS = 3  #: number of peaks between outputs that are printed
+MOST_EXTREMES = 12  #: number of signals whose extremes are printed without --verbose
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -189,6 +190,7 @@ def _run(
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
     failure, over = None, False
+    asked: dict = {"signals": values.patterns(args.signals)} if args.signals else {}
     try:
         trajectory = simulated(
             scene,
@@ -208,6 +210,7 @@ def _run(
             announce=once(display.say, said) if display else None,
             **kept(args, output, resumed),
             **taken(stream),
+            **asked,
         )
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem
@@ -232,6 +235,8 @@ def _run(
     print_warnings(trajectory, args.quiet)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose, stream))
+        if args.signals:
+            print("\n".join(extreme_lines(trajectory, names, args.verbose)))
         if verified:
             print(verified)
     if failure:
@@ -368,9 +373,6 @@ def write(
     from mbdsl.lang.stored_model import to_text
 
     columns: Mapping[str, Column] | dict[str, np.ndarray]
-    said = result_file.about(trajectory)
-    if result_file.keeps_model(output):
-        said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
     if stream and stream.file:
         columns = stream.file.columns()
         names = [name for name in columns if name != "time"]
@@ -379,6 +381,9 @@ def write(
         names = chosen_names(trajectory, output, signals)
         columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = result_file.units(trajectory, names)
+    said = result_file.about(trajectory, output, names)
+    if result_file.keeps_model(output):
+        said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
     try:
         results.write(output, columns, units, said, row_of_units)
     except UsageError as problem:
@@ -452,6 +457,14 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     elif trajectory.moved:
         lines.append(guesses(trajectory.moved))
     return "\n".join(lines)
+
+
+def extreme_lines(trajectory: Trajectory, names: Sequence[str], verbose: bool) -> list[str]:
+    """The extremes of signals over all steps, as a table."""
+    shown = names if verbose else names[:MOST_EXTREMES]
+    lines = str(trajectory.extremes(shown)).splitlines()
+    left = f"... {len(names) - len(shown)} more signals (--verbose lists all)"
+    return ["over all steps:", *lines, *([left] if len(shown) < len(names) else [])]
 
 
 def error(stats: dict) -> str:

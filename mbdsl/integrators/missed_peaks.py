@@ -2,7 +2,8 @@
 
 The compiled loop records the states at the ends of steps. Many steps are searched together, as controlled steps are
 (:mod:`mbdsl.system.peaks_along_motion`), and functions of time are searched as well. The step size does not change: the
-first peak that the ends of its step do not show is kept for a warning, and the search ends.
+first peak that the ends of its step do not show is kept for a warning, and the search ends. The records remain if the
+run keeps its steps.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from mbdsl.compilation.buffer_layout import POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.integrators.loop.loop_state import NOTED, NOTES, REALS, RUNNING
-from mbdsl.integrators.run_state import RunState
+from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.peaks_along_motion import GIVEN_UP, not_searched
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 
@@ -45,9 +46,10 @@ class Overlooked:
         self._looks = InFixedSteps(system, run.h)
         run.seen, run.searched, run.missed = np.zeros(len(self._looks.terms)), not_searched(), []
         self._least = max(SHORTEST * run.h, 16.0 * float(np.spacing(max(abs(run.start), abs(run.stop)))))
-        if self._looks.terms:
+        if self._looks.terms or run.keeps:
             self._width = 1 + system.n + system.unknowns
-            run.integers[NOTES] = max(16, min(BATCH, NUMBERS // self._width))
+            most = NUMBERS if self._looks.terms else RECORDED
+            run.integers[NOTES] = max(16, min(BATCH, most // self._width))
             n = system.n
             first = np.concatenate(
                 [
@@ -67,7 +69,7 @@ class Overlooked:
             before, room = self._run.steps, int(integers[NOTES] - integers[NOTED])
             status = call(min(steps, room))
             steps -= self._run.steps - before
-            if integers[NOTED] == integers[NOTES]:
+            if 0 < integers[NOTES] <= integers[NOTED]:
                 self._search()
         return call(steps) if steps > 0 and status == RUNNING else status
 
@@ -87,12 +89,33 @@ class Overlooked:
 
     def _search(self) -> None:
         """Search the steps recorded; the end of the last one is kept as the start of the next."""
-        run, n = self._run, self._run.system.n
+        run = self._run
         rows = run.reals[REALS:].reshape(run.integers[NOTES], self._width)
         noted = rows[: run.integers[NOTED]]
         if len(noted) < 2:
+            self._stop_if_idle()
             return
         run.keep_ends(noted[1:])
+        if self._searching:
+            self._look(noted)
+        self._stop_if_idle()
+        rows[0] = noted[-1]
+        run.integers[NOTED] = 1
+
+    def _stop_if_idle(self) -> None:
+        """Record no further steps if nobody needs them."""
+        if not (self._searching or self._run.keeps):
+            self._run.integers[NOTES] = 0
+
+    @property
+    def _searching(self) -> bool:
+        """Whether there is something to be found, no peak was found yet, and the search was not given up."""
+        run = self._run
+        return bool(self._looks.terms) and not run.missed and run.searched[GIVEN_UP] == np.inf
+
+    def _look(self, noted: np.ndarray) -> None:
+        """Search the steps between recorded states."""
+        run, n = self._run, self._run.system.n
         inputs = {name: float(run.numbers[at]) for name, at in run.system.tables.inputs.items()}
         t, q, v, lam = noted[:, 0], noted[:, 1 : 1 + n], noted[:, 1 + n : 1 + 2 * n], noted[:, 1 + 2 * n :]
         found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen, run.searched, run.turns)
@@ -102,8 +125,3 @@ class Overlooked:
             number = run.system.tables.values.index(found[0].term)
             middle = 0.5 * (found[0].start + found[-1].end)
             run.missed = [number, float(middle), float(t[k]), float(t[k + 1]), float(shortest)]
-            run.integers[NOTES] = 0
-        if run.searched[GIVEN_UP] < np.inf:
-            run.integers[NOTES] = 0
-        rows[0] = noted[-1]
-        run.integers[NOTED] = 1

@@ -34,7 +34,7 @@ from mbdsl.integrators.loop.loop_state import (
     ZONES,
 )
 from mbdsl.integrators.loop.switch_location import MIDDLE
-from mbdsl.integrators.run_state import RunState
+from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.close_approaches import Approach, Approaches
 from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.switches import within
@@ -89,10 +89,8 @@ class Landings:
         self._pending: list[tuple[float, float]] = []
         self._looks, self._approaches = run.system.kept(OnTheWay), run.system.kept(Approaches)
         run.approaches, run.approaching = [], np.zeros((5, len(self._approaches.arguments)))
-        if self._looks.terms or self._approaches.arguments:
-            width = 1 + run.system.n + run.system.unknowns
-            run.integers[NOTES] = batch = max(16, min(BATCH, NUMBERS // width))
-            run.reals = np.concatenate([run.reals, np.zeros(batch * width)])
+        self._searching = bool(self._looks.terms or self._approaches.arguments)
+        self.record()
         self._together = (
             FEW,
             FEW,
@@ -100,6 +98,13 @@ class Landings:
         self._tries, self._from = 0, -np.inf
         #: number of steps that come before zones that were found, and these zones
         self._due = NOTHING
+
+    def record(self) -> None:
+        """Record the states at the ends of steps if they are searched, or if the run keeps them."""
+        run, width = self._run, 1 + self._run.system.n + self._run.system.unknowns
+        most = min(BATCH, NUMBERS // width) if self._searching else RECORDED // width
+        run.integers[NOTED], run.integers[NOTES] = 0, max(16, most) if self._searching or run.keeps else 0
+        run.reals = np.concatenate([run.reals[:REALS], np.zeros(run.integers[NOTES] * width)])
 
     def begin(self, t: float) -> None:
         """Generate the zones from t on, at the start of the run."""
@@ -147,8 +152,8 @@ class Landings:
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most ``steps`` steps in the compiled loop, search them for hidden peaks, and return a status."""
         run = self._run
-        if not run.integers[NOTES]:
-            while (status := call(steps)) == LOOK:
+        if not self._searching:
+            while (status := self._recorded(steps, call)) == LOOK:
                 self.refill()
             return status
         status, begun = RUNNING, self._looks.spent
@@ -191,6 +196,18 @@ class Landings:
                 status = RUNNING
             if status == DONE:
                 return status
+        return status
+
+    def _recorded(self, steps: int, call: Callable[[int], int]) -> int:
+        """Take at most ``steps`` steps, and keep their ends; a status."""
+        run, most = self._run, int(self._run.integers[NOTES])
+        if not most:
+            return call(steps)
+        status = RUNNING
+        while steps > 0 and status == RUNNING:
+            status = call(min(steps, most))
+            run.keep_ends(run.reals[REALS:].reshape(most, -1)[: run.integers[NOTED]])
+            run.integers[NOTED], steps = 0, steps - most
         return status
 
     def _chattering(self, rows: np.ndarray) -> list[Switch]:

@@ -206,6 +206,7 @@ class Integration(RunState):
         self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[buffer_layout.KEEP] = 1
         self.integers[loop_state.HISTORY], self.integers[loop_state.AIMED] = 1, 0
+        self.keep_state()
 
     def _rates_at(self, t: float, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """Applied forces, jerk and rate of the applied forces; those of the last call are kept."""
@@ -245,9 +246,29 @@ class Integration(RunState):
             self.landings.begin(self.start)
 
     def watch(self) -> None:
-        """Search fixed steps for peaks of laws that they pass over; to be called before the first step."""
-        if self.tol is None and self.stop > self.start:
+        """Keep the ends of all steps, and search fixed steps for peaks of laws that they pass over.
+
+        To be called before the first step.
+        """
+        self.keeps = True
+        self.keep_state()
+        if self.tol is not None:
+            self.landings.record()
+        elif self.stop > self.start:
             self.overlooked = Overlooked(self)
+
+    def forgo(self) -> None:
+        """Keep no further ends of steps."""
+        self.keeps, self.ends, self.kept = False, self.ends[:0], 0
+        if self.tol is not None:
+            self.landings.record()
+        elif self.overlooked is not None:
+            self.overlooked.finish()
+
+    def flush(self) -> None:
+        """Keep the ends of steps that are still in the buffer of the compiled loop."""
+        if self.overlooked is not None:
+            self.overlooked.finish()
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, reals, scale = modules()[self.method], self.reals, self.vectors[buffer_layout.SCALE, : self.system.n]
@@ -365,6 +386,7 @@ class Integration(RunState):
         if self.time < self.stop:
             with suppress(InitialisationError):  # in a singular pose, which has no accelerations: keep the old history
                 self.jump(*self.jumps.next)
+                self.keep_state()
             self.integers[loop_state.FRESH] = 0
             if not controls_locally(self.method):
                 self.integers[loop_state.HISTORY] = 1

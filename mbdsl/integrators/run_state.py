@@ -23,12 +23,14 @@ from mbdsl.system.peaks_along_motion import Turns, not_searched
 Array = NDArray[np.float64]
 
 
-#: largest number of floats that a run keeps of the states at the ends of its steps
-MOST_ENDS = 2_000_000
-
-
 def _pattern(system: System) -> sparse_lu.Pattern:
     return sparse_lu.analyse(system.unknowns, *system.tables.pattern, system.elimination_order())
+
+
+#: quantity of numbers that the compiled loop records of steps which are kept without a search: they fit into the caches
+RECORDED = 64_000
+#: quantity of numbers for which there is room if a run has more steps than that
+ROOM = 3_000_000
 
 
 @dataclass
@@ -52,6 +54,7 @@ class RunState:
     longest: float = np.inf  #: largest allowed size of controlled steps
     rows: OutputTimes | None = None  #: the output times, of a run that has a window of them only in ``times``
     pivoting_from: float | None = None  #: time since which the dense solver with pivoting replaces the sparse one
+    keeps: bool = False  #: whether the states at the ends of all steps are kept, for extremes of signals
 
     def __post_init__(self) -> None:
         self.seen = np.zeros(0)  # largest values so far of the terms searched for peaks
@@ -76,8 +79,8 @@ class RunState:
         self.reals = reals = np.zeros(loop_state.REALS)
         self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
         self.released = 0  #: rows of output that were taken from the run
-        self.ends: list[Array] = []  #: (N, 1 + n + unknowns): t, q, v, lam at the ends of steps; see keep_ends
-        self._room = MOST_ENDS
+        #: t, q, v, lam at ends of steps and behind jumps (N, 1 + n + unknowns), in no order; number of these rows
+        self.ends, self.kept = np.empty((0, 1 + self.system.n + self.system.unknowns)), 0
         if self.rows is not None:
             self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
@@ -157,10 +160,22 @@ class RunState:
                 self.layout[self.layout[self.layout[buffer_layout.GAMMAS] + row - m] + 3] = 1
 
     def keep_ends(self, rows: Array) -> None:
-        """Keep recorded states at the ends of steps, which outputs pass over, until they need too much memory."""
-        self._room -= rows.size
-        if self._room >= 0:
-            self.ends.append(rows.copy())
+        """Keep recorded states at the ends of steps."""
+        if not self.keeps:
+            return
+        begin, self.kept = self.kept, self.kept + len(rows)
+        if self.kept > len(self.ends):
+            few = (
+                RECORDED // self.ends.shape[1]
+            )  # the rows of most runs; pages of the others are allocated when written
+            room = 2 * self.kept if begin > few else ROOM // self.ends.shape[1] if self.kept > few else few
+            more = np.empty((max(room, self.kept), self.ends.shape[1]))
+            more[:begin], self.ends = self.ends[:begin], more
+        self.ends[begin : self.kept] = rows
+
+    def keep_state(self) -> None:
+        """Keep the present state: at the start, and behind a jump of forces."""
+        self.keep_ends(np.concatenate([[self.time], *self.state()])[None])
 
     def synchronise(self) -> None:
         """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""

@@ -9,7 +9,8 @@ import numpy as np
 
 from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.figures import Figure, Series
-from mbdsl.plotting.series_styles import DASHES, OTHERS, Look
+from mbdsl.plotting.series_styles import DASHES, NEUTRAL, OTHERS, Look
+from mbdsl.results.stored import Result
 
 QUANTITIES = {
     "m": "length",
@@ -29,6 +30,7 @@ FLAT = 0.26  #: the same for more panels
 MARGIN = 0.04  #: space beside a phase plot, over its range
 #: angles whose range is above a turn [rad], and this many times that of others, have a panel of their own
 TURN, WIDER = 2.0 * np.pi, 5.0
+BETWEEN = "peak between rows"  #: name of the marks of peaks that rows cut
 FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
 
 
@@ -95,6 +97,26 @@ def panels(
         )
         found.append(figure)
     return tuple(found), looks
+
+
+def with_peaks(
+    figures: Sequence[Figure], results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str]
+) -> tuple[tuple[Figure, ...], dict[str, Look]]:
+    """The panels with marks at the peaks that the rows of results cut, and the looks of these marks."""
+    peaks: dict[str, list] = {}
+    for result, label in zip(results, labels, strict=True):
+        for peak in result.cut_peaks([name for name in chosen if name in result.names]):
+            name = f"{peak.signal}, {label}" if len(results) > 1 else peak.signal
+            peaks.setdefault(name, []).append(peak)
+    found = []
+    for figure in figures:
+        own = [peak for series in figure.series for peak in peaks.get(series.name, ())]
+        if own:
+            x, y, texts = [p.time for p in own], [p.value for p in own], [str(p) for p in own]
+            marks = Series(BETWEEN, x, y, hover=texts, style="marks")
+            figure = replace(figure, series=[*figure.series, marks])
+        found.append(figure)
+    return tuple(found), {BETWEEN: NEUTRAL} if peaks else {}
 
 
 def _levels(curves: Sequence[Curve], units: Mapping[str, str]) -> dict[str, int]:

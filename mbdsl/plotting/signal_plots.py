@@ -14,7 +14,7 @@ from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Page, Panels
 from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
-from mbdsl.plotting.signal_panels import Horizontal, panels
+from mbdsl.plotting.signal_panels import Horizontal, panels, with_peaks
 from mbdsl.results.selection import matching, select, unknown
 from mbdsl.results.stored import Result
 from mbdsl.storage import output_files
@@ -177,6 +177,9 @@ def plot(
     if against is not None:
         x = Horizontal(against, _unit(against, results), signal=True)
     figures, looks = panels(found, units, x, len(results) > 1)
+    if against is None and not spectrum:
+        figures, marked = with_peaks(figures, results, labels, chosen)
+        looks |= marked
     notes = [] if patterns else list(of_choice(chosen, constant, same, known))
     notes += [*of_results(results, labels, chosen), *of_curves(found)]
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))

@@ -17,6 +17,9 @@ from mbdsl.reporting import run_figures
 from mbdsl.reporting.findings import Findings
 from mbdsl.reporting.highlighting import highlighted
 from mbdsl.reporting.mode_pictures import mode_pictures
+from mbdsl.simulation.extremes import HEAD, Extremes
+from mbdsl.simulation.extremes import cells as cells_of
+from mbdsl.simulation.extremes import remarks as remarks_on
 from mbdsl.version import __version__
 from mbdsl.viewing import structure_files, structure_svg
 from mbdsl.viewing.animation import animate
@@ -56,6 +59,7 @@ def page(report: Findings) -> str:
     panels, looks, notes = run_figures.signal_figures(report.trajectory, report.signals)
     drifts = [*run_figures.energy_figures(report.trajectory), run_figures.constraint_figure(report.trajectory)]
     sections = [
+        _extremes(report, panels),
         _mechanism(report),
         _motion(report, frames),
         Section("graph", "Graph", list(structure_files.section(report.structure))),
@@ -104,6 +108,16 @@ def _lead(report: Findings) -> Iterator[str]:
         yield _paragraph(f"Status: {trajectory.status}. {trajectory.message}".strip(), "warning")
     for text in (*stats.get("warnings", ()), *report.problems):
         yield _paragraph(f"Warning: {text}", "warning")
+
+
+def _extremes(report: Findings, panels: Sequence[Figure]) -> Section:
+    """A table of the signals that are plotted."""
+    known = report.trajectory
+    names = dict.fromkeys(s.name for panel in panels for s in panel.series if s.name in known)
+    found = known.extremes([*names]) if names else Extremes([])
+    note = "; ".join(remarks_on(found.values()))
+    rows = [cells_of(x) for x in found.values()]
+    return Section("extremes", "Extremes over all steps", [Table("", HEAD, rows, note)] if rows else [])
 
 
 def _mechanism(report: Findings) -> Section:

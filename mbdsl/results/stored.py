@@ -88,7 +88,7 @@ class Result:
         self.names = [name for name in layout.names if name != self.time]
         self.groups: list[list[str]] | None = None
         self.sizes: dict[str, float] = {}
-        self.cut_peaks: Callable[[Sequence[str]], Sequence[object]] = lambda names: ()
+        self.cut_peaks: Callable[[Sequence[str]], Sequence[Any]] = lambda names: ()
         self.is_file = True
 
     def unit(self, name: str) -> str:
@@ -217,6 +217,7 @@ def with_columns(result: Result, made: Mapping[str, Made]) -> Result:
     names = [*result.layout.names, *made]
     found = Result(result.label, Layout(names, _Units(names, unit), chunks, result.layout.meta))
     found.groups, found.sizes, found.is_file = result.groups, result.sizes, result.is_file
+    found.cut_peaks = lambda names: result.cut_peaks([name for name in names if name not in made])
     return found
 
 

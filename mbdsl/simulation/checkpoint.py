@@ -26,8 +26,10 @@ from mbdsl.integrators import backend, method_files
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.saved_runs import checked, checked_events
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import seconds
 from mbdsl.mechanism.scene import Scene
+from mbdsl.simulation.extremes import Gathered
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.storage.output_files import check, writing
 
@@ -41,8 +43,8 @@ FORMAT = 1
 EVERY = 60.0  #: default time between two checkpoints [s]
 #: attributes of a run that belong to the model or are recomputed
 NOT_KEPT = set(
-    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows ends _room "
-    "standstill".split()
+    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows "
+    "standstill ends kept keeps".split()
 ) | {"_advance", "_known", "_rates"}
 Snapshot = dict[str, Any]
 
@@ -265,9 +267,11 @@ def _snapshot(motion: Motion, status: int | None) -> Snapshot:
         kept["out"], kept["times"] = run.out[:there].copy(), run.times.copy()
         if run.every:
             kept["times"] = run.times[:there].copy()
-        parts.append({"run": kept, "events": _kept(run.events) if hasattr(run, "events") else None})
+        events = _kept(run.events) if hasattr(run, "events") else None
+        parts.append({"run": kept, "events": events, "ends": run.ends[: run.kept].copy()})
     tables = [p.system.tables.numbers.copy() for p in motion.parts]
-    return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken}
+    gathered = None if motion.gathered is None else motion.gathered.state()
+    return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken, "gathered": gathered}
 
 
 def _kept(thing: object) -> dict[str, Any]:
@@ -281,10 +285,16 @@ def _restore(motion: Motion, known: Snapshot) -> None:
         raise ValueError("it has a different number of steps or parts")
     if known["status"] is not None and known["status"] != loop_state.DONE:
         raise ValueError("it has a run that is not complete")
+    motion.gathered = Gathered.of_state(AskedSignals(motion.system.scene), known["gathered"])
     for p, kept, numbers in zip(motion.parts, known["parts"], known["tables"], strict=True):
         run = p.integration
         assert isinstance(run, Integration)
         _restore_run(run, kept["run"])
+        ends = kept["ends"]
+        if not isinstance(ends, np.ndarray) or (ends.dtype, ends.shape[1:]) != (np.float64, run.ends.shape[1:]):
+            raise ValueError("its steps do not have the size or type that this model needs")
+        run.ends, run.kept = ends.copy(), len(ends)
+        run.keeps = run.keeps and len(ends) > 0
         own = p.system.tables.numbers
         if not isinstance(numbers, np.ndarray) or (numbers.shape, numbers.dtype) != (own.shape, own.dtype):
             raise ValueError("its tables do not have the size or type that this model needs")

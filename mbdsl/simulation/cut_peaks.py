@@ -1,18 +1,18 @@
-"""Peaks of signals that outputs cut: values at the ends of steps that no output shows."""
+"""Peaks of signals that outputs cut: extremes over all steps that no output shows."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mbdsl.simulation.extremes import ROWS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
 
 CUT = 0.02  #: part of the range of a signal by which a peak is above the outputs
-ROUNDING = 1e-6  #: excess, relative to signals of the same unit, that may consist of rounding errors
-#: number of steps above which signals are left out that need a solution of the equations at each of them
-MANY = 20_000
+ROUNDING = 1e-4  #: excess, relative to signals of the same unit, that may be an error of rounding or interpolation
 
 
 class CutPeak(NamedTuple):
@@ -23,9 +23,9 @@ class CutPeak(NamedTuple):
     signal, unit : str
         Its name and SI unit.
     value : float
-        The value at the end of a step.
+        The value, an extreme over all steps.
     time : float [s]
-        The time of this end.
+        Its time.
     shown : float
         The largest or least value of the outputs.
     """
@@ -42,30 +42,34 @@ class CutPeak(NamedTuple):
         return f"{self.signal} is {self.value:.4g}{unit} at t = {self.time:.6g} s, and {outputs}"
 
 
-def cut_peaks(shown: StateSignals, names: Iterable[str]) -> list[CutPeak]:
-    """The peaks of signals that the outputs of a run cut, as far as the run has kept its steps."""
-    ends = shown.ends
-    if ends is None or not len(shown.t):
-        return []
-    inside = (ends.t >= shown.t[0]) & (ends.t <= shown.t[-1])
-    t, found, sizes = ends.t[inside], [], _sizes(shown)
-    for name in names:
-        if name == "time" or (len(t) > MANY and not ends.is_at_hand(name)):
+def cut_peaks(shown: StateSignals, extremes: Iterable[Extreme]) -> list[CutPeak]:
+    """The peaks, among the extremes of signals, that the outputs of a run cut."""
+    return outside(extremes, lambda name: finite_ends(shown._signal(name)), _sizes(shown))
+
+
+def finite_ends(x: NDArray[np.float64]) -> tuple[float, float]:
+    """Least and largest of the finite values of x (N,)."""
+    x = x[np.isfinite(x)]
+    return float(x.min(initial=np.inf)), float(x.max(initial=-np.inf))
+
+
+def outside(
+    extremes: Iterable[Extreme], ends: Callable[[str], tuple[float, float]], sizes: Mapping[str, float]
+) -> list[CutPeak]:
+    """The extremes that are outside of the least and the largest output of their signal, which ``ends`` returns.
+
+    ``sizes`` are those of signals by their units, beside which others are rounding errors.
+    """
+    found, sizes = [], dict(sizes)
+    for e in extremes:
+        low, high = ends(e.signal)
+        if e.of == ROWS or low > high:
             continue
-        x, y, unit = shown._signal(name), ends._signal(name)[inside], shown.unit(name)
-        known = np.isfinite(y)
-        x, y, at = x[np.isfinite(x)], y[known], t[known]
-        if not len(x) or not len(y):
-            continue
-        low, high = min(y.min(), x.min()), max(y.max(), x.max())
-        sizes[unit] = max(sizes.get(unit, 0.0), -low, high)
-        for k, outside, edge in (
-            (int(y.argmax()), y.max() - x.max(), x.max()),
-            (int(y.argmin()), x.min() - y.min(), x.min()),
-        ):
-            if outside > CUT * (high - low):
-                found.append((outside, CutPeak(name, unit, float(y[k]), float(at[k]), float(edge))))
-    return [peak for outside, peak in found if outside > ROUNDING * sizes[peak.unit]]
+        sizes[e.unit] = max(sizes.get(e.unit, 0.0), -e.least, e.largest)
+        for value, time, edge in ((e.largest, e.time_of_largest, high), (e.least, e.time_of_least, low)):
+            if abs(value - edge) > CUT * (e.largest - e.least):
+                found.append(CutPeak(e.signal, e.unit, value, time, edge))
+    return [peak for peak in found if abs(peak.value - peak.shown) > ROUNDING * sizes[peak.unit]]
 
 
 def _sizes(shown: StateSignals) -> dict[str, float]:

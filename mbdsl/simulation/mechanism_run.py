@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,9 @@ from mbdsl.system import System, build
 from mbdsl.system.bending import first_bend
 from mbdsl.system.tables import gravity
 
+if TYPE_CHECKING:
+    from mbdsl.simulation.extremes import Gathered
+
 Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
 #: number of steps of the first run between two checks of its displacements
@@ -48,6 +52,8 @@ NOISE = 1e-4  #: relative noise of accelerations from positions above which thos
 
 #: the states in which a mechanism in space is solved
 Solved = PlanarStates | GyrostatStates
+#: t (N,), q, v (N, n), lam (N, m + p)
+Ends = tuple[Array, Array, Array, Array]
 #: these, and q and v of the scene that is solved, at the start
 Start = tuple[Solved, Array, Array]
 
@@ -71,6 +77,7 @@ class Kept:
     integrations: list[Run]
     failed: Moving | None
     failure: int
+    gathered: Gathered | None
 
 
 class Motion:
@@ -91,6 +98,8 @@ class Motion:
         Number of steps of the other calibration runs, which were made to estimate the error of this one.
     purpose : str
         The purpose of the present run, if it is one of several.
+    gathered : Gathered or None
+        Ranges of signals over the steps that the present run has forgotten.
 
     Raises
     ------
@@ -114,6 +123,7 @@ class Motion:
         self.trial_steps = 0
         self.purpose = ""
         self.failed: Moving | None = None
+        self.gathered: Gathered | None = None
         self._failure = loop_state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = plan.tol is not None or backend(plan.method) is not None  # different for each part
@@ -187,7 +197,10 @@ class Motion:
         self.assembled = []
 
     def watch(self) -> None:
-        """Search fixed steps for peaks of laws between their ends; called after ``prepare``, before the first step."""
+        """Keep the ends of all steps, and search fixed steps for peaks of laws between them.
+
+        Called after ``prepare``, before the first step.
+        """
         for p in self.parts:
             if isinstance(p.integration, Integration):
                 p.integration.watch()
@@ -224,10 +237,11 @@ class Motion:
 
     def restart(self, plan: Plan) -> None:
         """Return to the start, for another run of the same scene, whose method may be another one."""
-        self.plan, self.failed = plan, None
+        self.plan, self.failed, self.gathered = plan, None, None
         for p in self.parts:
             if p.method not in (plan.method, KINEMATIC):
-                p.method, p.integration = plan.method, _run(p.system, plan.method, plan, plan.options)
+                keeps = getattr(p.integration, "keeps", False)
+                p.method, p.integration = plan.method, _run(p.system, plan.method, plan, plan.options, keeps)
             elif isinstance(p.integration, Integration):
                 p.integration = p.integration.anew(plan.times, plan.tol, plan.every, plan.longest, plan.rows)
             else:
@@ -237,11 +251,12 @@ class Motion:
 
     def keep(self) -> Kept:
         """The present run, for :meth:`recall`."""
-        return Kept(self.plan, [p.integration for p in self.parts], self.failed, self._failure)
+        return Kept(self.plan, [p.integration for p in self.parts], self.failed, self._failure, self.gathered)
 
     def recall(self, kept: Kept) -> None:
         """Make a stored run the present one again."""
         self.plan, self.failed, self._failure = kept.plan, kept.failed, kept.failure
+        self.gathered = kept.gathered
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             p.integration = integration
             p.method = p.method if p.method == KINEMATIC else kept.plan.method
@@ -507,44 +522,78 @@ class Motion:
         return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
 
     def _together(
-        self, known: list[Array], states: list[tuple[Array, Array, Array]]
+        self, known: Sequence[Array], states: list[tuple[Array, Array, Array]]
     ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
         """The states of all parts at all of their ``known`` times that all of them have reached."""
-        if len(known) == 1:
+        if all(np.array_equal(known[0], t) for t in known):
             return known[0], states
         times = np.unique(np.concatenate(known))
-        times = times[times <= min(t[-1] for t in known)]
+        times = times[(times >= max(t[0] for t in known)) & (times <= min(t[-1] for t in known))]
         turning = [p.system.tables.rotations[:, 0] for p in self.parts]
         return times, [between(times, t, *own, d) for t, own, d in zip(known, states, turning, strict=True)]
 
-    def ends_of_steps(self) -> tuple[Array, Array, Array, Array] | None:
-        """Times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that were searched for peaks.
+    def kept_numbers(self) -> int:
+        """Quantity of numbers in the states that the parts keep at the ends of their steps."""
+        runs = [p.integration for p in self.parts]
+        return sum(run.kept * run.ends.shape[1] for run in runs if isinstance(run, Integration))
 
-        Parts without such steps are interpolated between their outputs. None if there are no such steps.
-        """
-        known: list[Array] = []
-        states: list[tuple[Array, Array, Array]] = []
-        noted = False
+    def forgo(self) -> None:
+        """Keep no further ends of steps."""
         for p in self.parts:
-            n, run, first = p.system.n, p.integration, np.concatenate([p.initial.q, p.initial.v, p.initial.lam])
-            if isinstance(run, Integration) and run.overlooked is not None:
-                run.overlooked.finish()
-            if ends := getattr(run, "ends", None):
-                rows = np.vstack(ends)
-                t, rows = np.append(self.plan.start, rows[:, 0]), np.vstack([first, rows[:, 1:]])
-                noted = True
-            else:
-                t, rows = (
-                    np.append(self.plan.start, run.times[: run.written]),
-                    np.vstack([first, run.out[: run.written]]),
-                )
-            t, kept = np.unique(t, return_index=True)
-            known.append(t)
-            states.append((rows[kept, :n], rows[kept, n : 2 * n], rows[kept, 2 * n :]))
-        if not noted:
-            return None
-        times, states = self._together(known, states)
-        return times, *self.whole.state(times, states)
+            if isinstance(p.integration, Integration):
+                p.integration.forgo()
+
+    def ends_of_steps(self) -> Callable[..., Ends] | None:
+        """A function that returns times (N,), q, v (N, n) and lam (N, m + p) at the ends of the steps that all parts
+        have taken so far, and on both sides of jumps of forces; None if they are not kept.
+
+        Its argument is a slice of the kept states (:meth:`blocks`).
+        """
+        kept: list[Array] = []
+        for p in self.parts:
+            run = p.integration
+            if not isinstance(run, Integration) or not run.keeps:
+                return None
+            run.flush()
+            kept.append(run.ends[: run.kept])
+        sizes, whole, together = [p.system.n for p in self.parts], self.whole, self._together
+
+        def found(some: slice = slice(None)) -> Ends:
+            states = [_ordered(rows[some], n) for rows, n in zip(kept, sizes, strict=True)]
+            times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states])
+            return times, *whole.state(times, parts)
+
+        return found if kept else None
+
+    def blocks(self, rows: int) -> list[slice]:
+        """Slices of about so many kept states, each with the last state of the one before; one of all, if they are
+        those of several parts, or not in order."""
+        run = self.parts[0].integration
+        assert isinstance(run, Integration)
+        if len(self.parts) > 1 or not (np.diff(run.ends[: run.kept, 0]) > 0.0).all():
+            return [slice(None)]
+        return [slice(k, k + rows + 1) for k in range(0, run.kept - 1, rows)] or [slice(None)]
+
+    def release_steps(self, until: float) -> None:
+        """Forget the ends of steps before a time [s], but the last of each part."""
+        for p in self.parts:
+            run = p.integration
+            assert isinstance(run, Integration)
+            rows = run.ends[: run.kept]
+            left = rows[-1:]
+            if len(self.parts) > 1 or left[0, 0] != until:
+                before = rows[:, 0] <= until
+                left = rows[rows[:, 0] >= rows[before, 0].max()]
+            run.ends[: len(left)], run.kept = left, len(left)
+
+
+def _ordered(rows: Array, n: int) -> tuple[Array, Array, Array, Array]:
+    """t, q, v and lam of kept states at ascending times."""
+    if not (np.diff(rows[:, 0]) > 0.0).all():
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        same = 1 + np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
+        rows[same, 0] = np.nextafter(rows[same, 0], np.inf)
+    return rows[:, 0].copy(), rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
 
 
 def _solved(system: System, t: float, states: Solved, q: Array, v: Array) -> InitialState:
@@ -552,11 +601,11 @@ def _solved(system: System, t: float, states: Solved, q: Array, v: Array) -> Ini
     return state_at(system, t, *states.of_part(system, q, v))
 
 
-def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:
-    """A part's run: by compiled code or by a backend."""
+def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None], keeps: bool = False) -> Run:
+    """A part's run, by compiled code, which may keep its steps, or by a backend."""
     arguments = system, method, plan.h, plan.start, plan.stop, plan.times, options
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows)
+    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows, keeps=keeps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, input_signal, leaves
 from mbdsl.lang.asked_signals import Operand, read
 from mbdsl.results.selection import matching
+from mbdsl.simulation.stored_extremes import KEY, cut_in_file
 
 if TYPE_CHECKING:
     from mbdsl.results.stored import Made, Result
@@ -42,6 +44,8 @@ def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     from mbdsl.results.stored import with_columns
 
     known = set(result.names)
+    if result.is_file and KEY in result.layout.meta:
+        result.cut_peaks = partial(cut_in_file, result)
 
     def operand(name: str) -> Operand | None:
         return (input_signal(name), result.unit(name)) if name in known else None

@@ -40,14 +40,25 @@ def units(trajectory: Trajectory, names: Iterable[str]) -> dict[str, str]:
     return {"time": "s", **{name: trajectory.unit(name) for name in names}}
 
 
-def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
-    """The meta data of a result file."""
+def keeps_extremes(path: str | PathLike) -> bool:
+    """Whether the format of a file has a place for data about the run."""
+    return not hasattr(results.format_of(path), "mark")
+
+
+def about(
+    trajectory: Trajectory, path: str | PathLike | None = None, names: Iterable[str] = ()
+) -> dict[str, str | float | bool]:
+    """The meta data of a result file, with the extremes of the signals ``names`` if it has a place for them."""
     stats = trajectory.stats
     said = {"model": trajectory.scene.name, "method": stats.get("method"), "step": stats.get("h")}
     said |= {"tolerance": stats.get("tol"), "error": stats.get("error"), "horizon": stats.get("horizon")}
     said |= {"steps": stats.get("steps"), "iterations": stats.get("iterations")}
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said["options"] = ", ".join(options) or None
+    if path is not None and keeps_extremes(path):
+        from mbdsl.simulation.stored_extremes import KEY, text_of
+
+        said[KEY] = text_of(trajectory.extremes(names).values())
     return {
         "complete": trajectory.status == "done",
         **{key: value for key, value in said.items() if value is not None},
@@ -61,7 +72,7 @@ def save(
 ) -> None:
     """Write a trajectory to a file; see ``Trajectory.save``."""
     chosen = names(trajectory, path, patterns)
-    said = about(trajectory)
+    said = about(trajectory, path, chosen)
     if keeps_model(path) and (source := _source(trajectory.scene)):
         said["source"] = source
     columns = {"time": trajectory.t, **{name: trajectory[name] for name in chosen}}

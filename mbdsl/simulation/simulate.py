@@ -16,11 +16,15 @@ from mbdsl.errors import Interrupted
 from mbdsl.initial.mirrored_poses import MIRRORED
 from mbdsl.initial.misfits import misfits
 from mbdsl.initial.redundancy import not_unique, repeated
+from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.compiled_loop import has_own_step
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.calibration_runs import COSTLY, Found
 from mbdsl.simulation.checkpoint import Checkpoint, Keeper, of_run
+from mbdsl.simulation.extremes import Gathered
 from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres, failure, inaccurate
 from mbdsl.simulation.fixed_step_warnings import doubts
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
@@ -28,10 +32,12 @@ from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.large_tilts import large_tilts
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.method_choice import Choice
-from mbdsl.simulation.plan import Plan, check_rounding, plan
+from mbdsl.simulation.plan import Plan, check_rounding, plan, width
 from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.shared_friction import shared_friction
+from mbdsl.simulation.state_signals import StateSignals
 from mbdsl.simulation.steady_start import settled, warnings
+from mbdsl.simulation.steps import Steps
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import calibrated
 from mbdsl.simulation.trajectory import Trajectory
@@ -41,6 +47,8 @@ from mbdsl.storage.compilation_notice import announce_compilation
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
+MOST_KEPT = 2_000_000  #: quantity of numbers above which the ends of steps are folded into ranges of signals
+PART = 0.25  #: part of this quantity that is folded each time after the first one
 SLICE = 64  #: number of steps before their time is measured
 
 
@@ -80,11 +88,13 @@ def simulated(
     checkpoint: Checkpoint | str | PathLike | None = None,
     inspect: Callable[[Motion], None] | None = None,
     stream: Stream | None = None,
+    signals: Sequence[str] | None = None,
 ) -> Trajectory:
     """As :func:`mbdsl.simulate` without an accuracy, but return the trajectory of a run interrupted between steps.
 
     ``inspect`` is called with the completed motion. A ``stream`` takes the rows of a long run while it goes on; the
-    trajectory then contains only the last of them.
+    trajectory then contains only the last of them. ``signals`` are those whose extremes are found even if the run takes
+    more steps than are kept; by default the coordinates and velocities of all bodies.
 
     Raises
     ------
@@ -137,11 +147,11 @@ def simulated(
     chosen = ""
     with deferred(1) as heard:
         if run.tol is None or not motion.parts or run.stop == run.start:
-            status, found = _integrate(motion, progress, keeper, heard, stream), Found()
+            status, found = _integrate(motion, progress, keeper, heard, stream, asked=signals), Found()
         else:
 
             def integrate(most: float = math.inf) -> int:
-                return _integrate(motion, progress, keeper, heard, stream, most)
+                return _integrate(motion, progress, keeper, heard, stream, most, signals)
 
             def switch(other: Plan) -> None:
                 lap("integrate")
@@ -215,13 +225,16 @@ def _integrate(
     before: Sequence[int] = (),
     stream=None,
     most: float = math.inf,
+    asked: Sequence[str] | None = None,
 ) -> int:
     """Advance in slices of about a tenth of a second, between which progress is shown and interruptions are handled.
 
+    Steps that need too much memory are folded into the ranges of the signals ``asked`` for.
     ``before`` are signals received outside of the loop: they end it after a slice. A run of more than ``most`` steps
     is ended, with the status COSTLY.
     """
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
+    room = max(SLICE, int(PART * MOST_KEPT) // (1 + width(motion.system.scene)))
     stream = stream if plan.streamed else None
     if keeper is not None and (known := keeper.begin(motion)) is not None:
         return known
@@ -231,7 +244,7 @@ def _integrate(
         with deferred() as heard:
             while not heard:
                 began, before_it = perf_counter(), motion.steps
-                status = motion.advance(int(min(slice_, most - before_it)))
+                status = motion.advance(int(min(slice_, room, most - before_it)))
                 now = perf_counter()
                 if status != loop_state.RUNNING or motion.invalid():
                     if keeper is not None and status == loop_state.DONE:
@@ -241,6 +254,8 @@ def _integrate(
                     if keeper is not None:
                         keeper.end(motion, COSTLY)
                     return COSTLY
+                if motion.kept_numbers() > (MOST_KEPT if motion.gathered is None else PART * MOST_KEPT):
+                    _gather(motion, asked)
                 if stream is not None:
                     stream.pause(motion)
                     if stream.problem:
@@ -318,8 +333,37 @@ def _collect(
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out)
-    if stream is None and not plan.every and (ends := motion.ends_of_steps()) is not None:
-        t, q, v, lam = ends
-        own = lam if motion.own_reactions else None
-        trajectory.ends = Trajectory(system, t, q, v, own, stats, (), motion.left_out)
+    trajectory._since = None if stream is None else plan.start
+    trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
+    if trajectory.find_steps is None and plan.every and stream is None:
+        trajectory.find_steps = lambda: Steps(trajectory, False)
     return trajectory, states
+
+
+def _steps_of(motion: Motion) -> Callable[..., Steps] | None:
+    """A function that returns the steps which the present run keeps, or a slice of them; None if it keeps none."""
+    ends, system, left_out = motion.ends_of_steps(), motion.system, motion.left_out
+    own, precise = motion.own_reactions, backend(motion.plan.method) is None and has_own_step(motion.plan.method)
+    if ends is None:
+        return None
+
+    def found(some: slice = slice(None)) -> Steps:
+        t, q, v, lam = ends(some)
+        return Steps(StateSignals(system, t, q, v, lam if own else None, {"status": "done"}, (), left_out), precise)
+
+    return found
+
+
+def _gather(motion: Motion, asked: Sequence[str] | None) -> None:
+    """Fold the steps so far into ranges of signals; where angles depend on all earlier steps, keep no further ones."""
+    find = _steps_of(motion)
+    tables = motion.system.tables
+    if tables.angles or any(body.counter >= 0 for body in tables.models.values()):
+        motion.forgo()
+    elif find is not None:
+        if motion.gathered is None:
+            motion.gathered = Gathered(AskedSignals(motion.system.scene), asked)
+        for some in motion.blocks(motion.gathered.rows):
+            steps = find(some)
+            motion.gathered.add(steps)
+        motion.release_steps(steps.ends.t[-1])

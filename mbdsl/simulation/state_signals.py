@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,14 @@ class StateSignals:
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
         #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
         self._whole: tuple[StateSignals, slice] | None = None
-        self.ends: StateSignals | None = None  #: the same run at the ends of its steps, if it knows more than outputs
+        #: returns the motion between outputs, :class:`mbdsl.simulation.steps.Steps`, if it is known
+        self.find_steps: Callable[[], Any] | None = None
+        #: ranges over earlier steps, which a long run has forgotten: :class:`mbdsl.simulation.extremes.Gathered`
+        self.gathered: Any = None
+        self._extremes: dict[str, Any] = {}  #: those that were found
+        self._since: float | None = (
+            None  #: start of the run, if earlier rows than those of ``t`` were written to a file
+        )
         self._from_start = True  #: whether the first state is that of the run
 
     @property
@@ -67,7 +75,21 @@ class StateSignals:
         Reference angles remain: those of a part between two times depend on the states before it.
         """
         computed = {k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)} - {"turns"}
-        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}, "ends": None}
+        return {
+            **{k: x for k, x in vars(self).items() if k not in computed},
+            "_known": {},
+            "find_steps": None,
+            "gathered": None,
+        }
+
+    @cached_property
+    def steps(self) -> Any:
+        """The motion at and between the ends of steps, a ``Steps``; None if it is not known."""
+        if self.find_steps is None:
+            return None
+        found = self.find_steps()
+        found.ends._names = self._names
+        return found
 
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property
@@ -160,6 +182,47 @@ class StateSignals:
             return True
         columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
         return self._lam is not None and not np.isnan(self._lam[:, columns]).any()
+
+    def needs_reactions(self, names: Iterable[str]) -> bool:
+        """Whether one of these signals follows from multipliers.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Names of signals.
+
+        Returns
+        -------
+        bool
+        """
+        entries = [self._names.entry(name) for name in names if name != "time"]
+        roots = [entry[0] for entry in entries if entry is not None]
+        inner = [
+            str(leaf.value) for leaf in leaves(*roots) if leaf.op == "input" and leaf.value in self._names.computed
+        ]
+        return any(leaf.op == "multiplier" for leaf in leaves(*roots)) or (bool(inner) and self.needs_reactions(inner))
+
+    def signal_rows(self, names: Sequence[str]) -> Array:
+        """Values (k, N) of signals, which are computed together.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of k signals.
+
+        Returns
+        -------
+        (k, N) array
+        """
+        entries = {name: self._names.entry(name) for name in names if name not in self._known and name != "time"}
+        roots = {name: entry[0] for name, entry in entries.items() if entry is not None}
+        roots = {name: root for name, root in roots.items() if not self._names.computed_in(root)}
+        found: dict[str, Array] = {}
+        if roots and self._whole is None:
+            lam = self._multipliers([leaf.value for leaf in leaves(*roots.values()) if leaf.op == "multiplier"])
+            computed = values(self.system, list(roots.values()), self.t, self.q, self.v, lam, self.inputs)
+            found = dict(zip(roots, computed, strict=True))
+        return np.array([found[name] if name in found else self._signal(name) for name in names])
 
     def supply(self, values: Mapping[str, Array]) -> None:
         """Set signals whose values are stored elsewhere, so that they are not computed again.

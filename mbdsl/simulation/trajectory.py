@@ -15,6 +15,7 @@ from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
 from mbdsl.simulation import result_file, time_slices
 from mbdsl.simulation.cut_peaks import CutPeak, cut_peaks
+from mbdsl.simulation.extremes import Extremes, extremes
 from mbdsl.simulation.shown_signals import shown
 from mbdsl.simulation.state_signals import StateSignals
 
@@ -129,7 +130,12 @@ class Trajectory(StateSignals):
             kept = time_slices.rows(self.t, key)
             whole = (self, kept) if self.turns or self.scene.spatial else None
             return self._with(
-                {**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole, "ends": self.ends}
+                {
+                    **time_slices.part({**vars(self), "turns": self.turns}, kept),
+                    "_whole": whole,
+                    "_extremes": {},
+                    "_since": None,
+                }
             )
         if isinstance(key, (list, tuple)) and all(isinstance(name, str) for name in key):
             return self._selected(key)
@@ -168,11 +174,37 @@ class Trajectory(StateSignals):
         k = int(np.abs(self.t - seconds(time, "time")).argmin())
         return self.q[k], self.v[k]
 
+    def extremes(self, patterns: str | Iterable[str] | None = None) -> Extremes:
+        """Return least and largest values of signals with their times, means and root mean squares.
+
+        They are those of all steps of the run with the motion between their ends, not those of the outputs; where the
+        steps are not known, ``of`` of an extreme says so.
+
+        Parameters
+        ----------
+        patterns : str or iterable of str, optional
+            As for ``to_dict``.
+
+        Returns
+        -------
+        Extremes
+            Name -> ``Extreme``; ``print`` shows a table.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
+        chosen = self.select(patterns) if patterns is not None else self.default_names
+        chosen = [name for name in chosen if name != "time"]
+        if missing := [name for name in chosen if name not in self._extremes]:
+            self._extremes.update(extremes(self, missing))
+        return Extremes(self._extremes[name] for name in chosen)
+
     def cut_peaks(self, patterns: str | Iterable[str] | None = None) -> list[CutPeak]:
         """Return the peaks of signals that the outputs cut.
 
-        A run keeps the ends of its steps if its laws have conditions, thresholds or narrow peaks: contacts, stops,
-        friction, pulses. A peak is above the outputs by more than 2 % of the range of the signal.
+        These are extremes over all steps, above the outputs by more than 2 % of the range of the signal.
 
         Parameters
         ----------
@@ -189,7 +221,7 @@ class Trajectory(StateSignals):
         UsageError
             If a pattern matches no name.
         """
-        return cut_peaks(self, self.select(patterns) if patterns is not None else self.default_names)
+        return cut_peaks(self, self.extremes(patterns).values())
 
     # -- other forms -------------------------------------------------------------------------------------------
     def to_dict(self, patterns: str | Iterable[str] | None = None) -> dict[str, Array]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,12 @@ from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.functions import FUNCTIONS as LANGUAGE
 from mbdsl.messages import did_you_mean, few
 from mbdsl.results import selection
+from mbdsl.simulation.extremes import ROWS, Extreme, value_at
 from mbdsl.studies import conditions
 from mbdsl.studies.conditions import When
+
+if TYPE_CHECKING:
+    from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 MOST = 200  #: largest number of measures
@@ -108,6 +113,24 @@ FUNCTIONS = {
 }
 
 
+#: functions of the extremes of a signal over all steps of a run
+OF_EXTREMES: dict[str, Callable[[Extreme], float]] = {
+    "min": lambda x: x.least,
+    "max": lambda x: x.largest,
+    "maxabs": lambda x: max(abs(x.least), abs(x.largest)),
+    "mean": lambda x: x.mean,
+    "rms": lambda x: x.rms,
+    "amplitude": lambda x: 0.5 * (x.largest - x.least),
+    "time_of_max": lambda x: x.time_of_largest,
+    "time_of_min": lambda x: x.time_of_least,
+}
+#: functions of a signal where another one is extreme
+WHERE: dict[str, Callable[[Extreme], float]] = {
+    "at_max": lambda x: x.time_of_largest,
+    "at_min": lambda x: x.time_of_least,
+}
+
+
 @dataclass(frozen=True)
 class Measure:
     """A function of a signal, such as ``max(pin.fx)``, which is its text.
@@ -160,8 +183,29 @@ class Measure:
             return NEVER if isinstance(self.when, When) else "the time is outside of the run"
         return FUNCTIONS[self.function].lacking
 
+    def of_run(self, run: Trajectory) -> float:
+        """Evaluate the measure of a run: extremes and means over all of its steps, others from its rows.
+
+        Parameters
+        ----------
+        run : Trajectory
+            A run, or a part of it.
+
+        Returns
+        -------
+        float
+            As for ``value``.
+        """
+        found = self.value(run.t, *(np.asarray(run[name], float) for name in self.signals))
+        if np.isfinite(found) and self.function in OF_EXTREMES:
+            return OF_EXTREMES[self.function](run.extremes([self.signal])[self.signal])
+        if np.isfinite(found) and self.function in WHERE:
+            other = run.extremes([self.further[0]])[self.further[0]]
+            return found if other.of == ROWS else value_at(run, self.signal, WHERE[self.function](other))
+        return found
+
     def value(self, t: Array, *xs: Array) -> float:
-        """Evaluate the measure.
+        """Evaluate the measure from rows.
 
         Parameters
         ----------

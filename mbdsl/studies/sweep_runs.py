@@ -14,12 +14,11 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from mbdsl.analysis.eigenmodes import Modes, eigen
 from mbdsl.analysis.equilibria import static
 from mbdsl.analysis.operating_points import At
 from mbdsl.errors import MbdslError
+from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.provenance import code
@@ -35,7 +34,7 @@ from mbdsl.studies.time_limits import TooLong, limited
 from mbdsl.studies.workers import cores, side_by_side
 
 FURTHER = 8  #: number of modes above those of the measures, which may become lower ones along a sweep
-POINTS = 2000  #: number of output times of a run, unless an interval is given: extrema are those of the output
+POINTS = 2000  #: number of output times of a run, unless an interval is given
 
 
 @dataclass(frozen=True)
@@ -141,6 +140,8 @@ def _(
         stats: dict[str, Any] = {"values": values}
         if of.asks_for(RUN):
             run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol}
+            names = AskedSignals(scene)
+            run["signals"] = [name for m in of.measures if m.of == RUN for name in m.signals if name in names]
             trajectory = limited(scene, limit, announce=announce, options=dict(case.options), **run, **times(of, scene))
             stats |= {key: trajectory.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
             stats["values"] |= measured(of, trajectory)
@@ -174,13 +175,12 @@ def times(of: SweepSetting, scene: Scene) -> dict[str, Any]:
 def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
     """The value of each measure of a run; nan if a signal does not exist at this point, or is not determined."""
     after = found.t >= of.after
+    part = found if after.all() else found[float(of.after) :] if after.any() else None
     values = {}
     for m in of.measures:
-        if m.of != RUN:
-            continue
-        known = all(name in found for name in m.signals)
-        xs = [np.asarray(found[name], float)[after] for name in m.signals] if known else []
-        values[str(m)] = m.value(found.t[after], *xs) if known else math.nan
+        if m.of == RUN:
+            known = all(name in found for name in m.signals)
+            values[str(m)] = m.of_run(part) if known and part is not None else math.nan
     return values
 
 

@@ -342,3 +342,9 @@ def test_decisions(monkeypatch):
         lines = list(getattr(benchmark, name)(1))
         assert len(lines) == rows
         assert all(float(re.search(r"([\d.]+) s\b", line)[1]) >= 0.0 for line in lines if line.startswith("  "))
+
+
+def test_extremes():
+    benchmark = script("extremes")
+    text = benchmark.table(repeats=1, cases={"pendulum": {"stop": 0.1}})
+    assert re.search(r"^pendulum +\d+ +4 +[\d.]+ +[-+][\d.]+ % +[-+][\d.]+ % +-?\d+$", text, re.MULTILINE)

@@ -19,6 +19,7 @@ from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import DisplayUnit, Scene
 from mbdsl.simulation.code_preparation import Progress as Prepared
+from mbdsl.simulation.extremes import Extreme, Extremes
 from mbdsl.simulation.progress import Progress, Purpose
 
 
@@ -47,6 +48,9 @@ class Trajectory:
 
     def unit(self, name):
         return "rad" if name.endswith("phi") else "m"
+
+    def extremes(self, names):
+        return Extremes(Extreme(name, self.unit(name), 0.0, 0.0, 2.0, 1.0, 1.0, 1.2) for name in names)
 
     def cut_peaks(self, names):
         return []
@@ -252,7 +256,9 @@ def test_stats_have_the_promised_keys(say, simulation):
 
 def test_result_files_know_what_they_are(say, simulation):
     say("simulate", "m.mbd", "--output", "m.npz")
-    assert results.read("m.npz")[1] == {
+    about = results.read("m.npz")[1]
+    assert json.loads(about.pop("extremes"))[1] == ["crank.phi", "rad", 0.0, 0.0, 2.0, 1.0, 1.0, 1.2, "steps"]
+    assert about == {
         "complete": True, "model": "Crank", "method": "hht-si2", "step": 0.1, "status": "done",
         "version": mbdsl.__version__, "steps": 10, "iterations": 21,
     }  # fmt: skip
