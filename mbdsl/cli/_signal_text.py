@@ -7,12 +7,13 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_meanings import meaning
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.plotting.terminal_text import text_width
 
+PLACES = (BodyKind, JointKind, ForceKind, SensorKind)  #: the order of groups
 COLUMNS = 80  #: if the output is not a terminal
 INDEX = re.compile(r"\[(\d+)(?::\d+)?\]")
 SLICE = re.compile(r"\[\d+:\d+\]")
@@ -66,9 +67,9 @@ def grouped(scene: Scene, rows: Sequence[Row]) -> str:
 def _kind(scene: Scene, owner: str) -> tuple[int, str]:
     """Position of the group and its title."""
     if owner not in scene.components:
-        return 3, "frames"
+        return len(PLACES), "frames"
     kind = scene.components[owner].kind
-    return 0 if isinstance(kind, BodyKind) else 1 if isinstance(kind, JointKind) else 2, kind.name
+    return PLACES.index(next(family for family in PLACES if isinstance(kind, family))), kind.name
 
 
 def _joined(rows: Sequence[Row]) -> list[Row]:

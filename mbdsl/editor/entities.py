@@ -129,10 +129,9 @@ def signals(kind: Kind) -> dict[str, tuple[str, str]]:
     """Signal -> (unit, description), of all that components of a kind may have."""
     found = {p.name: (p.unit, p.doc) for p in kind.parameters if p.law}
     found |= {x.name: (x.unit, x.doc) for x in kind.signals}
-    if isinstance(kind, JointKind):
-        found |= {x.name: (x.unit, x.doc) for x in kind.reactions}
-        if kind.friction:
-            found["friction"] = (kind.friction_unit, "resistance of friction")
+    found |= {x.name: (x.unit, x.doc) for x in kind.outputs}
+    if isinstance(kind, JointKind) and kind.friction:
+        found["friction"] = (kind.friction_unit, "resistance of friction")
     return found
 
 

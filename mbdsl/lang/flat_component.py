@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter, SensorKind
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.primitive import potential
@@ -32,7 +32,7 @@ from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism import poses_in_space, signals
+from mbdsl.mechanism import poses_in_space, signals, wrenches
 from mbdsl.mechanism.frozen_dict import FrozenDict
 from mbdsl.mechanism.scene import Component, Frame, SpatialFrame
 from mbdsl.mechanism.signal_names import accelerations
@@ -454,6 +454,13 @@ class Part:
             return self.assembly.coordinate(self.frames["c"], key)
         return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
 
+    def on_port(self, port: str, key: str) -> Quantity:
+        """A component of what a joint or force exerts on the body at a port, in the axes of the frame there."""
+        frame = self.port_frame(port)
+        force, torque = wrenches.on_port(self.formulas, port)
+        found = wrenches.in_axes(force, torque, lambda name: self.assembly.coordinate(frame, name).value)  # type: ignore[arg-type,return-value]
+        return Quantity(found[key], units.dimension(wrenches.units(self.assembly.spatial)[key]))
+
     def own(self, name: str) -> Value | Node | Frame | None:
         """The parameter, port or frame called ``name`` in the component; None for signals and unknown names."""
         if name in self.nodes:
@@ -480,6 +487,8 @@ class Part:
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""
+        if isinstance(self.kind, SensorKind):
+            return any(x.name == name for x in self.kind.measured)
         return isinstance(self.kind, BodyKind) and bool(self.kind.coordinates) and name in accelerations(self.kind)
 
     def forget(self) -> None:
@@ -512,7 +521,15 @@ class Part:
             self._velocity_constraints(),
             self.formulas.signal("friction") if self._has_friction() else None,
             self.formulas.friction_rows() if self._has_friction() else (),
+            self._attached(),
         )
+
+    def _attached(self) -> dict[str, str]:
+        """Port -> its frame, of those for which the kernels use a frame with other axes."""
+        if not self.kind.spatial:
+            return {}
+        found = {port: (self.port_frame(port).name, self.own_frame(port).name) for port in self.nodes}
+        return {port: frame for port, (frame, own) in found.items() if frame != own}
 
     def _energy(self) -> Expr | None:
         """The potential energy, if the kind has one; of a law, if it depends on the kind's coordinate and rate only."""

@@ -444,7 +444,7 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
                 # the same few operations in another order: a few roundings of values of some metres
                 assert found[0][0] == pytest.approx(C[start + k, buffer_layout.VALUE], abs=1e-13)
                 assert found[1][0] == pytest.approx(rate, abs=1e-12)
-            for key in {"force", "torque"} & set(c.signals):
+            for key in {"force", "torque"} & {x.name for x in kind.signals}:
                 root = s.scene.signal_of(c, key)
                 found = values(s, [root], np.array([t]), q[None], v[None])[0][0]
                 resisting = -kind.sign * C[start, buffer_layout.MAGNITUDE]
