@@ -54,8 +54,8 @@ class AskedSignals(SignalNames):
         return self._read[name]
 
     def asked(self, text: str) -> list[str]:
-        """The text itself, if it is an expression of signals."""
-        return [] if self.entry(text) is None else [text]
+        """The signals that are not listed and match, or the text itself, if it is an expression of signals."""
+        return super().asked(text) or ([] if self.entry(text) is None else [text])
 
     def __contains__(self, name: str) -> bool:
         try:

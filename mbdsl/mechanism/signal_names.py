@@ -253,19 +253,20 @@ class SignalNames:
         for pattern in [patterns] if isinstance(patterns, str) else patterns:
             if not isinstance(pattern, str):
                 raise UsageError(f"found {pattern!r} among the names of signals, expected a text")
-            found = [pattern] if pattern in known else matching(pattern, names) or self._not_listed(pattern)
-            found = found or self.asked(pattern)
+            found = [pattern] if pattern in known else matching(pattern, names) or self.asked(pattern)
             if not found:
                 raise self.unknown(pattern)
             chosen.update(dict.fromkeys(found))
         return list(chosen)
 
-    def _not_listed(self, pattern: str) -> list[str]:
-        return matching(pattern, [*self.on_ports, *self.sections])
+    @property
+    def unlisted(self) -> list[str]:
+        """Signals that are not among the ``names``: those of ports, and of sections of rods and beams."""
+        return [*self.on_ports, *self.sections]
 
     def asked(self, text: str) -> list[str]:
-        """The names that a pattern without a match stands for: none here."""
-        return []
+        """The signals that a pattern without a match among the ``names`` stands for."""
+        return matching(text, self.unlisted)
 
     def entry(self, name: str) -> tuple[Expr, str] | None:
         """The expression and the unit of a signal; None if it has none."""

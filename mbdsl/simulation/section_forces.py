@@ -63,6 +63,12 @@ def section(states: States, body: Component, x: float) -> dict[str, Array]:
     return _components(states, body, x, force, moment)
 
 
+def loaded(states: States, body: Component) -> list[float]:
+    """Distances [m] from the middle at which joints and forces act on a rod or beam."""
+    scene = states.scene
+    return sorted({scene.frames[c.ports[port]].x for c, port in _elements_on(states, body)})
+
+
 def _elements_on(states: States, body: Component) -> list[tuple[Component, str]]:
     scene = states.scene
     pairs = [c for c in scene.components.values() if isinstance(c.kind, PairKind)]
@@ -89,7 +95,7 @@ def _pose(x: float, n: int) -> tuple[float, ...]:
     return (x, 0.0, 0.0) if n == 2 else (x, 0.0, 0.0, *SpatialFrame.axes)
 
 
-def _coordinate(states: States, body: Component, x: float, key: str) -> Array:
+def coordinate(states: States, body: Component, x: float, key: str) -> Array:
     """A coordinate (N,) of the section at x, of a rod or beam that has coordinates."""
     tables = states.system.tables
     model, d = tables.models[body.name], tables.coordinates[body.name]
@@ -99,7 +105,7 @@ def _coordinate(states: States, body: Component, x: float, key: str) -> Array:
 
 def _place(states: States, body: Component, x: float) -> Array:
     keys = "xyz" if states.scene.spatial else "xy"
-    return np.column_stack([_coordinate(states, body, x, key) for key in keys])
+    return np.column_stack([coordinate(states, body, x, key) for key in keys])
 
 
 def _moment(lever: Array, force: Array) -> Array:
@@ -116,11 +122,11 @@ def _about_z(moment: Array) -> Array:
 def _components(states: States, body: Component, x: float, force: Array, moment: Array) -> dict[str, Array]:
     """Force and moment in the axes of the section, as signals."""
     if states.scene.spatial:
-        axes = [np.column_stack([_coordinate(states, body, x, i + j) for j in "xyz"]) for i in "xyz"]
+        axes = [np.column_stack([coordinate(states, body, x, i + j) for j in "xyz"]) for i in "xyz"]
         found = {key: (force * a).sum(axis=1) for key, a in zip(("N", "Qy", "Qz"), axes, strict=True)}
         found |= {key: (moment * a).sum(axis=1) for key, a in zip(("Mx", "My", "Mz"), axes, strict=True)}
         return found | {"Q": found["Qy"], "M": found["Mz"]}
-    phi = _coordinate(states, body, x, "phi")
+    phi = coordinate(states, body, x, "phi")
     c, s = np.cos(phi), np.sin(phi)
     (fx, fy), m = force.T, moment[:, 2]
     return dict(zip(sections.UNITS, (c * fx + s * fy, c * fy - s * fx, m), strict=True))

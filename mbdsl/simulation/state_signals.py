@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind, SensorKind
+from mbdsl.errors import MbdslError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
@@ -16,6 +17,7 @@ from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION
 from mbdsl.numerics.blas_threads import with_one_thread
+from mbdsl.results.selection import matching
 from mbdsl.simulation import derived_signals, section_forces
 from mbdsl.simulation.frame_accelerations import accelerometer
 from mbdsl.system.signals import values
@@ -95,6 +97,26 @@ class StateSignals:
             If a pattern matches no name.
         """
         return self._names.select(patterns)
+
+    def asked(self, text: str) -> list[str]:
+        """List what a text stands for beyond the names of the model.
+
+        Parameters
+        ----------
+        text : str
+            A name or pattern of signals of ports and of sections, or an expression of signals.
+
+        Returns
+        -------
+        list of str
+            Signals and expressions; none if it is invalid, or matches names of the model.
+        """
+        if matching(text, self._names.names):
+            return []
+        try:
+            return self._names.asked(text)
+        except MbdslError:
+            return []
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a signal.
