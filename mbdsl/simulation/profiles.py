@@ -92,7 +92,9 @@ def along(trajectory: Trajectory, patterns: Sequence[str], at: Sequence[float] |
         if (found := beam(scene, pattern)) is not None:
             x, values = zip(*(_stations(part, w, *found) for part, w in parts), strict=True)
             axis = Horizontal(f"distance from {found[0].name}.a", "m")
-            unit = sections.keys(scene.spatial).get(found[1]) or (SPATIAL_UNITS if scene.spatial else UNITS).get(found[1])
+            unit = sections.keys(scene.spatial).get(found[1]) or (SPATIAL_UNITS if scene.spatial else UNITS).get(
+                found[1]
+            )
             lines[pattern] = Line(axis, x[0], np.array(values), unit or "")
     lines = {pattern: lines[pattern] for pattern in patterns}
     return profile(scene.name, lines, times, [LINEAR] if any(w for _, w in parts) else [])
