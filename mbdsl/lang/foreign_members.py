@@ -35,8 +35,10 @@ def hint(kind: Kind | None, owner: str, port: str, frame_a: str, step: s.Step, s
     if name in ("w_a", "z_a") and isinstance(kind, BodyKind):
         return _rotation(frame_a, owner, name, k, spatial)
     if name in ("f", "t") and port and isinstance(kind, PairKind):
-        found = [f"-{owner}.{name}{i}" for i in _AXES[:size]] if spatial or name == "f" else [f"-{owner}.tau"]
-        return _one_of(found, k) + ": it acts on the joint there, in the axes of this frame"
+        flat = name == "t" and not spatial
+        found = [f"-{owner}.{name}{i}" for i in _AXES[:size]]
+        written = f"write `-{owner}.tau`" if flat else _one_of(found, k)
+        return f"{written}: it acts on the joint there, in the axes of this frame"
     if name in ("f", "t") and (kind is None or isinstance(kind, BodyKind)):
         return "forces at the frames of a body are those of the joints and forces there, as `pin.fx` or `spring.force`"
     return foreign_names.MEMBERS.get(name)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -95,7 +95,7 @@ def profile(title: str, lines: Mapping[str, Line], at: Sequence[float], notes: S
     """
     first = next(iter(lines.values()))
     for name, line in lines.items():
-        if line.axis != first.axis or not np.array_equal(line.x, first.x):
+        if line.axis.unit != first.axis.unit or not np.array_equal(line.x, first.x):
             raise UsageError(
                 f"{next(iter(lines))} and {name} are not along the same positions",
                 hint="give them one by one",
@@ -105,7 +105,10 @@ def profile(title: str, lines: Mapping[str, Line], at: Sequence[float], notes: S
         for name, line in lines.items()
         for k, y in enumerate(line.y)
     ]
-    figures, looks = panels(curves, {name: line.unit for name, line in lines.items()}, first.axis, len(at) > 1)
+    axes = {line.axis for line in lines.values()}
+    axis = first.axis if len(axes) == 1 else replace(first.axis, label=first.axis.label.partition(" ")[0])
+    lines = {name: replace(line, axis=axis) for name, line in lines.items()}
+    figures, looks = panels(curves, {name: line.unit for name, line in lines.items()}, axis, len(at) > 1)
     return Profile(title, figures, looks, tuple(notes), tuple(at), dict(lines))
 
 
