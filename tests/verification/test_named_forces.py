@@ -155,7 +155,7 @@ def test_powers_are_the_change_of_energy(space):
       Rod crank(m = 2, length = 0.5);
       Rod rod(m = 1, length = 1);
       Revolute O(ground, crank.a);
-      RotationalDriver motor(O, phi = sin((4 rad/s)*time));
+      RotationalDriver motor(O, phi = (3 rad/s)*time);
       Revolute A(crank.b, rod.a, radius = 2 cm, mu = 0.3, w_s = 1);
       RotationalSpringDamper hinge(A, k = 3, c = 0.1);
       SpringDamper spring(ground, rod.b, k = 40, c = 2, s0 = 0.7);
