@@ -71,7 +71,7 @@ AXIAL = Signal("force", "N", "lam[1]", "axial force, positive in tension")
 
 def power(formula: str) -> Signal:
     """The power of an element: what it does to the bodies at its frames."""
-    return Signal("power", "W", formula, "power that it delivers to the mechanism; negative: it takes power")
+    return Signal("power", "W", formula, "power delivered to the mechanism")
 
 
 @dataclass(eq=False, repr=False)

@@ -180,8 +180,8 @@ class KindMethods:
         -------
         Handle
             The component; its attributes are its ports, and its signals ``x`` [m],
-            ``y`` [m], ``phi`` [rad], ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            ``y`` [m], ``phi`` [rad], ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -297,7 +297,7 @@ class KindMethods:
             (distance of the frames), ``v`` [m/s] (its rate), ``depth`` [m]
             (overlap; negative: the gap), ``force`` [N] (contact force along the
             line of centres, positive if it pushes the centres apart), ``power`` [W]
-            (power that it delivers to the mechanism; negative: it takes power).
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -391,8 +391,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``force``
-            [N] (axial force, positive in tension), ``power`` [W] (power that it
-            delivers to the mechanism; negative: it takes power).
+            [N] (axial force, positive in tension), ``power`` [W] (power delivered
+            to the mechanism).
 
         Raises
         ------
@@ -592,7 +592,7 @@ class KindMethods:
         -------
         Handle
             The component; its attributes are its ports, and its signals ``power``
-            [W] (power that it delivers to the mechanism; negative: it takes power).
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -925,8 +925,8 @@ class KindMethods:
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
             (relative angular velocity), ``fx`` [N] (force along x on frame_b),
-            ``fy`` [N] (force along y on frame_b), ``power`` [W] (power that it
-            delivers to the mechanism; negative: it takes power).
+            ``fy`` [N] (force along y on frame_b), ``power`` [W] (power delivered to
+            the mechanism).
 
         Raises
         ------
@@ -985,8 +985,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
-            frame_b), ``tau`` [N.m] (torque on frame_b), ``power`` [W] (power that
-            it delivers to the mechanism; negative: it takes power).
+            frame_b), ``tau`` [N.m] (torque on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -1101,8 +1101,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N]
-            (force along y on frame_b), ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            (force along y on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1303,7 +1303,7 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``tau`` [N.m] (torque on frame_b), ``power`` [W]
-            (power that it delivers to the mechanism; negative: it takes power).
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -1360,7 +1360,7 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``torque`` [N.m] (resisting torque), ``power`` [W]
-            (power that it delivers to the mechanism; negative: it takes power).
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -1420,7 +1420,7 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``torque`` [N.m] (resisting torque), ``power`` [W]
-            (power that it delivers to the mechanism; negative: it takes power).
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -1466,7 +1466,7 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``tau`` [N.m] (torque on frame_b), ``power`` [W]
-            (power that it delivers to the mechanism; negative: it takes power).
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -1566,8 +1566,7 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``force`` [N]
-            (tension), ``power`` [W] (power that it delivers to the mechanism;
-            negative: it takes power).
+            (tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1614,8 +1613,7 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity), ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            angular velocity), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1662,7 +1660,7 @@ class KindMethods:
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
             frame_b), ``force`` [N] (axial force, positive in tension), ``power``
-            [W] (power that it delivers to the mechanism; negative: it takes power).
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1718,8 +1716,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
-            ``force`` [N] (resisting force), ``power`` [W] (power that it delivers
-            to the mechanism; negative: it takes power).
+            ``force`` [N] (resisting force), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1778,8 +1776,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
-            ``force`` [N] (resisting force), ``power`` [W] (power that it delivers
-            to the mechanism; negative: it takes power).
+            ``force`` [N] (resisting force), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1826,7 +1824,7 @@ class KindMethods:
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
             frame_b), ``force`` [N] (axial force, positive in tension), ``power``
-            [W] (power that it delivers to the mechanism; negative: it takes power).
+            [W] (power delivered to the mechanism).
 
         Raises
         ------

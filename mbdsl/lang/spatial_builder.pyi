@@ -329,7 +329,7 @@ class SpatialBuilder(Builder):
             ``z`` [m] (position along z of frame_a), ``phi_x`` [rad] (tilt about x
             of frame_a), ``phi_y`` [rad] (tilt about y of frame_a), ``phi`` [rad]
             (twist about z of frame_a), ``w`` [rad/s] (rate of the twist), ``power``
-            [W] (power that it delivers to the mechanism; negative: it takes power).
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -454,7 +454,7 @@ class SpatialBuilder(Builder):
             (distance of the frames), ``v`` [m/s] (its rate), ``depth`` [m]
             (overlap; negative: the gap), ``force`` [N] (contact force along the
             line of centres, positive if it pushes the centres apart), ``power`` [W]
-            (power that it delivers to the mechanism; negative: it takes power).
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -668,8 +668,8 @@ class SpatialBuilder(Builder):
             frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
-            axis of the world on frame_b), ``power`` [W] (power that it delivers to
-            the mechanism; negative: it takes power).
+            axis of the world on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -765,8 +765,7 @@ class SpatialBuilder(Builder):
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
             (force along z on frame_b), ``force`` [N] (axial force, positive in
-            tension), ``power`` [W] (power that it delivers to the mechanism;
-            negative: it takes power).
+            tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -868,7 +867,7 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component; its attributes are its ports, and its signals ``power``
-            [W] (power that it delivers to the mechanism; negative: it takes power).
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1213,8 +1212,8 @@ class SpatialBuilder(Builder):
             frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
-            axis of the world on frame_b), ``power`` [W] (power that it delivers to
-            the mechanism; negative: it takes power).
+            axis of the world on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1330,8 +1329,7 @@ class SpatialBuilder(Builder):
             (position in frame_a), ``vx`` [m/s] (its rate), ``vy`` [m/s] (its rate),
             ``vz`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy``
             [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b),
-            ``power`` [W] (power that it delivers to the mechanism; negative: it
-            takes power).
+            ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1394,7 +1392,7 @@ class SpatialBuilder(Builder):
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
             on frame_b), ``fz`` [N] (force along z on frame_b), ``power`` [W] (power
-            that it delivers to the mechanism; negative: it takes power).
+            delivered to the mechanism).
 
         Raises
         ------
@@ -1454,8 +1452,8 @@ class SpatialBuilder(Builder):
             (position of frame_b along the x axis of the plane), ``s_y`` [m]
             (position of frame_b along the y axis of the plane), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
-            (force along z on frame_b), ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            (force along z on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1521,8 +1519,7 @@ class SpatialBuilder(Builder):
             (position in frame_a), ``vx`` [m/s] (its rate), ``vy`` [m/s] (its rate),
             ``vz`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy``
             [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b),
-            ``power`` [W] (power that it delivers to the mechanism; negative: it
-            takes power).
+            ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1587,8 +1584,7 @@ class SpatialBuilder(Builder):
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
             about z on frame_b), ``tau`` [N.m] (torque about the z axis of the world
-            on frame_b), ``power`` [W] (power that it delivers to the mechanism;
-            negative: it takes power).
+            on frame_b), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1717,8 +1713,8 @@ class SpatialBuilder(Builder):
             on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
-            axis of the world on frame_b), ``power`` [W] (power that it delivers to
-            the mechanism; negative: it takes power).
+            axis of the world on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1968,8 +1964,8 @@ class SpatialBuilder(Builder):
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
             about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
-            [N.m] (torque about the axis n on frame_b), ``power`` [W] (power that it
-            delivers to the mechanism; negative: it takes power).
+            [N.m] (torque about the axis n on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2028,8 +2024,8 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
-            rate), ``torque`` [N.m] (resisting torque), ``power`` [W] (power that it
-            delivers to the mechanism; negative: it takes power).
+            rate), ``torque`` [N.m] (resisting torque), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2091,8 +2087,8 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
-            rate), ``torque`` [N.m] (resisting torque), ``power`` [W] (power that it
-            delivers to the mechanism; negative: it takes power).
+            rate), ``torque`` [N.m] (resisting torque), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2142,8 +2138,8 @@ class SpatialBuilder(Builder):
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
             about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
-            [N.m] (torque about the axis n on frame_b), ``power`` [W] (power that it
-            delivers to the mechanism; negative: it takes power).
+            [N.m] (torque about the axis n on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2215,7 +2211,7 @@ class SpatialBuilder(Builder):
             ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque about y
             on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m]
             (torque about the z axis of the world on frame_b), ``power`` [W] (power
-            that it delivers to the mechanism; negative: it takes power).
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2419,8 +2415,7 @@ class SpatialBuilder(Builder):
             ``w_x`` [rad/s] (rate of phi_x), ``w_y`` [rad/s] (rate of phi_y),
             ``w_z`` [rad/s] (rate of phi_z), ``fx`` [N] (force along x on frame_b),
             ``fy`` [N] (force along y on frame_b), ``fz`` [N] (force along z on
-            frame_b), ``power`` [W] (power that it delivers to the mechanism;
-            negative: it takes power).
+            frame_b), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2476,8 +2471,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``force`` [N]
-            (tension), ``power`` [W] (power that it delivers to the mechanism;
-            negative: it takes power).
+            (tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2527,8 +2521,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
-            rate), ``power`` [W] (power that it delivers to the mechanism; negative:
-            it takes power).
+            rate), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2578,8 +2571,7 @@ class SpatialBuilder(Builder):
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
             ``fz`` [N] (force along z on frame_b), ``force`` [N] (axial force,
-            positive in tension), ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            positive in tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2638,8 +2630,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``force``
-            [N] (resisting force), ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            [N] (resisting force), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2701,8 +2692,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``force``
-            [N] (resisting force), ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            [N] (resisting force), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2752,8 +2742,7 @@ class SpatialBuilder(Builder):
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
             ``fz`` [N] (force along z on frame_b), ``force`` [N] (axial force,
-            positive in tension), ``power`` [W] (power that it delivers to the
-            mechanism; negative: it takes power).
+            positive in tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------

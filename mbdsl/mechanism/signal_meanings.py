@@ -29,6 +29,10 @@ MEANINGS = {
     "v": "size of the velocity",
     "a": "size of the acceleration",
 }
+#: of what a joint or force exerts on the body at one of its frames
+ON_PORT = {f"f{i}": f"force on the body along {i} of this frame" for i in "xyz"}
+ON_PORT |= {f"t{i}": f"torque on the body about {i} of this frame" for i in "xyz"}
+ON_PORT |= {"tau": "torque on the body about z of this frame", "f": MEANINGS["f"], "t": MEANINGS["t"]}
 IN_SPACE = spatial_coordinates.MEANINGS | {f"a{i}": f"acceleration along {i}" for i in "xyz"}
 IN_SPACE |= {f"alpha{i}": f"angular acceleration about the {i} axis of the world" for i in "xyz"}
 OF_ENERGIES = dict(zip(ENERGIES, ("kinetic energy", "energy of gravity and springs", "total energy"), strict=True))
@@ -54,9 +58,7 @@ def _of_frame(scene: Scene, frame: str, key: str) -> str:
     owner, _, port = frame.rpartition(".")
     component = scene.components.get(owner)
     if component is not None and isinstance(component.kind, PairKind) and port in component.ports:
-        what, axis = ("force", key[1:]) if key.startswith("f") else ("torque", "z" if key == "tau" else key[1:])
-        along = "along" if what == "force" else "about"
-        return f"{what} on {port}{f', {along} its own {axis} axis' if axis else ', size'}"
+        return ON_PORT.get(key, "")
     return sections.MEANINGS.get(key, "")
 
 

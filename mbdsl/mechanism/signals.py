@@ -124,4 +124,6 @@ def names(kind: Kind, given: Iterable[str], friction: bool) -> tuple[str, ...]:
 @cache
 def _names(kind: Kind, given: tuple[str, ...], friction: bool) -> tuple[str, ...]:
     own = [name for name, formula in kind.formulas.items() if friction or "friction" not in (name, *_WORD(formula))]
-    return tuple(dict.fromkeys([*own, *given]))
+    results = {x.name for x in kind.results}
+    before = [name for name in own if name not in results]
+    return tuple(dict.fromkeys([*before, *given, *own]))
