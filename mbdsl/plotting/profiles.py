@@ -37,7 +37,19 @@ LINEAR = "Between the outputs, values are interpolated linearly."
 
 @dataclass(frozen=True)
 class Line:
-    """Positions (K,) along which a signal is given, its values (T, K) at T times, and its unit."""
+    """A signal along an array, rod or beam.
+
+    Attributes
+    ----------
+    axis : Horizontal
+        Label and unit of the positions.
+    x : (K,)
+        Positions: an index from 1, or a distance [m].
+    y : (T, K)
+        Values at T times, in SI units.
+    unit : str
+        Unit of the values.
+    """
 
     axis: Horizontal
     x: Array
@@ -53,10 +65,12 @@ class Profile(Plot):
 
     Attributes
     ----------
+    title, panels, looks, notes
+        As of a Plot.
     at : tuple of float [s]
         The times.
     lines : mapping of str to Line
-        Signal -> positions ``x`` (K,), an index from 1 or a distance [m], values ``y`` (T, K) and ``unit``.
+        Signal -> its positions and values.
     """
 
     at: tuple[float, ...] = ()
