@@ -412,10 +412,12 @@ class Part:
         if frame is None:
             other = next((n for p, n in self.nodes.items() if p != port and n.frame is not None), None)
             where = f" (its other port is on `{other.frame.name}`)" if other is not None and other.frame else ""
+            written = f"`{self.kind.name} {self.name}({{}})`,".format
+            named = f"two frames, {written('a, b')}" if len(self.nodes) > 1 else f"a frame, {written('a')}"
             raise NotConnected(
                 f"`{port}` of {self.kind.name} `{self.name}` is not connected{where}",
                 span_of(self.at),
-                f"name two frames, `{self.kind.name} {self.name}(a, b)`, or `connect({self.name}.{port}, ...);`",
+                f"name {named} or `connect({self.name}.{port}, ...);`",
             )
         return frame
 
@@ -509,11 +511,12 @@ class Part:
         laws = {name: self.law(name) for name in kind.law_parameters}
         if isinstance(kind, ForceKind) and kind.springs is None:
             laws |= {name: self.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
+        ports = {port: self.own_frame(port).name for port in self.nodes}
         return Component(
             self.name,
             kind,
             {**self.values, **laws} if laws else self.values,
-            {port: self.own_frame(port).name for port in self.nodes},
+            ports,
             self.signal_names(),
             span_of(self.at),
             self.doc,
@@ -521,15 +524,8 @@ class Part:
             self._velocity_constraints(),
             self.formulas.signal("friction") if self._has_friction() else None,
             self.formulas.friction_rows() if self._has_friction() else (),
-            self._attached(),
+            {port: frame for port, own in ports.items() if (frame := self.port_frame(port).name) != own},
         )
-
-    def _attached(self) -> dict[str, str]:
-        """Port -> its frame, of those for which the kernels use a frame with other axes."""
-        if not self.kind.spatial:
-            return {}
-        found = {port: (self.port_frame(port).name, self.own_frame(port).name) for port in self.nodes}
-        return {port: frame for port, (frame, own) in found.items() if frame != own}
 
     def _energy(self) -> Expr | None:
         """The potential energy, if the kind has one; of a law, if it depends on the kind's coordinate and rate only."""
