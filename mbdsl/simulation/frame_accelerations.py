@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bodies.contract import Pose
+from mbdsl.bodies.contract import VELOCITIES, Body, Pose
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component, Scene
@@ -18,6 +18,7 @@ from mbdsl.system.signals import frame_coordinate
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
+STEP = 1e-30  #: of complex steps, which are exact
 
 
 class States(Protocol):
@@ -65,13 +66,7 @@ def acceleration(states: States, body: str, pose: Pose) -> Array:
     q, v, a = states.q[:, own], states.v[:, own], states.a[:, own]
     if states.scene.spatial:
         return _in_space(pose, q, v, a)
-    if not model.deforms:
-        return _of_rigid_body(pose, q, v, a)
-    found = np.zeros((len(q), 3))
-    for i in range(len(q)):
-        B, rate = model.gradient(pose, q[i], v[i])
-        found[i] = B @ a[i] + rate @ v[i]
-    return found
+    return _of_beam(model, pose, q, v, a) if model.deforms else _of_rigid_body(pose, q, v, a)
 
 
 def _of_rigid_body(pose: Pose, q: Array, v: Array, a: Array) -> Array:
@@ -81,6 +76,15 @@ def _of_rigid_body(pose: Pose, q: Array, v: Array, a: Array) -> Array:
     x, y = c * pose[0] - s * pose[1], s * pose[0] + c * pose[1]
     w, alpha = v[:, 2], a[:, 2]
     return np.column_stack([a[:, 0] - alpha * y - w * w * x, a[:, 1] + alpha * x - w * w * y, alpha])
+
+
+def _of_beam(model: Body, pose: Pose, q: Array, v: Array, a: Array) -> Array:
+    """B a + (B v)_q v: the velocity B v of a frame is linear in v, and its derivative along v is a complex step."""
+    found = []
+    for key in VELOCITIES:
+        turning = model.frame(pose, key, q + 1j * STEP * v, v).imag / STEP  # type: ignore[arg-type]
+        found.append(model.frame(pose, key, q, a) + turning)
+    return np.column_stack(found)
 
 
 def _in_space(pose: Pose, q: Array, v: Array, a: Array) -> Array:

@@ -15,7 +15,7 @@ from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import SPATIAL_UNITS, UNITS, SignalNames
 from mbdsl.plotting.profiles import LINEAR, Line, Profile, elements, of_arrays, profile, times_inside, weights
 from mbdsl.plotting.signal_panels import Horizontal
-from mbdsl.simulation import section_forces
+from mbdsl.simulation.section_forces import Sections
 
 if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
@@ -88,9 +88,11 @@ def along(trajectory: Trajectory, patterns: Sequence[str], at: Sequence[float] |
 
     arrays = [p for p in patterns if beam(scene, p) is None]
     lines = of_arrays(arrays, [*names.names, *names.unlisted], scene.name, trajectory.unit, columns)
+    known: dict[str, list[Sections]] = {}
     for pattern in patterns:
         if (found := beam(scene, pattern)) is not None:
-            x, values = zip(*(_stations(part, w, *found) for part, w in parts), strict=True)
+            bodies = known.setdefault(found[0].name, [Sections(part, found[0]) for part, _ in parts])
+            x, values = zip(*(_stations(b, w, found[1]) for b, (_, w) in zip(bodies, parts, strict=True)), strict=True)
             axis = Horizontal(f"distance from {found[0].name}.a", "m")
             unit = sections.keys(scene.spatial).get(found[1]) or (SPATIAL_UNITS if scene.spatial else UNITS).get(
                 found[1]
@@ -105,12 +107,12 @@ def _at(values: Array, weight: float) -> float:
     return float(values[0] if weight == 0.0 else (1.0 - weight) * values[0] + weight * values[-1])
 
 
-def _stations(part: Trajectory, weight: float, body: Component, key: str) -> tuple[Array, Array]:
+def _stations(body: Sections, weight: float, key: str) -> tuple[Array, Array]:
     """Distances (K,) from frame a, with both sides of loads, and the values (K,) there."""
-    length = float(body.values["length"])
+    length = body.length
     at = np.linspace(-length / 2, length / 2, STATIONS)
-    if key not in sections.keys(part.scene.spatial):
-        return at + length / 2, np.array([_at(section_forces.coordinate(part, body, x, key), weight) for x in at])
-    loaded = np.array([x for x in section_forces.loaded(part, body) if abs(x) < length / 2 * (1.0 - SIDE)])
+    if key not in sections.keys(body.states.scene.spatial):
+        return at + length / 2, np.array([_at(body.coordinate(x, key), weight) for x in at])
+    loaded = np.array([load.x for load in body.loads if abs(load.x) < length / 2 * (1.0 - SIDE)])
     at = np.unique(np.concatenate([at[~np.isin(at, loaded)], loaded - SIDE * length, loaded + SIDE * length]))
-    return at + length / 2, np.array([_at(section_forces.section(part, body, x)[key], weight) for x in at])
+    return at + length / 2, np.array([_at(body.section(x)[key], weight) for x in at])

@@ -19,7 +19,7 @@ from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION
 from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.results.selection import matching
 from mbdsl.simulation import derived_signals, section_forces
-from mbdsl.simulation.frame_accelerations import accelerometer
+from mbdsl.simulation.frame_accelerations import acceleration, accelerometer
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 
@@ -235,7 +235,7 @@ class StateSignals:
         if key in ACCELERATIONS:
             d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
             if body.deforms:
-                a = derived_signals.centre_accelerations(self.system, owner, self.q, self.v, self.a)
+                a = acceleration(self, owner, (0.0, 0.0, 0.0))
             else:
                 a = self.a[:, d : d + body.n]
             self._known.update({f"{owner}.{which}": a[:, k] for k, which in enumerate(ACCELERATIONS) if k < a.shape[1]})

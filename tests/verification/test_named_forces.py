@@ -308,3 +308,16 @@ def test_as_patterns_measures_and_columns(tmp_path):
         assert sweep[measure][1] == pytest.approx(2 * sweep[measure][0], rel=1e-4)
     with pytest.raises(UsageError, match=r"there is no signal `pin.frame_a.fq`"):
         trajectory["pin.frame_a.fq"]
+
+
+@pytest.mark.parametrize("form", ["modes = 4, axial = 1", 'formulation = "ancf", elements = 2'])
+def test_the_whole_beam_is_in_equilibrium(form):
+    """In motion, the section at the pin transmits what the pin does, which follows from the equations of the beam; the
+    moment there is zero, up to the terms of second order of small deformation."""
+    text = PENDULUM.replace("Rod rod(m = 2, length = 1.5, frames(q = {0.25, 0Z}));", "FlexibleBeam rod(mass = 2, "
+                            f"length = 1.5, S = 1e-3, I = 1e-7, E = 2e9, rotary = 0.01, {form});")  # fmt: skip
+    r = run(text, method="radau5", tol=1e-6, stop=0.05)
+    assert r["rod.a.N"] == pytest.approx(-r["pin.frame_b.fx"], rel=1e-9, abs=1e-9)
+    assert r["rod.a.Q"] == pytest.approx(-r["pin.frame_b.fy"], rel=1e-9, abs=1e-9)
+    assert abs(r["rod.a.M"]).max() < 1e-3 * abs(r["rod.c.M"]).max()
+    assert abs(r["rod.b.N"]).max() < 1e-9 and abs(r["rod.b.M"]).max() < 1e-9
