@@ -32,6 +32,7 @@ SLICE = re.compile(r"\[([^\[\]]*:[^\[\]]*)\]")
 INDEX = re.compile(r"\[\d+\]")
 #: interpolation between two rows; at a row, rounding of the times counts as equal
 ROUNDING = 1e-9
+HOW = "write `[:]` for the index of an array, `joint[:].tau`; rods and beams have profiles in models and runs: `rod.M`"
 LINEAR = "Between the outputs, values are interpolated linearly."
 
 
@@ -142,7 +143,7 @@ def elements(pattern: str, names: Collection[str], where: str) -> tuple[str, lis
     found = SLICE.findall(pattern)
     known = list(dict.fromkeys(INDEX.sub("[:]", name) for name in names if INDEX.search(name)))
     if not found:
-        hint = did_you_mean(pattern, known) or "write `[:]` for the index of an array, as in `joint[:].tau`"
+        hint = did_you_mean(pattern, known) or HOW
         raise UsageError(f"`{pattern}` is not a signal along an array", hint=hint)
     parts = [part.strip() for part in found[0].split(",")]
     if len(found) > 1 or sum(":" in part for part in parts) != 1:
