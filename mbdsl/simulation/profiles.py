@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,10 @@ from mbdsl.errors import UsageError
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import SPATIAL_UNITS, UNITS, SignalNames
-from mbdsl.plotting.profiles import LINEAR, Line, Profile, elements, of_arrays, profile, times_inside, weights
-from mbdsl.plotting.signal_panels import Horizontal
 from mbdsl.simulation.section_forces import Sections
 
 if TYPE_CHECKING:
-    from mbdsl.simulation.trajectory import Trajectory
+    from mbdsl.plotting.profiles import Profile
 
 Array = NDArray[np.float64]
 
@@ -34,6 +32,8 @@ def check(names: SignalNames, patterns: Sequence[str]) -> None:
     UsageError
         If one is neither an array of signals nor a signal along a rod or beam.
     """
+    from mbdsl.plotting.profiles import elements
+
     known = [*names.names, *names.unlisted]
     for pattern in patterns:
         if beam(names.scene, pattern) is None:
@@ -53,7 +53,7 @@ def beam(scene: Scene, pattern: str) -> tuple[Component, str] | None:
     return c, key
 
 
-def along(trajectory: Trajectory, patterns: Sequence[str], at: Sequence[float] | None) -> Profile:
+def along(trajectory: Any, patterns: Sequence[str], at: Sequence[float] | None) -> Profile:
     """Signals along arrays, rods and beams.
 
     Parameters
@@ -74,6 +74,9 @@ def along(trajectory: Trajectory, patterns: Sequence[str], at: Sequence[float] |
     UsageError
         If a pattern is neither, or a time is outside of the run.
     """
+    from mbdsl.plotting.profiles import LINEAR, Line, of_arrays, profile, times_inside, weights
+    from mbdsl.plotting.signal_panels import Horizontal
+
     scene, t = trajectory.scene, trajectory.t
     names = SignalNames(scene)
     check(names, patterns)
@@ -94,10 +97,8 @@ def along(trajectory: Trajectory, patterns: Sequence[str], at: Sequence[float] |
             bodies = known.setdefault(found[0].name, [Sections(part, found[0]) for part, _ in parts])
             x, values = zip(*(_stations(b, w, found[1]) for b, (_, w) in zip(bodies, parts, strict=True)), strict=True)
             axis = Horizontal(f"distance from {found[0].name}.a", "m")
-            unit = sections.keys(scene.spatial).get(found[1]) or (SPATIAL_UNITS if scene.spatial else UNITS).get(
-                found[1]
-            )
-            lines[pattern] = Line(axis, x[0], np.array(values), unit or "")
+            units = {**(SPATIAL_UNITS if scene.spatial else UNITS), **sections.keys(scene.spatial)}
+            lines[pattern] = Line(axis, x[0], np.array(values), units[found[1]].replace("1", ""))
     lines = {pattern: lines[pattern] for pattern in patterns}
     return profile(scene.name, lines, times, [LINEAR] if any(w for _, w in parts) else [])
 
