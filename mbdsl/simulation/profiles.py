@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES
+from mbdsl.bodies.contract import SPATIAL_VELOCITIES
 from mbdsl.errors import UsageError
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.scene import Component, Scene
@@ -46,11 +46,15 @@ def beam(scene: Scene, pattern: str) -> tuple[Component, str] | None:
     c = scene.components.get(owner)
     if c is None or not sections.has_sections(c):
         return None
-    coordinates = (*SPATIAL_POSITIONS, *SPATIAL_VELOCITIES) if scene.spatial else (*POSITIONS, *VELOCITIES)
-    own = {**sections.keys(scene.spatial), **dict.fromkeys(coordinates, "")}
-    if key not in own:
-        raise UsageError(f"there is no signal `{key}` along {owner}", hint=f"along it are {', '.join(own)}")
+    if key not in _units(scene):
+        raise UsageError(f"there is no signal `{key}` along {owner}", hint=f"along it are {', '.join(_units(scene))}")
     return c, key
+
+
+def _units(scene: Scene) -> dict[str, str]:
+    """The signals of a section and their units: forces, and coordinates."""
+    units = {key: SPATIAL_UNITS[key] for key in (*"xyz", *SPATIAL_VELOCITIES)} if scene.spatial else UNITS
+    return {**sections.keys(scene.spatial), **units}
 
 
 def along(trajectory: Any, patterns: Sequence[str], at: Sequence[float] | None) -> Profile:
@@ -97,8 +101,7 @@ def along(trajectory: Any, patterns: Sequence[str], at: Sequence[float] | None) 
             bodies = known.setdefault(found[0].name, [Sections(part, found[0]) for part, _ in parts])
             x, values = zip(*(_stations(b, w, found[1]) for b, (_, w) in zip(bodies, parts, strict=True)), strict=True)
             axis = Horizontal(f"distance from {found[0].name}.a", "m")
-            units = {**(SPATIAL_UNITS if scene.spatial else UNITS), **sections.keys(scene.spatial)}
-            lines[pattern] = Line(axis, x[0], np.array(values), units[found[1]].replace("1", ""))
+            lines[pattern] = Line(axis, x[0], np.array(values), _units(scene)[found[1]])
     lines = {pattern: lines[pattern] for pattern in patterns}
     return profile(scene.name, lines, times, [LINEAR] if any(w for _, w in parts) else [])
 

@@ -43,6 +43,15 @@ def test_along_an_array(chain):
     assert not chain.along("joint[:].f", at=0.1).notes
 
 
+@pytest.mark.parametrize("space", ["", "spatial "])
+def test_coordinates_along_a_rod(space):
+    run = mbdsl.simulate(mbdsl.parse(space + CHAIN), step=1e-3)
+    profile = run.along(["link[2].y", "link[2].vx"])
+    line, (a, b) = profile.lines["link[2].y"], (run[f"link[2].{end}.y"][-1] for end in "ab")
+    assert (line.unit, profile.lines["link[2].vx"].unit) == ("m", "m/s")
+    assert line.y[0] == pytest.approx(a + (b - a) * line.x / 0.4, abs=1e-12)
+
+
 def test_tables_and_pictures(chain, tmp_path):
     profile = chain.along(["joint[:].phi", "link[:].w"], at=0.1)
     first, head, *rows = str(profile).splitlines()
