@@ -101,10 +101,7 @@ def run(args: argparse.Namespace) -> int:
 
         shown = plot(opened, patterns, against=args.against, difference=args.difference, spectrum=args.spectrum)
         if args.out:
-            shown.save(args.out)
-            print(f"{visible(args.out, line=True)}: {', '.join(panel.y_label for panel in shown.panels)}")
-            for note in shown.notes:
-                print(note)
+            _save(shown, args.out)
         else:
             show(shown)
     if failure:
@@ -140,7 +137,7 @@ def _along(args: argparse.Namespace) -> int:
     else:
         shown = of_result(found, patterns, args.at)
     if args.out:
-        _show(shown, args.out)
+        _save(shown, args.out)
     else:
         print(shown)
     if failure:
@@ -156,6 +153,14 @@ def _list(opened: list[Result]) -> None:
             units[name] = units.get(name) or result.unit(name)
     for name, unit in units.items():
         print(f"{name} [{unit}]" if unit else name)
+
+
+def _save(plot: Plot, out: str) -> None:
+    """Write a plot, and print its file, what it shows and its notes."""
+    plot.save(out)
+    print(f"{visible(out, line=True)}: {', '.join(panel.y_label for panel in plot.panels)}")
+    for note in plot.notes:
+        print(note)
 
 
 def show(plot: Plot) -> None:
