@@ -51,6 +51,7 @@ class FloatingBody:
             beta=v["beta"],
             stiffening=bool(v["stiffening"]),
         )
+        self._last: tuple = (None, None)
         self.k = len(self.beam.names)
         self.n = 3 + self.k
         b = self.beam
@@ -96,7 +97,10 @@ class FloatingBody:
 
     # -- frames --------------------------------------------------------------------------------------------------
     def _station(self, pose: Pose) -> tuple[Array, Array]:
-        return self.beam.station(on_axis(pose, self.length))
+        x = on_axis(pose, self.length)
+        if self._last[0] != x:  # the coordinates of a frame are asked for one after the other
+            self._last = x, self.beam.station(x)
+        return self._last[1]
 
     def _which(self, pose: Pose) -> list[int]:
         U, N = self._station(pose)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
-from mbdsl.elements.kind import JointKind, Kind
+from mbdsl.elements.kind import Kind
 from mbdsl.lang.kind_reference import default_of, notes, unit_of
 from mbdsl.plotting.terminal_text import text_width
 
@@ -22,8 +22,7 @@ def kind_text(kind: Kind) -> str:
     if parameters:
         lines += ["", *_table(("parameter", "unit", "default", ""), parameters)]
     signals = [(x.name, x.unit, x.doc) for x in kind.signals]
-    if isinstance(kind, JointKind):
-        signals += [(x.name, x.unit, x.doc or "reaction on frame_b") for x in kind.reactions]
+    signals += [(x.name, x.unit, x.doc) for x in kind.outputs]
     if signals:
         lines += ["", *_table(("signal", "unit", ""), signals)]
     return "\n".join(lines)

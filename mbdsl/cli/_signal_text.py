@@ -7,12 +7,14 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_meanings import meaning
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.plotting.terminal_text import text_width
 
+ON_PORTS, SECTIONS = "what joints and forces exert", "sections of rods and beams"
+PLACES = (BodyKind, JointKind, ForceKind, SensorKind)  #: the order of groups
 COLUMNS = 80  #: if the output is not a terminal
 INDEX = re.compile(r"\[(\d+)(?::\d+)?\]")
 SLICE = re.compile(r"\[\d+:\d+\]")
@@ -40,8 +42,11 @@ def table(rows: Sequence[Row], indent: str = "") -> str:
     return "\n".join(lines)
 
 
-def grouped(scene: Scene, rows: Sequence[Row]) -> str:
-    """Signals of the model, then of bodies, joints, forces and frames; owners with the same signals once."""
+def grouped(scene: Scene, rows: Sequence[Row], unlisted: Sequence[Row] = ()) -> str:
+    """Signals of the model, then of bodies, joints, forces and frames; owners with the same signals once.
+
+    ``unlisted`` are those that only names and patterns with the names of their owners select.
+    """
     of_model: list[Row] = []
     owned: dict[str, list[Row]] = {}
     for row in rows:
@@ -56,6 +61,7 @@ def grouped(scene: Scene, rows: Sequence[Row]) -> str:
     lines = ["", "model", table(of_model, "  ")]
     for (_, kind, own), owners in sorted(alike.items(), key=lambda item: item[0][0]):
         lines += ["", *_wrapped(f"{kind}: ", ", ".join(ranges(owners)), 2), table(_joined(own), "  ")]
+    lines += _unlisted(scene, unlisted)
     some = next((f"{owner}.{own[0].signal}" for owner, own in owned.items()), "")
     note = f"A full name has both parts, such as {some}." if some else ""
     if any(map(SLICE.search, lines)):
@@ -63,12 +69,32 @@ def grouped(scene: Scene, rows: Sequence[Row]) -> str:
     return "\n".join([*_wrapped("", note, 0), *lines])
 
 
+def _unlisted(scene: Scene, rows: Sequence[Row]) -> list[str]:
+    """Two groups: what elements exert on their frames, and sections; each owner once."""
+    owned: dict[str, list[Row]] = {}
+    for row in rows:
+        owner, _, key = row.signal.rpartition(".")
+        owned.setdefault(owner, []).append(row._replace(signal=key))
+    lines = []
+    for title in (ON_PORTS, SECTIONS):
+        owners = [x for x in owned if _is_port(scene, x) == (title == ON_PORTS)]
+        if owners:
+            lines += ["", *_wrapped(f"{title}, not among `*`: ", ", ".join(ranges(owners)), 2)]
+            lines += [table(owned[owners[0]], "  ")]
+    return lines
+
+
+def _is_port(scene: Scene, name: str) -> bool:
+    owner, _, port = name.rpartition(".")
+    return owner in scene.components and port in scene.components[owner].ports
+
+
 def _kind(scene: Scene, owner: str) -> tuple[int, str]:
     """Position of the group and its title."""
     if owner not in scene.components:
-        return 3, "frames"
+        return len(PLACES), "frames"
     kind = scene.components[owner].kind
-    return 0 if isinstance(kind, BodyKind) else 1 if isinstance(kind, JointKind) else 2, kind.name
+    return PLACES.index(next(family for family in PLACES if isinstance(kind, family))), kind.name
 
 
 def _joined(rows: Sequence[Row]) -> list[Row]:

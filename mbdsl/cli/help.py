@@ -73,13 +73,11 @@ def _units() -> str:
 
 def _kinds() -> str:
     from mbdsl.elements import kinds
-    from mbdsl.elements.kind import BodyKind, JointKind
+    from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 
-    groups: dict[str, list] = {"bodies": [], "joints and drivers": [], "forces": []}
+    families = {"bodies": BodyKind, "joints and drivers": JointKind, "forces": ForceKind, "sensors": SensorKind}
     known = {**kinds(spatial=True), **kinds()}
-    for kind in known.values():
-        place = 0 if isinstance(kind, BodyKind) else 1 if isinstance(kind, JointKind) else 2
-        groups[list(groups)[place]].append(kind)
+    groups = {title: [k for k in known.values() if isinstance(k, family)] for title, family in families.items()}
     only = {**dict.fromkeys(kinds(spatial=True), " (in space only)"), **dict.fromkeys(kinds(), " (in the plane only)")}
     only |= dict.fromkeys(set(kinds()) & set(kinds(spatial=True)), "")
     wide = max(map(len, known)) + 2

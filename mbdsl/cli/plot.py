@@ -49,6 +49,15 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--difference", action="store_true", help="the second and further results minus the first, at its times"
     )
     parser.add_argument("--spectrum", action="store_true", help="amplitude spectra over the frequency")
+    parser.add_argument(
+        "--along",
+        metavar="PATTERN,...",
+        help="signals along an array (`joint[:].tau`), or in the sections of a rod or beam (`beam.M`), at the times "
+        "--at, as a table or with --out as a plot",
+    )
+    parser.add_argument(
+        "--at", metavar="TIME,...", type=values.list_of(values.seconds), help="times of --along; default: the end"
+    )
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--out", metavar="FILE", help="picture or page: .png, .pdf (extra `plot`), .svg, .html")
     what.add_argument("--list", action="store_true", help="print the names and units of the signals")
@@ -63,6 +72,8 @@ def run(args: argparse.Namespace) -> int:
         output_files.check([args.out])
     if args.model_name and not any(Path(name).suffix.lower() == MODEL for name in args.results):
         raise UsageError("--model belongs to a model, and these are results", hint="omit --model")
+    if args.along or args.at:
+        return _along(args)
     from mbdsl.cli._runs import kept
     from mbdsl.cli.simulate import print_warnings
     from mbdsl.reporting.views import check_plotted, source
@@ -90,12 +101,45 @@ def run(args: argparse.Namespace) -> int:
 
         shown = plot(opened, patterns, against=args.against, difference=args.difference, spectrum=args.spectrum)
         if args.out:
-            shown.save(args.out)
-            print(f"{visible(args.out, line=True)}: {', '.join(panel.y_label for panel in shown.panels)}")
-            for note in shown.notes:
-                print(note)
+            _save(shown, args.out)
         else:
             show(shown)
+    if failure:
+        raise failure
+    return 0
+
+
+def _along(args: argparse.Namespace) -> int:
+    """Profiles: a table on the terminal, or a plot in a file."""
+    from mbdsl.cli._runs import kept
+    from mbdsl.cli.simulate import print_warnings
+    from mbdsl.lang.asked_signals import AskedSignals
+    from mbdsl.plotting.profiles import of_result
+    from mbdsl.reporting.views import source
+    from mbdsl.simulation import profiles
+
+    if not args.along:
+        raise UsageError("--at belongs to --along", hint="write --along 'joint[:].tau' --at 1.2s")
+    others = ("signals", "against", "difference", "spectrum", "list")
+    if given := [f"--{name}" for name in others if getattr(args, name)]:
+        raise UsageError(f"--along and {given[0]} exclude each other")
+    if len(args.results) > 1:
+        raise UsageError(f"--along takes one result, found {len(args.results)}")
+    patterns, failure = values.patterns(args.along), None
+    found = source(args.results[0])
+    if isinstance(found, Scene):
+        profiles.check(AskedSignals(found), patterns)
+        trajectory, failure = kept(found, quiet=False)
+        if isinstance(failure, KeyboardInterrupt):
+            raise failure
+        print_warnings(trajectory, quiet=True)
+        shown = profiles.along(trajectory, patterns, args.at)
+    else:
+        shown = of_result(found, patterns, args.at)
+    if args.out:
+        _save(shown, args.out)
+    else:
+        print(shown)
     if failure:
         raise failure
     return 0
@@ -109,6 +153,14 @@ def _list(opened: list[Result]) -> None:
             units[name] = units.get(name) or result.unit(name)
     for name, unit in units.items():
         print(f"{name} [{unit}]" if unit else name)
+
+
+def _save(plot: Plot, out: str) -> None:
+    """Write a plot, and print its file, what it shows and its notes."""
+    plot.save(out)
+    print(f"{visible(out, line=True)}: {', '.join(panel.y_label for panel in plot.panels)}")
+    for note in plot.notes:
+        print(note)
 
 
 def show(plot: Plot) -> None:

@@ -50,5 +50,5 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps([row._asdict() for row in rows], indent=2, ensure_ascii=False))
     else:
         print(f"{scene.name}: {count(len(rows), 'signal')}")
-        print(table(rows) if patterns else grouped(scene, rows))
+        print(table(rows) if patterns else grouped(scene, rows, rows_of(names, names.unlisted)))
     return 0

@@ -16,6 +16,8 @@ from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.functions import FUNCTIONS
 from mbdsl.lang.unparse import write
+from mbdsl.mechanism import wrenches
+from mbdsl.mechanism.signal_meanings import ON_PORT
 from mbdsl.mechanism.signal_names import UNITS
 
 _TYPE_DOCS = {
@@ -96,7 +98,9 @@ def _in(unit: str) -> str:
 
 
 def of_coordinate(name: str) -> str:
-    """A coordinate of a frame."""
+    """A coordinate of a frame, or a component of the wrench on a port."""
+    if name in ON_PORT:
+        return f"`{name}`{_in(wrenches.UNITS_IN_SPACE[name])}: {ON_PORT[name]}"
     if name in UNITS:
         return f"`{name}` of a frame in world axes{_in(UNITS[name])}"
     return f"`{name}` of a frame{_in(spatial_coordinates.UNITS[name])}: {spatial_coordinates.MEANINGS[name]}"

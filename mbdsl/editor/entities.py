@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mbdsl.elements import find
-from mbdsl.elements.kind import BodyKind, JointKind, Kind
+from mbdsl.elements.kind import BodyKind, JointKind, Kind, PairKind
 from mbdsl.errors import MbdslError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.lang import foreign_names
@@ -17,7 +17,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import classify
 from mbdsl.lang.inheritance import declarations
 from mbdsl.lang.library import Unit, key_of
-from mbdsl.mechanism import signal_names
+from mbdsl.mechanism import signal_names, wrenches
 
 #: forms of entities
 VALUE, FRAME, TABLE, COMPONENT, SUB_MODEL, UNKNOWN = "value", "frame", "table", "component", "sub-model", "unknown"
@@ -129,10 +129,9 @@ def signals(kind: Kind) -> dict[str, tuple[str, str]]:
     """Signal -> (unit, description), of all that components of a kind may have."""
     found = {p.name: (p.unit, p.doc) for p in kind.parameters if p.law}
     found |= {x.name: (x.unit, x.doc) for x in kind.signals}
-    if isinstance(kind, JointKind):
-        found |= {x.name: (x.unit, x.doc) for x in kind.reactions}
-        if kind.friction:
-            found["friction"] = (kind.friction_unit, "resistance of friction")
+    found |= {x.name: (x.unit, x.doc) for x in kind.outputs}
+    if isinstance(kind, JointKind) and kind.friction:
+        found["friction"] = (kind.friction_unit, "resistance of friction")
     return found
 
 
@@ -178,8 +177,10 @@ def is_frame(found: Entity | OfKind | None) -> bool:
 
 
 def coordinates(found: Entity | OfKind | None) -> Mapping[str, str]:
-    """The coordinates of a frame and their units; none of other things."""
+    """The coordinates of a frame, and what an element exerts on a port, with their units; none of other things."""
     if found is None or not is_frame(found):
         return {}
     spatial = found.kind.spatial if isinstance(found, OfKind) else found.owner.spatial
-    return spatial_coordinates.UNITS if spatial else signal_names.UNITS
+    units = spatial_coordinates.UNITS if spatial else signal_names.UNITS
+    on_port = isinstance(found, OfKind) and isinstance(found.kind, PairKind)
+    return {**units, **wrenches.units(spatial)} if on_port else units

@@ -5,7 +5,14 @@ g = (t_a . d, n_a . d, phi_b - phi_a),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.coordinates import angle, offset, offset_hessian, slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, zero
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, power, zero
+
+#: the forces along, and the torque about, coordinates
+RESISTS = (
+    ("(k[1]*x + c[1]*der(x))", "x"),
+    ("(k[2]*y + c[2]*der(y))", "y"),
+    ("(k_phi*(phi - phi0) + c_phi*der(phi))", "phi"),
+)
 
 KIND = ForceKind(
     "Bushing",
@@ -24,6 +31,8 @@ KIND = ForceKind(
         Signal("phi", "rad", "frame_b.phi - frame_a.phi"),
     ),
     energy="0.5*k[1]*x^2 + 0.5*k[2]*y^2 + 0.5*k_phi*(phi - phi0)^2",
+    results=(power("-(" + " + ".join(f"{size}*der({x})" for size, x in RESISTS) + ")"),),
+    resists=RESISTS,
     effects={"damping": zero("c", "c_phi")},
     springs=lambda v: (
         (v["k"][0], v["c"][0], 0.0),

@@ -9,7 +9,7 @@ the contact of solid bodies (Hertz) becomes stiffer with the depth.
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import contact_law, distance_driver
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, power
 
 DRAWING = "circles"
 
@@ -49,6 +49,8 @@ KIND = ForceKind(
             "contact force along the line of centres, positive if it pushes the centres apart",
         ),
     ),
+    results=(power("force*v"),),
+    resists=(("(-force)", "s"),),
     energy="0.5*k*max(0, depth)^2",
     check=check,
     derive=derive,

@@ -6,7 +6,7 @@ g = |r_b - r_a| - L                                                             
 from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
+from mbdsl.elements.kind import AXIAL, JointKind, Parameter, Signal, wrench
 
 KIND = JointKind(
     "Distance",
@@ -18,6 +18,7 @@ KIND = JointKind(
         Signal("v", "m/s", "der(s)", "its rate"),
     ),
     reactions=wrench("-(lam[1]*(frame_b.x - frame_a.x)/s)", "-(lam[1]*(frame_b.y - frame_a.y)/s)"),
+    results=(AXIAL,),
     table=lambda v: (v["length"],),
     along=("s", "length"),
     size="length",

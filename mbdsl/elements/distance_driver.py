@@ -6,7 +6,7 @@ g = |r_b - r_a| - u(t)                                                          
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import distance as distance_joint
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.kind import AXIAL, JointKind, Parameter, Signal, power
 
 KIND = JointKind(
     "DistanceDriver",
@@ -18,6 +18,7 @@ KIND = JointKind(
         Signal("v", "m/s", "der(s)", "its rate"),
     ),
     reactions=distance_joint.KIND.reactions,
+    results=(AXIAL, power("-(force*v)")),
     driver="s",
     along=("s",),
 )

@@ -5,7 +5,14 @@ g = (r_b - r_a, phi_b - phi_a - phi0)                                           
 
 from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.kind import JointKind, Parameter, wrench
+from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
+
+#: of the section between both bodies, whose normal is the x axis of frame_a: what acts on frame_a, in its axes
+SECTION = (
+    Signal("N", "N", "-(fx*cos(frame_a.phi) + fy*sin(frame_a.phi))", "normal force along x of frame_a, tension"),
+    Signal("Q", "N", "-(fy*cos(frame_a.phi) - fx*sin(frame_a.phi))", "shear force along y of frame_a"),
+    Signal("M", "N.m", "-tau", "bending moment"),
+)
 
 KIND = JointKind(
     "Fixed",
@@ -13,6 +20,7 @@ KIND = JointKind(
     rows=3,
     parameters=(Parameter("phi0", "rad", 0.0, "the constant angle of frame_b relative to frame_a"),),
     reactions=wrench("-lam[1]", "-lam[2]", "-lam[3]"),
+    results=SECTION,
     table=lambda v: (v["phi0"],),
     pose=lambda v, s: (0.0, 0.0, v["phi0"]),
     keeps_attitude=True,

@@ -6,7 +6,9 @@ f = fx t_a + fy n_a.  frame_a only defines the directions: no reaction acts on i
 from math import cos, sin
 
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.kind import ForceKind, Parameter
+from mbdsl.elements.kind import ForceKind, Parameter, power
+
+FX, FY = "(fx*cos(frame_a.phi) - fy*sin(frame_a.phi))", "(fx*sin(frame_a.phi) + fy*cos(frame_a.phi))"
 
 KIND = ForceKind(
     "Force",
@@ -18,6 +20,9 @@ KIND = ForceKind(
         Parameter("fx", "N", 0.0, "component along x, a number or an expression", law=True),
         Parameter("fy", "N", 0.0, "component along y, a number or an expression", law=True),
     ),
+    results=(power(f"{FX}*frame_b.vx + {FY}*frame_b.vy"),),
+    exerts={"fx": FX, "fy": FY},
+    reacts=False,
     laws=("fx", "fy"),
     sign=1.0,
 )

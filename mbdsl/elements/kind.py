@@ -66,6 +66,14 @@ def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
     return tuple(Signal(name, unit, formula, doc) for name, unit, formula, doc in given if formula)
 
 
+AXIAL = Signal("force", "N", "lam[1]", "axial force, positive in tension")
+
+
+def power(formula: str) -> Signal:
+    """The power of an element: what it does to the bodies at its frames."""
+    return Signal("power", "W", formula, "power delivered to the mechanism")
+
+
 @dataclass(eq=False, repr=False)
 class Kind:
     """The declaration of a kind, which is a word of the language.
@@ -84,6 +92,7 @@ class Kind:
     optional_ports: tuple[str, ...] = ()
     parameters: tuple[Parameter, ...] = ()
     signals: tuple[Signal, ...] = ()
+    results: tuple[Signal, ...] = ()  #: forces and powers: further signals, which have no start
     energy: str = ""
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
     size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
@@ -138,7 +147,7 @@ class Kind:
     @cached_property
     def formulas(self) -> Mapping[str, str]:
         """Signal -> its formula, of everything that its components may have."""
-        return {x.name: x.formula for x in self.signals}
+        return {x.name: x.formula for x in (*self.signals, *self.results)}
 
     @cached_property
     def law_parameters(self) -> tuple[str, ...]:
@@ -147,8 +156,15 @@ class Kind:
 
     def unit_of(self, name: str) -> str | None:
         """The unit of a signal of its components; None if they have none of this name."""
-        signals = {p.name: p.unit for p in self.parameters if p.law} | {x.name: x.unit for x in self.signals}
+        signals = {p.name: p.unit for p in self.parameters if p.law} | {
+            x.name: x.unit for x in (*self.signals, *self.results)
+        }
         return signals.get(name)
+
+    @property
+    def outputs(self) -> tuple[Signal, ...]:
+        """Signals that have no start: reactions, forces and powers, and what sensors measure."""
+        return self.results
 
     def __reduce__(self) -> str | tuple:
         """Pickled by name: its functions are those of the process that reads it."""
@@ -206,6 +222,25 @@ class PairKind(Kind):
     """
 
     ports: tuple[str, ...] = ("frame_a", "frame_b")
+    #: what a force, or friction in a joint, exerts, as (formula of its size, signal whose growth it resists)
+    resists: tuple[tuple[str, str], ...] = ()
+    #: the same without such a signal: formulas of the wrench on frame_b, at its origin in world axes, by the names of
+    #: reactions
+    exerts: Mapping[str, str] = field(default_factory=dict)
+    reacts: bool = True  #: whether the opposite wrench acts on frame_a
+
+
+@dataclass(eq=False, repr=False)
+class SensorKind(Kind):
+    """A kind that measures at a frame and acts on nothing; ``signals`` are what laws can use."""
+
+    ports: tuple[str, ...] = ("frame",)
+    #: what only results have: the wrench on the frame, and the accelerometer; without formulas
+    measured: tuple[Signal, ...] = ()
+
+    @property
+    def outputs(self) -> tuple[Signal, ...]:
+        return (*self.results, *self.measured)
 
 
 _TORQUES = ("rotational_spring_damper", "torque", "sliding_in_socket")
@@ -265,7 +300,7 @@ class JointKind(PairKind):
     @cached_property
     def formulas(self) -> Mapping[str, str]:
         friction = {"friction": self.friction} if self.friction else {}
-        return {x.name: x.formula for x in (*self.signals, *self.reactions)} | friction
+        return {x.name: x.formula for x in (*self.signals, *self.reactions, *self.results)} | friction
 
     @property
     def couplings(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -276,6 +311,10 @@ class JointKind(PairKind):
     def reaction(self) -> tuple[str, ...]:
         """Names of the reactions."""
         return tuple(signal.name for signal in self.reactions)
+
+    @property
+    def outputs(self) -> tuple[Signal, ...]:
+        return (*self.reactions, *self.results)
 
     @property
     def friction_unit(self) -> str:

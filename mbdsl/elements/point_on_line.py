@@ -8,7 +8,7 @@ Friction: a force mu * |lam| against the sliding, see friction.py.
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction, prismatic
 from mbdsl.elements.coordinates import offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Signal, wrench
+from mbdsl.elements.kind import JointKind, Signal, power, wrench
 
 KIND = JointKind(
     "PointOnLine",
@@ -23,6 +23,8 @@ KIND = JointKind(
     reactions=wrench("sin(frame_a.phi)*lam[1]", "-(cos(frame_a.phi)*lam[1])"),
     friction=friction.formula("abs(lam[1])", "v"),
     friction_along="translational_spring_damper",
+    results=(power("-(friction*v)"),),
+    resists=(("friction", "s"),),
     check=friction.check,
     derive=friction.derive,
     effects=friction.EFFECTS,

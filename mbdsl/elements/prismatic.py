@@ -10,7 +10,7 @@ from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
 from mbdsl.elements.coordinates import angle, offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
+from mbdsl.elements.kind import JointKind, Parameter, Signal, power, wrench
 
 KIND = JointKind(
     "Prismatic",
@@ -32,6 +32,8 @@ KIND = JointKind(
     reactions=wrench("sin(frame_a.phi)*lam[1]", "-(cos(frame_a.phi)*lam[1])", "-lam[2]"),
     friction=friction.formula("abs(lam[1])", "v"),
     friction_along="translational_spring_damper",
+    results=(power("-(friction*v)"),),
+    resists=(("friction", "s"),),
     check=friction.check,
     derive=friction.derive,
     effects=friction.EFFECTS,

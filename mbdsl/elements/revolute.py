@@ -8,7 +8,7 @@ Friction in the pin: a torque mu * radius * |(lam_1, lam_2)| against the relativ
 from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
-from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
+from mbdsl.elements.kind import JointKind, Parameter, Signal, power, wrench
 
 KIND = JointKind(
     "Revolute",
@@ -25,6 +25,8 @@ KIND = JointKind(
     reactions=wrench("-lam[1]", "-lam[2]"),
     friction=friction.formula("radius*hypot(lam[1], lam[2])", "w"),
     friction_along="rotational_spring_damper",
+    results=(power("-(friction*w)"),),
+    resists=(("friction", "phi"),),
     check=friction.check,
     derive=friction.derive,
     effects=friction.EFFECTS,

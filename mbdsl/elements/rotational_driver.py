@@ -6,7 +6,7 @@ g = phi_b - phi_a - u(t)                                                        
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import JointKind, Parameter, wrench
+from mbdsl.elements.kind import JointKind, Parameter, power, wrench
 
 KIND = JointKind(
     "RotationalDriver",
@@ -15,6 +15,7 @@ KIND = JointKind(
     parameters=(Parameter("phi", "rad", doc="the angle, an expression in time", law=True),),
     signals=revolute.KIND.signals,
     reactions=wrench(tau="-lam[1]"),
+    results=(power("tau*w"),),
     driver="phi",
     angle=("phi",),
 )

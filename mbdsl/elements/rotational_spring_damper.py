@@ -6,7 +6,7 @@ g = phi_b - phi_a;  torque  k (g - phi0) + c dg/dt, against the relative rotatio
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, zero
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, power, zero
 
 KIND = ForceKind(
     "RotationalSpringDamper",
@@ -20,6 +20,8 @@ KIND = ForceKind(
     ),
     signals=(*revolute.KIND.signals, Signal("torque", "N.m", "k*(phi - phi0) + c*w", "resisting torque")),
     energy="0.5*k*(phi - phi0)^2",
+    results=(power("-(torque*w)"),),
+    resists=(("torque", "phi"),),
     check=law_or_spring("torque"),
     laws=("torque",),
     effects={"damping": zero("c")},

@@ -6,7 +6,7 @@ torque = k d max(0, 1 + alpha d'),  d = phi - phi_max or phi_min - phi,  where d
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import contact_law, revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import ForceKind, Signal
+from mbdsl.elements.kind import ForceKind, Signal, power
 from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits
 
 DRAWING = "nothing"
@@ -16,6 +16,8 @@ KIND = ForceKind(
     rows=1,
     parameters=(*limits("phi_min", "phi_max", "rad"), *contact_law.parameters("N.m/rad", "w_0", "rad/s")),
     signals=(*revolute.KIND.signals, Signal("torque", "N.m", force("phi", "w"), "resisting torque")),
+    results=(power("-(torque*w)"),),
+    resists=(("torque", "phi"),),
     energy=energy("phi"),
     check=lambda v: check_limits(v, "phi_min", "phi_max") or contact_law.check(v, "w_0"),
     derive=lambda v: {**bounds(v, "phi_min", "phi_max"), "alpha": (contact_law.rate(v, "w_0"),)},

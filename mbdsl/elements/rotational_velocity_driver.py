@@ -6,7 +6,7 @@ u may depend on more than time: on inputs, positions and other velocities.
 """
 
 from mbdsl.elements import revolute
-from mbdsl.elements.kind import JointKind, Parameter, wrench
+from mbdsl.elements.kind import JointKind, Parameter, power, wrench
 
 KIND = JointKind(
     "RotationalVelocityDriver",
@@ -15,4 +15,5 @@ KIND = JointKind(
     signals=revolute.KIND.signals,
     velocity_rows=("frame_b.w - frame_a.w - w",),
     reactions=wrench(tau="-lam[1]"),
+    results=(power("tau*w"),),
 )

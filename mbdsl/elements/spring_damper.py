@@ -6,7 +6,7 @@ g = |r_b - r_a|;  tension  k (g - s0) + c dg/dt
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import distance_driver
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, zero
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, power, zero
 
 KIND = ForceKind(
     "SpringDamper",
@@ -20,6 +20,8 @@ KIND = ForceKind(
     ),
     signals=(*distance_driver.KIND.signals, Signal("force", "N", "k*(s - s0) + c*v", "tension")),
     energy="0.5*k*(s - s0)^2",
+    results=(power("-(force*v)"),),
+    resists=(("force", "s"),),
     check=law_or_spring("force"),
     laws=("force",),
     effects={"damping": zero("c")},

@@ -6,7 +6,7 @@ g = phi_b - phi_a;  tau acts along g
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import ForceKind, Parameter
+from mbdsl.elements.kind import ForceKind, Parameter, power
 
 KIND = ForceKind(
     "Torque",
@@ -15,6 +15,8 @@ KIND = ForceKind(
     optional_ports=("frame_a",),
     parameters=(Parameter("tau", "N.m", doc="the torque, a number or an expression", law=True),),
     signals=revolute.KIND.signals,
+    results=(power("tau*w"),),
+    resists=(("(-tau)", "phi"),),
     laws=("tau",),
     sign=1.0,
 )

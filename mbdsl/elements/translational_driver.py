@@ -6,7 +6,7 @@ g = t_a . (r_b - r_a) - u(t)                                                    
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import JointKind, Parameter, wrench
+from mbdsl.elements.kind import AXIAL, JointKind, Parameter, power, wrench
 
 KIND = JointKind(
     "TranslationalDriver",
@@ -15,6 +15,7 @@ KIND = JointKind(
     parameters=(Parameter("s", "m", doc="the position, an expression in time", law=True),),
     signals=prismatic.KIND.signals,
     reactions=wrench("-(cos(frame_a.phi)*lam[1])", "-(sin(frame_a.phi)*lam[1])"),
+    results=(AXIAL, power("-(force*v)")),
     driver="s",
     along=("s",),
 )

@@ -6,7 +6,7 @@ g = t_a . (r_b - r_a);  force  k (g - s0) + c dg/dt, against the relative motion
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, zero
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, power, zero
 
 KIND = ForceKind(
     "TranslationalSpringDamper",
@@ -20,6 +20,8 @@ KIND = ForceKind(
     ),
     signals=(*prismatic.KIND.signals, Signal("force", "N", "k*(s - s0) + c*v", "resisting force")),
     energy="0.5*k*(s - s0)^2",
+    results=(power("-(force*v)"),),
+    resists=(("force", "s"),),
     check=law_or_spring("force"),
     laws=("force",),
     effects={"damping": zero("c")},

@@ -6,7 +6,7 @@ u may depend on more than time: on inputs, positions and other velocities.
 """
 
 from mbdsl.elements import prismatic, translational_driver
-from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.kind import AXIAL, JointKind, Parameter, power
 
 KIND = JointKind(
     "TranslationalVelocityDriver",
@@ -15,4 +15,5 @@ KIND = JointKind(
     signals=prismatic.KIND.signals,
     velocity_rows=("der(s) - v",),
     reactions=translational_driver.KIND.reactions,
+    results=(AXIAL, power("-(force*v)")),
 )

@@ -65,11 +65,11 @@ def undetermined(system: System, t: float, q: Array, left_out: tuple[int, ...]) 
     nodes, names, sizes = [], [], []
     for c in system.scene.components.values():
         if isinstance(c.kind, JointKind):
-            for key in c.kind.reaction:
-                if (node := system.scene.signal_of(c, key)) is not None:
+            for x in c.kind.outputs:
+                if x.unit in ("N", "N.m") and (node := system.scene.signal_of(c, x.name)) is not None:
                     nodes.append(node)
-                    names.append(f"{c.name}.{key}")
-                    sizes.append(system.tables.size if key.startswith("f") else 1.0)
+                    names.append(f"{c.name}.{x.name}")
+                    sizes.append(system.tables.size if x.unit == "N" else 1.0)
     rest = np.zeros((1, system.n))
     found = np.array([x[0] for x in values(system, nodes, np.array([t]), q[None], rest, some[None])]) * sizes
     return [name for name, x in zip(names, found, strict=True) if abs(x) > ZERO * np.abs(found).max()]

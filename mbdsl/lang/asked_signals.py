@@ -47,15 +47,15 @@ class AskedSignals(SignalNames):
         UsageError
             If an expression is invalid; the message names the faulty part.
         """
-        if name in self.expressions or name in self.computed:
+        if super().__contains__(name):
             return super().entry(name)
         if name not in self._read:
             self._read[name] = read(name, self._operand, self.names, self.scene.name)
         return self._read[name]
 
     def asked(self, text: str) -> list[str]:
-        """The text itself, if it is an expression of signals."""
-        return [] if self.entry(text) is None else [text]
+        """The signals that are not listed and match, or the text itself, if it is an expression of signals."""
+        return super().asked(text) or ([] if self.entry(text) is None else [text])
 
     def __contains__(self, name: str) -> bool:
         try:
@@ -70,13 +70,13 @@ class AskedSignals(SignalNames):
 
     def computed_in(self, root: Expr) -> list[str]:
         """The signals without an expression that an expression of signals contains."""
-        return [str(leaf.value) for leaf in leaves(root) if leaf.op == "input" and leaf.value in self.computed]
+        return [str(x.value) for x in leaves(root) if x.op == "input" and self.is_computed(str(x.value))]
 
     def _operand(self, name: str) -> Operand | None:
-        if (entry := self.expressions.get(name)) is not None:
+        if (entry := self.listed_or_not(name)) is not None:
             return entry
-        if name in self.computed:
-            return input_signal(name), self.computed[name]
+        if self.is_computed(name):
+            return input_signal(name), SignalNames.unit(self, name)
         return _parameter(self.scene, name)
 
 

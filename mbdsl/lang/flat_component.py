@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter, SensorKind
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.primitive import potential
@@ -32,7 +32,7 @@ from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism import poses_in_space, signals
+from mbdsl.mechanism import poses_in_space, signals, wrenches
 from mbdsl.mechanism.frozen_dict import FrozenDict
 from mbdsl.mechanism.scene import Component, Frame, SpatialFrame
 from mbdsl.mechanism.signal_names import accelerations
@@ -412,10 +412,12 @@ class Part:
         if frame is None:
             other = next((n for p, n in self.nodes.items() if p != port and n.frame is not None), None)
             where = f" (its other port is on `{other.frame.name}`)" if other is not None and other.frame else ""
+            written = f"`{self.kind.name} {self.name}({{}})`,".format
+            named = f"two frames, {written('a, b')}" if len(self.nodes) > 1 else f"a frame, {written('a')}"
             raise NotConnected(
                 f"`{port}` of {self.kind.name} `{self.name}` is not connected{where}",
                 span_of(self.at),
-                f"name two frames, `{self.kind.name} {self.name}(a, b)`, or `connect({self.name}.{port}, ...);`",
+                f"name {named} or `connect({self.name}.{port}, ...);`",
             )
         return frame
 
@@ -454,6 +456,13 @@ class Part:
             return self.assembly.coordinate(self.frames["c"], key)
         return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
 
+    def on_port(self, port: str, key: str) -> Quantity:
+        """A component of what a joint or force exerts on the body at a port, in the axes of the frame there."""
+        frame = self.port_frame(port)
+        force, torque = wrenches.on_port(self.formulas, port)
+        found = wrenches.in_axes(force, torque, lambda name: self.assembly.coordinate(frame, name).value)  # type: ignore[arg-type,return-value]
+        return Quantity(found[key], units.dimension(wrenches.units(self.assembly.spatial)[key]))
+
     def own(self, name: str) -> Value | Node | Frame | None:
         """The parameter, port or frame called ``name`` in the component; None for signals and unknown names."""
         if name in self.nodes:
@@ -480,6 +489,8 @@ class Part:
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""
+        if isinstance(self.kind, SensorKind):
+            return any(x.name == name for x in self.kind.measured)
         return isinstance(self.kind, BodyKind) and bool(self.kind.coordinates) and name in accelerations(self.kind)
 
     def forget(self) -> None:
@@ -500,11 +511,12 @@ class Part:
         laws = {name: self.law(name) for name in kind.law_parameters}
         if isinstance(kind, ForceKind) and kind.springs is None:
             laws |= {name: self.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
+        ports = {port: self.own_frame(port).name for port in self.nodes}
         return Component(
             self.name,
             kind,
             {**self.values, **laws} if laws else self.values,
-            {port: self.own_frame(port).name for port in self.nodes},
+            ports,
             self.signal_names(),
             span_of(self.at),
             self.doc,
@@ -512,6 +524,7 @@ class Part:
             self._velocity_constraints(),
             self.formulas.signal("friction") if self._has_friction() else None,
             self.formulas.friction_rows() if self._has_friction() else (),
+            {port: frame for port, own in ports.items() if (frame := self.port_frame(port).name) != own},
         )
 
     def _energy(self) -> Expr | None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.elements.kind import BodyKind, Kind
+from mbdsl.elements.kind import BodyKind, Kind, PairKind
 from mbdsl.errors import ModelError, ModelNote, ModelWarning
 from mbdsl.expressions import spatial_coordinates, symbolic
 from mbdsl.lang import doubts, limits, quantities, units
@@ -28,7 +28,7 @@ from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.loop_rows import with_rows_in_axes
 from mbdsl.mechanism.point_masses import turned_by_joints
 from mbdsl.mechanism.scene import ENERGIES, Component, Description, Experiment, Frame, Input, ParameterValue, Scene
-from mbdsl.messages import few
+from mbdsl.messages import count, few
 
 if TYPE_CHECKING:
     from mbdsl.lang.library import Library
@@ -218,7 +218,7 @@ class Assembly:
         kind = part.kind
         found = [(p.find(part.contexts), p.e.at) for p in positional]
         named = [port for port in kind.ports if port in part.template.modifiers]
-        if len(found) == 1 and kind.ports and isinstance(found[0][0], Part):
+        if len(found) == 1 and isinstance(kind, PairKind) and kind.ports and isinstance(found[0][0], Part):
             other, at = found[0]
             assert isinstance(other, Part)
             if other is part:
@@ -238,17 +238,18 @@ class Assembly:
             frames = f"its frames are {' and '.join(kind.ports)}; everything else" if kind.ports else "everything"
             hint = f"{frames} is given by name"
             raise ModelError(
-                f"{kind.name} `{part.name}` takes {len(kind.ports)} frames, found {len(found) + len(named)}",
+                f"{kind.name} `{part.name}` takes {count(len(kind.ports), 'frame')}, found {len(found) + len(named)}",
                 span_of(found[len(free)][1]),
                 hint,
             )
         for port, (frame, at) in zip(free, found, strict=False):
             if isinstance(frame, Part):
+                both = f"; alone, as `{kind.name} {part.name}({frame.name})`, it stands for both"
                 raise ModelError(
                     f"`{frame.name}` is a {frame.kind.name}, expected a frame for `{port}` of `{part.name}`",
                     span_of(at),
-                    f"its ports are {', '.join(f'{frame.name}.{p}' for p in frame.nodes)}; "
-                    f"alone, as `{kind.name} {part.name}({frame.name})`, it stands for both",
+                    f"its ports are {', '.join(f'{frame.name}.{p}' for p in frame.nodes)}"
+                    + (both if isinstance(kind, PairKind) else ""),
                 )
             connect(part.nodes[port], frame, at)
         for port in named:

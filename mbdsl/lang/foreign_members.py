@@ -1,15 +1,15 @@
 """Variables of Modelica's components that have another name, place, sign or axes here, as expressions of the language.
 
 ``r_0``, ``v_0`` and ``a_0`` of a body are those of frame_a, whose axes ``w_a`` has; x, y and z of a body are those of
-its centre of mass. ``f`` and ``t`` of a frame of a joint act on the joint, in the axes of this frame; its signals are
-the force and torque that it transmits to frame_b, in world axes.
+its centre of mass. ``f`` and ``t`` of a frame of a joint act on the joint, in the axes of this frame; here ``fx``, ...
+of the frame act on the body.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mbdsl.elements.kind import BodyKind, JointKind, Kind
+from mbdsl.elements.kind import BodyKind, Kind, PairKind
 from mbdsl.lang import foreign_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.foreign_values import items
@@ -34,8 +34,11 @@ def hint(kind: Kind | None, owner: str, port: str, frame_a: str, step: s.Step, s
         return more + _one_of(found, k) + (", in results" if name == "a_0" else "")
     if name in ("w_a", "z_a") and isinstance(kind, BodyKind):
         return _rotation(frame_a, owner, name, k, spatial)
-    if name in ("f", "t", "fx", "fy", "tau") and port and isinstance(kind, JointKind):
-        return _cut(kind, owner.rpartition(".")[0], port, name, k, spatial)
+    if name in ("f", "t") and port and isinstance(kind, PairKind):
+        flat = name == "t" and not spatial
+        found = [f"-{owner}.{name}{i}" for i in _AXES[:size]]
+        written = f"write `-{owner}.tau`" if flat else _one_of(found, k)
+        return f"{written}: it acts on the joint there, in the axes of this frame"
     if name in ("f", "t") and (kind is None or isinstance(kind, BodyKind)):
         return "forces at the frames of a body are those of the joints and forces there, as `pin.fx` or `spring.force`"
     return foreign_names.MEMBERS.get(name)
@@ -127,28 +130,3 @@ def _rotation(frame_a: str, owner: str, name: str, k: int | None, spatial: bool)
         return "its angular acceleration is alphax, alphay, alphaz about the axes of the world, in results"
     place = owner if frame_a in ("", "c") else f"{owner}.{frame_a}"
     return _one_of([f"{place}.w{i}_local" for i in _AXES], k)
-
-
-def _cut(kind: JointKind, owner: str, port: str, name: str, k: int | None, spatial: bool) -> str:
-    """Force or torque that acts on a joint at one of its frames."""
-    known, frame, sign = kind.reaction, f"{owner}.{port}", "-" if port == "frame_b" else ""
-    if name in ("fx", "fy"):  # of PlanarMechanics, in world axes
-        return f"write `{sign}{owner}.{name}`: it acts on the joint there"
-    letter = "f" if name == "f" else "t"
-    if not spatial:
-        if letter == "t":
-            if "tau" not in known:
-                return "it is zero: this joint transmits no torque"
-            if port == "frame_a" and kind.name not in ("Revolute", "Fixed"):
-                return "the torque tau of the joint is that at frame_b"
-            return f"write `{sign}{owner}.tau`: it acts on the joint there"
-        c, si = f"cos({frame}.phi)", f"sin({frame}.phi)"
-        x, y = f"{owner}.fx", f"{owner}.fy"
-        found = [f"{sign}({x}*{c} + {y}*{si})", f"{sign}({y}*{c} - {x}*{si})"]
-        return _one_of(found, k) + ": it acts on the joint there, in the axes of this frame"
-    if f"{letter}x" not in known:
-        return f"it is zero: this joint transmits no {'force' if letter == 'f' else 'torque'}"
-    if letter == "t" and port == "frame_a" and kind.name not in ("Revolute", "Fixed", "Spherical", "Universal"):
-        return "the torques tx, ty, tz of the joint are those at frame_b, about the axes of the world"
-    found = [f"{sign}({' + '.join(f'{owner}.{letter}{i}*{frame}.{axis}{i}' for i in _AXES)})" for axis in _AXES]
-    return _one_of(found, k) + ": it acts on the joint there, in the axes of this frame"

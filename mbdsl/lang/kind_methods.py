@@ -109,6 +109,7 @@ def documentation(name: str, kind: Kind) -> str:
     reactions = getattr(kind, "reactions", ())
     if reactions:
         has += [f"``{x.name}``{_unit(x.unit)} ({x.doc} on frame_b)" for x in reactions]
+    has += [f"``{x.name}``{_unit(x.unit)} ({x.doc})" for x in kind.outputs if x not in reactions]
     first = "its frames, and its signals " if isinstance(kind, BodyKind) else "its ports, and its signals "
     result = f"The component; its attributes are {first}{', '.join(has)}." if has else "The component."
     lines = [f"Add {article} {name}: {kind.doc[:1].lower() + kind.doc[1:]}", "", "Parameters", "----------"]

@@ -180,7 +180,8 @@ class KindMethods:
         -------
         Handle
             The component; its attributes are its ports, and its signals ``x`` [m],
-            ``y`` [m], ``phi`` [rad].
+            ``y`` [m], ``phi`` [rad], ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -295,7 +296,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``depth`` [m]
             (overlap; negative: the gap), ``force`` [N] (contact force along the
-            line of centres, positive if it pushes the centres apart).
+            line of centres, positive if it pushes the centres apart), ``power`` [W]
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -341,7 +343,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
-            along x on frame_b), ``fy`` [N] (force along y on frame_b).
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``force``
+            [N] (axial force, positive in tension).
 
         Raises
         ------
@@ -387,7 +390,9 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
-            along x on frame_b), ``fy`` [N] (force along y on frame_b).
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``force``
+            [N] (axial force, positive in tension), ``power`` [W] (power delivered
+            to the mechanism).
 
         Raises
         ------
@@ -429,7 +434,9 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``fx`` [N]
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``tau`` [N.m] (torque on frame_b).
+            ``tau`` [N.m] (torque on frame_b), ``N`` [N] (normal force along x of
+            frame_a, tension), ``Q`` [N] (shear force along y of frame_a), ``M``
+            [N.m] (bending moment).
 
         Raises
         ------
@@ -584,7 +591,8 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component.
+            The component; its attributes are its ports, and its signals ``power``
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -917,7 +925,8 @@ class KindMethods:
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
             (relative angular velocity), ``fx`` [N] (force along x on frame_b),
-            ``fy`` [N] (force along y on frame_b).
+            ``fy`` [N] (force along y on frame_b), ``power`` [W] (power delivered to
+            the mechanism).
 
         Raises
         ------
@@ -976,7 +985,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
-            frame_b), ``tau`` [N.m] (torque on frame_b).
+            frame_b), ``tau`` [N.m] (torque on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -1091,7 +1101,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N]
-            (force along y on frame_b).
+            (force along y on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1291,7 +1302,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity), ``tau`` [N.m] (torque on frame_b).
+            angular velocity), ``tau`` [N.m] (torque on frame_b), ``power`` [W]
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -1347,7 +1359,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity), ``torque`` [N.m] (resisting torque).
+            angular velocity), ``torque`` [N.m] (resisting torque), ``power`` [W]
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -1406,7 +1419,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity), ``torque`` [N.m] (resisting torque).
+            angular velocity), ``torque`` [N.m] (resisting torque), ``power`` [W]
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -1451,7 +1465,52 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity), ``tau`` [N.m] (torque on frame_b).
+            angular velocity), ``tau`` [N.m] (torque on frame_b), ``power`` [W]
+            (power delivered to the mechanism).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Sensor(
+        self,
+        name: str,
+        *frames: Place,
+        frame: Place | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Sensor: measures at a frame, in the axes of this frame: an
+        accelerometer, a gyroscope, and the load of all joints and forces that
+        are attached to the frame, on its body. It acts on nothing.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame``. A joint stands for its two frames.
+        frame : Handle or str, optional
+            The same frames by name.
+        w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``w``
+            [rad/s] (angular velocity), ``ax`` [m/s2] (specific force along x:
+            acceleration minus gravity), ``ay`` [m/s2] (specific force along y:
+            acceleration minus gravity), ``fx`` [N] (force on the body along x),
+            ``fy`` [N] (force on the body along y), ``tau`` [N.m] (torque on the
+            body about the origin of the frame).
 
         Raises
         ------
@@ -1507,7 +1566,7 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``force`` [N]
-            (tension).
+            (tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1554,7 +1613,7 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity).
+            angular velocity), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1600,7 +1659,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
-            frame_b).
+            frame_b), ``force`` [N] (axial force, positive in tension), ``power``
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1656,7 +1716,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
-            ``force`` [N] (resisting force).
+            ``force`` [N] (resisting force), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1715,7 +1776,8 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
-            ``force`` [N] (resisting force).
+            ``force`` [N] (resisting force), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1761,7 +1823,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
-            frame_b).
+            frame_b), ``force`` [N] (axial force, positive in tension), ``power``
+            [W] (power delivered to the mechanism).
 
         Raises
         ------

@@ -9,12 +9,12 @@ import sys
 from pathlib import Path
 
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter, SensorKind
 
 #: the pages of models in the plane and in space
 PAGES = {False: "language.md", True: "space.md"}
 END = "<!-- end of kinds -->"
-_TITLES = (("Bodies", BodyKind), ("Joints and drivers", JointKind), ("Forces", ForceKind))
+_TITLES = (("Bodies", BodyKind), ("Joints and drivers", JointKind), ("Forces", ForceKind), ("Sensors", SensorKind))
 
 
 def begin(spatial: bool) -> str:
@@ -41,12 +41,14 @@ def of_kind(kind: Kind) -> str:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
         lines += [f"| `{p.name}` | {unit_of(p)} | {default_of(p)} | {notes(kind, p)} |" for p in kind.parameters]
         lines.append("")
-    if kind.signals:
+    reactions = kind.reaction if isinstance(kind, JointKind) else ()
+    listed = [*kind.signals, *(x for x in kind.outputs if x.name not in reactions)]
+    if listed:
         lines += ["| signal | unit | |", "|---|---|---|"]
-        lines += [f"| `{x.name}` | {x.unit} | {x.doc} |" for x in kind.signals]
+        lines += [f"| `{x.name}` | {x.unit} | {x.doc} |" for x in listed]
         lines.append("")
-    if isinstance(kind, JointKind) and kind.reaction:
-        names = ", ".join(f"`{r}`" for r in kind.reaction)
+    if reactions:
+        names = ", ".join(f"`{r}`" for r in reactions)
         lines += [f"Reaction on `frame_b`: {names}.", ""]
     return "\n".join(lines).rstrip()
 

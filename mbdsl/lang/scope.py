@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import BodyKind, JointKind, PairKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME
@@ -18,6 +18,7 @@ from mbdsl.lang.flat_component import ACCELERATIONS, Part, is_body
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism import sections, wrenches
 from mbdsl.mechanism.scene import Frame
 from mbdsl.mechanism.signal_names import SIZES
 from mbdsl.messages import did_you_mean
@@ -279,8 +280,16 @@ class Scope:
             if name in SIZES and f"{name}x" in coordinates:
                 raise _size(f"{owner}.{name}", coordinates, name, step.at)
             assembly, (component, _, port) = self.namespace.assembly, entity.name.rpartition(".")
-            hint = self._in_space(name)
             kind = part.kind if (part := assembly.parts.get(component)) is not None else None
+            if part is not None and isinstance(kind, PairKind) and name in wrenches.units(assembly.spatial):
+                return Signal(f"{owner}.{name}", lambda: part.on_port(port, name))
+            if part is not None and isinstance(kind, PairKind):
+                coordinates = (*coordinates, *wrenches.units(assembly.spatial))
+                if name in SIZES and not step.indices:
+                    raise _size(f"{owner}.{name}", coordinates, name, step.at)
+            if isinstance(kind, BodyKind) and kind.name in sections.KINDS and name in sections.keys(assembly.spatial):
+                raise _output_only(f"{owner}.{name}", step.at)
+            hint = self._in_space(name)
             hint = hint or foreign_members.hint(kind, owner, port, "", step, assembly.spatial)
             hint = hint or did_you_mean(name, coordinates, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)

@@ -328,7 +328,8 @@ class SpatialBuilder(Builder):
             (position along x of frame_a), ``y`` [m] (position along y of frame_a),
             ``z`` [m] (position along z of frame_a), ``phi_x`` [rad] (tilt about x
             of frame_a), ``phi_y`` [rad] (tilt about y of frame_a), ``phi`` [rad]
-            (twist about z of frame_a), ``w`` [rad/s] (rate of the twist).
+            (twist about z of frame_a), ``w`` [rad/s] (rate of the twist), ``power``
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -452,7 +453,8 @@ class SpatialBuilder(Builder):
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``depth`` [m]
             (overlap; negative: the gap), ``force`` [N] (contact force along the
-            line of centres, positive if it pushes the centres apart).
+            line of centres, positive if it pushes the centres apart), ``power`` [W]
+            (power delivered to the mechanism).
 
         Raises
         ------
@@ -666,7 +668,8 @@ class SpatialBuilder(Builder):
             frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
-            axis of the world on frame_b).
+            axis of the world on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -713,7 +716,8 @@ class SpatialBuilder(Builder):
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
-            (force along z on frame_b).
+            (force along z on frame_b), ``force`` [N] (axial force, positive in
+            tension).
 
         Raises
         ------
@@ -760,7 +764,8 @@ class SpatialBuilder(Builder):
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
-            (force along z on frame_b).
+            (force along z on frame_b), ``force`` [N] (axial force, positive in
+            tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -805,7 +810,13 @@ class SpatialBuilder(Builder):
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
             about z on frame_b), ``tau`` [N.m] (torque about the z axis of the world
-            on frame_b).
+            on frame_b), ``N`` [N] (normal force along x of frame_a, tension),
+            ``Qy`` [N] (shear force along y of frame_a), ``Qz`` [N] (shear force
+            along z of frame_a), ``Mx`` [N.m] (torsional moment about x of frame_a),
+            ``My`` [N.m] (bending moment about y of frame_a), ``Mz`` [N.m] (bending
+            moment about z of frame_a), ``Q`` [N] (shear force along y of frame_a,
+            as in the plane), ``M`` [N.m] (bending moment about z of frame_a, as in
+            the plane).
 
         Raises
         ------
@@ -855,7 +866,8 @@ class SpatialBuilder(Builder):
         Returns
         -------
         Handle
-            The component.
+            The component; its attributes are its ports, and its signals ``power``
+            [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1200,7 +1212,8 @@ class SpatialBuilder(Builder):
             frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
-            axis of the world on frame_b).
+            axis of the world on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1315,7 +1328,8 @@ class SpatialBuilder(Builder):
             (position in frame_a), ``y`` [m] (position in frame_a), ``z`` [m]
             (position in frame_a), ``vx`` [m/s] (its rate), ``vy`` [m/s] (its rate),
             ``vz`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy``
-            [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b).
+            [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b),
+            ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1377,7 +1391,8 @@ class SpatialBuilder(Builder):
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``phi``
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
-            on frame_b), ``fz`` [N] (force along z on frame_b).
+            on frame_b), ``fz`` [N] (force along z on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -1437,7 +1452,8 @@ class SpatialBuilder(Builder):
             (position of frame_b along the x axis of the plane), ``s_y`` [m]
             (position of frame_b along the y axis of the plane), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
-            (force along z on frame_b).
+            (force along z on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1502,7 +1518,8 @@ class SpatialBuilder(Builder):
             (position in frame_a), ``y`` [m] (position in frame_a), ``z`` [m]
             (position in frame_a), ``vx`` [m/s] (its rate), ``vy`` [m/s] (its rate),
             ``vz`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy``
-            [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b).
+            [N] (force along y on frame_b), ``fz`` [N] (force along z on frame_b),
+            ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1567,7 +1584,7 @@ class SpatialBuilder(Builder):
             ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque about x on
             frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque
             about z on frame_b), ``tau`` [N.m] (torque about the z axis of the world
-            on frame_b).
+            on frame_b), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1696,7 +1713,8 @@ class SpatialBuilder(Builder):
             on frame_b), ``fz`` [N] (force along z on frame_b), ``tx`` [N.m] (torque
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
-            axis of the world on frame_b).
+            axis of the world on frame_b), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1946,7 +1964,8 @@ class SpatialBuilder(Builder):
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
             about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
-            [N.m] (torque about the axis n on frame_b).
+            [N.m] (torque about the axis n on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2005,7 +2024,8 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
-            rate), ``torque`` [N.m] (resisting torque).
+            rate), ``torque`` [N.m] (resisting torque), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2067,7 +2087,8 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
-            rate), ``torque`` [N.m] (resisting torque).
+            rate), ``torque`` [N.m] (resisting torque), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2117,7 +2138,8 @@ class SpatialBuilder(Builder):
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
             rate), ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque
             about y on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau``
-            [N.m] (torque about the axis n on frame_b).
+            [N.m] (torque about the axis n on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------
@@ -2188,7 +2210,60 @@ class SpatialBuilder(Builder):
             (force along y on frame_b), ``fz`` [N] (force along z on frame_b),
             ``tx`` [N.m] (torque about x on frame_b), ``ty`` [N.m] (torque about y
             on frame_b), ``tz`` [N.m] (torque about z on frame_b), ``tau`` [N.m]
-            (torque about the z axis of the world on frame_b).
+            (torque about the z axis of the world on frame_b), ``power`` [W] (power
+            delivered to the mechanism).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Sensor(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame: Place | None = None,
+        wx: Start | None = None,
+        wy: Start | None = None,
+        wz: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Sensor: measures at a frame, in the axes of this frame: an
+        accelerometer, a gyroscope, and the load of all joints and forces that
+        are attached to the frame, on its body. It acts on nothing.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame``. A joint stands for its two frames.
+        frame : Handle or str, optional
+            The same frames by name.
+        wx, wy, wz, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``wx``
+            [rad/s] (angular velocity about x), ``wy`` [rad/s] (angular velocity
+            about y), ``wz`` [rad/s] (angular velocity about z), ``w`` [rad/s]
+            (angular velocity about z), ``ax`` [m/s2] (specific force along x:
+            acceleration minus gravity), ``ay`` [m/s2] (specific force along y:
+            acceleration minus gravity), ``az`` [m/s2] (specific force along z:
+            acceleration minus gravity), ``fx`` [N] (force on the body along x),
+            ``fy`` [N] (force on the body along y), ``fz`` [N] (force on the body
+            along z), ``tx`` [N.m] (torque on the body about x), ``ty`` [N.m]
+            (torque on the body about y), ``tz`` [N.m] (torque on the body about z),
+            ``tau`` [N.m] (torque on the body about z).
 
         Raises
         ------
@@ -2340,7 +2415,7 @@ class SpatialBuilder(Builder):
             ``w_x`` [rad/s] (rate of phi_x), ``w_y`` [rad/s] (rate of phi_y),
             ``w_z`` [rad/s] (rate of phi_z), ``fx`` [N] (force along x on frame_b),
             ``fy`` [N] (force along y on frame_b), ``fz`` [N] (force along z on
-            frame_b).
+            frame_b), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2396,7 +2471,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``force`` [N]
-            (tension).
+            (tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2446,7 +2521,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b about the axis of frame_a), ``w`` [rad/s] (its
-            rate).
+            rate), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2495,7 +2570,8 @@ class SpatialBuilder(Builder):
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``fz`` [N] (force along z on frame_b).
+            ``fz`` [N] (force along z on frame_b), ``force`` [N] (axial force,
+            positive in tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2554,7 +2630,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``force``
-            [N] (resisting force).
+            [N] (resisting force), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2616,7 +2692,7 @@ class SpatialBuilder(Builder):
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``force``
-            [N] (resisting force).
+            [N] (resisting force), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -2665,7 +2741,8 @@ class SpatialBuilder(Builder):
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (its rate), ``fx`` [N]
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``fz`` [N] (force along z on frame_b).
+            ``fz`` [N] (force along z on frame_b), ``force`` [N] (axial force,
+            positive in tension), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------

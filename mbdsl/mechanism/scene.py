@@ -15,10 +15,11 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
-from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, SensorKind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, substitute
+from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.frozen_dict import freeze
@@ -103,6 +104,8 @@ class Component:
     velocity_constraints: tuple[Expr, ...] = ()  #: of joints: residuals Gamma(v, q, t)
     friction: Expr | None = None  #: of joints: resistance along ``kind.friction_along``
     friction_rows: tuple[Expr, ...] = ()  #: if this has several coordinates: those along each of them
+    #: in space: port -> the frame that it is attached to, of ports whose frame has the axes of the component
+    attached: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         freeze(self, "values", "ports")
@@ -283,8 +286,9 @@ class Scene:
 
     def __repr__(self) -> str:
         kinds = [c.kind for c in self.components.values()]
-        joints, forces = (sum(isinstance(kind, of) for kind in kinds) for of in (JointKind, ForceKind))
-        counts = {"body": len(self.bodies()), "joint": joints, "force": forces}
+        families = {"joint": JointKind, "force": ForceKind, "sensor": SensorKind}
+        counts = {"body": len(self.bodies())}
+        counts |= {word: sum(isinstance(kind, of) for kind in kinds) for word, of in families.items()}
         plural = {"body": "bodies"}
         words = [f"{n} {what if n == 1 else plural.get(what, what + 's')}" for what, n in counts.items() if n]
         return f"<Scene {self.name}: {', '.join(words) or 'empty'}>"
@@ -488,6 +492,41 @@ class Scene:
         if frame is not None and key in (spatial_coordinates.NAMES if self.spatial else COORDINATES):
             return self._coordinate(frame.name, key)
         raise ModelError(f"there is no signal `{name}`", hint=self._closest(name, owner))
+
+    def on_port(self, c: Component, port: str) -> tuple[list[Expr], list[Expr]]:
+        """What a joint or force exerts on the body at one of its ports.
+
+        Parameters
+        ----------
+        c : Component
+            A joint or force of this scene.
+        port : str
+            "frame_a" or "frame_b".
+
+        Returns
+        -------
+        force, torque : list of Expr [N, N.m]
+            At the origin of the frame in world axes: two and one, in space three and three components.
+        """
+        force, torque = wrenches.on_port(self._formulas(c), port)
+        return [self._moved(x) for x in force], [self._moved(x) for x in torque]
+
+    def in_axes(self, force: Sequence[Expr], torque: Sequence[Expr], frame: str) -> dict[str, Expr]:
+        """A wrench in world axes by its components in the axes of a frame: fx, fy, tau, in space also fz, tx, ty, tz.
+
+        Parameters
+        ----------
+        force, torque : list of Expr [N, N.m]
+            As of ``on_port``.
+        frame : str
+            Name of the frame.
+
+        Returns
+        -------
+        dict
+            Name of the component -> expression.
+        """
+        return wrenches.in_axes(force, torque, lambda key: self._moved(self._coordinate(frame, key)))
 
     def _formulas(self, c: Component) -> Formulas:
         def frame_coordinate(port: str, key: str) -> Expr:

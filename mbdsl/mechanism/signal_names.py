@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.elements.kind import BodyKind, JointKind, PairKind, SensorKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.symbolic import Expr, call, coordinate
+from mbdsl.expressions.symbolic import Expr, call, const, coordinate
+from mbdsl.mechanism import sections, wrenches
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene import ENERGIES, Component, Description, Scene
 from mbdsl.messages import did_you_mean
@@ -84,10 +85,10 @@ class SignalNames:
             for key, unit in units.items():
                 if key not in QUATERNION:
                     found.setdefault(f"{name}.{key}", (of_frame, frame, key, unit))
-        for name in [name for name in found if name.endswith(tuple(f".{size}x" for size in SIZES))]:
-            vector, unit = name[:-1], found[name][-1]
-            if f"{vector}y" in found:
-                found.setdefault(vector, (self._size, vector, "xyz", unit))
+        for c in self._sensors:
+            loads = wrenches.units(scene.spatial)
+            found |= {f"{c.name}.{key}": (self._load, c, key, unit) for key, unit in loads.items()}
+        self._add_sizes(found)
         for name, expression in scene.variables.items():
             found.setdefault(name, (expression, scene.descriptions.get(name, Description()).unit))
         if not self.flexible:
@@ -95,9 +96,54 @@ class SignalNames:
                 found[name] = (energy, "J")
         return Expressions(found)
 
+    @cached_property
+    def on_ports(self) -> Expressions:
+        """As ``expressions``, of what elements exert on their frames, in the axes of these: ``pin.frame_a.fx``.
+
+        They are not among the ``names``, as a mechanism has too many of them.
+        """
+        found: dict[str, Entry] = {}
+        for c in self.scene.components.values():
+            if isinstance(c.kind, PairKind):
+                for port in c.ports:
+                    for key, unit in wrenches.units(self.scene.spatial).items():
+                        found[f"{c.name}.{port}.{key}"] = (self._on_port, c, f"{port}.{key}", unit)
+        self._add_sizes(found)
+        return Expressions(found)
+
+    @cached_property
+    def sections(self) -> dict[str, str]:
+        """Signal name -> unit, of the forces in sections of rods and beams: ``rod.b.N``; not among the ``names``."""
+        return sections.units(self.scene)
+
+    @property
+    def _sensors(self) -> list[Component]:
+        return [c for c in self.scene.components.values() if isinstance(c.kind, SensorKind)]
+
+    def _on_port(self, c: Component, name: str) -> Expr:
+        port, _, key = name.partition(".")
+        return self.scene.in_axes(*self.scene.on_port(c, port), c.attached.get(port, c.ports[port]))[key]
+
+    def _load(self, sensor: Component, key: str) -> Expr:
+        """A component of what all joints and forces at the frame of a sensor exert on its body."""
+        scene, frame = self.scene, sensor.ports["frame"]
+        pairs = [c for c in scene.components.values() if isinstance(c.kind, PairKind)]
+        at = [(c, port) for c in pairs for port, own in c.ports.items() if c.attached.get(port, own) == frame]
+        loads = [scene.on_port(c, port) for c, port in at]
+        n, m = (3, 3) if scene.spatial else (2, 1)
+        force = [sum((f[i] for f, _ in loads), const(0.0)) for i in range(n)]
+        torque = [sum((t[i] for _, t in loads), const(0.0)) for i in range(m)]
+        return scene.in_axes(force, torque, frame)[key]
+
+    def _add_sizes(self, found: dict[str, Entry]) -> None:
+        for name in [name for name in found if name.endswith(tuple(f".{size}x" for size in SIZES))]:
+            vector, unit = name[:-1], found[name][-1]
+            if f"{vector}y" in found:
+                found.setdefault(vector, (self._size, vector, "xyz", unit))
+
     def _size(self, vector: str, axes: str) -> Expr:
         """The size of a vector, from its components: ``A.f`` from A.fx, A.fy and, if there is one, A.fz."""
-        x, *others = (self.expressions[f"{vector}{i}"][0] for i in axes if f"{vector}{i}" in self.expressions)
+        x, *others = (e[0] for i in axes if (e := self.listed_or_not(f"{vector}{i}")) is not None)
         for component in others:
             x = call("hypot", x, component)
         return x
@@ -144,6 +190,9 @@ class SignalNames:
                     found[f"{c.name}.dPhi[{k + 1}]"] = ""
                 for k in range(len(c.velocity_constraints)):
                     found[f"{c.name}.Gam[{k + 1}]"] = ""
+            elif isinstance(c.kind, SensorKind):
+                felt = {f"{c.name}.{x.name}": x.unit for x in c.kind.measured if x.unit == ACCELERATIONS["ax"]}
+                found |= felt | {f"{c.name}.a": ACCELERATIONS["ax"]}
         if self.scene.spatial:
             found |= {f"{name}.{key}": "1" for name in self._frames for key in QUATERNION}
         return found | (dict.fromkeys(ENERGIES, "J") if self.flexible else {})
@@ -169,14 +218,24 @@ class SignalNames:
         return [name for body in self.flexible for name in _elastic(self.scene.components[body])]
 
     def __contains__(self, name: str) -> bool:
-        return name == "time" or name in self.expressions or name in self.computed
+        return name == "time" or name in self.expressions or self.is_computed(name) or name in self.on_ports
+
+    def is_computed(self, name: str) -> bool:
+        """Whether a signal has no expression."""
+        return name in self.computed or name in self.sections
+
+    def listed_or_not(self, name: str) -> tuple[Expr, str] | None:
+        """The expression and the unit of a signal, whether it is among the ``names`` or not; None if it has none."""
+        return self.expressions.get(name) or self.on_ports.get(name)
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a signal; "" if the signal is a pure number or its unit is unknown."""
         if name == "time":
             return "s"
         entry = self.expressions.entries.get(name)
-        unit = entry[-1] if entry is not None else self.computed.get(name, "")
+        if entry is None and name not in self.computed:
+            entry = self.on_ports.entries.get(name)
+        unit = entry[-1] if entry is not None else self.computed.get(name) or self.sections.get(name, "")
         return "" if unit == "1" else unit
 
     def select(self, patterns: str | Iterable[str]) -> list[str]:
@@ -200,18 +259,24 @@ class SignalNames:
             chosen.update(dict.fromkeys(found))
         return list(chosen)
 
+    @property
+    def unlisted(self) -> list[str]:
+        """Signals that are not among the ``names``: those of ports, and of sections of rods and beams."""
+        return [*self.on_ports, *self.sections]
+
     def asked(self, text: str) -> list[str]:
-        """The names that a pattern without a match stands for: none here."""
-        return []
+        """The signals that a pattern without a match among the ``names`` stands for."""
+        return matching(text, self.unlisted)
 
     def entry(self, name: str) -> tuple[Expr, str] | None:
         """The expression and the unit of a signal; None if it has none."""
-        return self.expressions.get(name)
+        return self.listed_or_not(name)
 
     def unknown(self, name: str) -> UsageError:
         """The error of a name or pattern without a match, with similar names."""
         listed = "`*` matches all; `mbdsl signals MODEL` and `Trajectory.signals` list them"
-        hint = did_you_mean(name, self.names) or listed
+        near = [x for x in self.on_ports if x.startswith(f"{name.split('.')[0]}.")] if name.count(".") > 1 else []
+        hint = did_you_mean(name, [*self.names, *near]) or listed
         return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
 
 

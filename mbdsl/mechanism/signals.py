@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from functools import cache
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
 from mbdsl.expressions.symbolic import Expr, diff, expr, multiplier
+
+_WORD = re.compile(r"[A-Za-z_]\w*").findall
 
 
 class Formulas:
@@ -120,5 +123,7 @@ def names(kind: Kind, given: Iterable[str], friction: bool) -> tuple[str, ...]:
 
 @cache
 def _names(kind: Kind, given: tuple[str, ...], friction: bool) -> tuple[str, ...]:
-    own = [name for name in kind.formulas if friction or name != "friction"]
-    return tuple(dict.fromkeys([*own, *given]))
+    own = [name for name, formula in kind.formulas.items() if friction or "friction" not in (name, *_WORD(formula))]
+    results = {x.name for x in kind.results}
+    before = [name for name in own if name not in results]
+    return tuple(dict.fromkeys([*before, *given, *own]))

@@ -273,7 +273,7 @@ def _known(names: AskedSignals, patterns: Sequence[str] | None) -> list[str]:
     """The signals of a model, and the expressions among the patterns."""
     return [
         *names.names[1:],
-        *(text for text in patterns or () if not matching(text, names.names) and names.asked(text)),
+        *(x for text in patterns or () if not matching(text, names.names) for x in names.asked(text)),
     ]
 
 

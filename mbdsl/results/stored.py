@@ -173,7 +173,7 @@ def open_result(path: str | os.PathLike) -> Result:
 def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> Result:
     """The signals of a ``Trajectory``, which computes them on access, and the expressions among ``patterns``."""
     known = dict.fromkeys(trajectory.select(["*"]))
-    known |= dict.fromkeys(text for text in patterns if text not in known and text in trajectory)
+    known |= dict.fromkeys(x for text in patterns if text not in known for x in trajectory.asked(text))
     found = of_columns(label, [*known], trajectory.unit, trajectory.__getitem__)
     found.groups, found.is_file = trajectory.shown_names, False
     found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}

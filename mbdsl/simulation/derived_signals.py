@@ -81,17 +81,6 @@ def turns(system: System, t: Array, q: Array, v: Array) -> dict[str, Array]:
     return found
 
 
-def centre_accelerations(system: System, name: str, q: Array, v: Array, a: Array) -> Array:
-    """Accelerations (N, 3) of a flexible body's centre frame at N states."""
-    d, body = system.tables.coordinates[name], system.tables.models[name]
-    own = slice(d, d + body.n)
-    found = np.zeros((len(a), 3))
-    for i in range(len(a)):
-        B, rate = body.gradient((0.0, 0.0, 0.0), q[i, own], v[i, own])
-        found[i] = B @ a[i, own] + rate @ v[i, own]
-    return found
-
-
 def accelerations_in_space(system: System, name: str, q: Array, a: Callable[[], Array]) -> dict[str, Array]:
     """Accelerations (N,) of a body in space at N states, in world axes, as signals."""
     d, body = system.tables.coordinates[name], system.tables.models[name]

@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import JointKind
-from mbdsl.expressions.symbolic import leaves
+from mbdsl.elements.kind import JointKind, SensorKind
+from mbdsl.errors import MbdslError
+from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION
 from mbdsl.numerics.blas_threads import with_one_thread
-from mbdsl.simulation import derived_signals
+from mbdsl.results.selection import matching
+from mbdsl.simulation import derived_signals, section_forces
+from mbdsl.simulation.frame_accelerations import acceleration, accelerometer
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 
@@ -117,6 +120,26 @@ class StateSignals:
         """
         return self._names.select(patterns)
 
+    def asked(self, text: str) -> list[str]:
+        """List what a text stands for beyond the names of the model.
+
+        Parameters
+        ----------
+        text : str
+            A name or pattern of signals of ports and of sections, or an expression of signals.
+
+        Returns
+        -------
+        list of str
+            Signals and expressions; none if it is invalid, or matches names of the model.
+        """
+        if matching(text, self._names.names):
+            return []
+        try:
+            return self._names.asked(text)
+        except MbdslError:
+            return []
+
     def unit(self, name: str) -> str:
         """Return the SI unit of a signal.
 
@@ -144,17 +167,30 @@ class StateSignals:
                 whole, rows = self._whole
                 self._known[name] = whole._signal(name)[rows]
             elif (entry := self._names.entry(name)) is not None:
-                root = entry[0]
-                lam = self._multipliers([leaf.value for leaf in leaves(root) if leaf.op == "multiplier"])
-                inputs = self.inputs | {x: self._signal(x) for x in self._names.computed_in(root)}
-                (value,) = values(self.system, [root], self.t, self.q, self.v, lam, inputs)
-                self._known[name] = np.array(value)
+                self._known[name] = np.array(self.evaluate([entry[0]])[0])
                 self._known[name].flags.writeable = False
-            elif name in self._names.computed:
+            elif self._names.is_computed(name):
                 self._compute(name)
             else:
                 raise self._names.unknown(name)
         return self._known[name]
+
+    def evaluate(self, roots: Sequence[Expr]) -> list[Array]:
+        """Return the values of expressions of frames and multipliers.
+
+        Parameters
+        ----------
+        roots : sequence of Expr
+            Expressions.
+
+        Returns
+        -------
+        list of (N,)
+            In SI units.
+        """
+        lam = self._multipliers([leaf.value for leaf in leaves(*roots) if leaf.op == "multiplier"])
+        inputs = self.inputs | {x: self._signal(x) for root in roots for x in self._names.computed_in(root)}
+        return values(self.system, roots, self.t, self.q, self.v, lam, inputs)
 
     def is_at_hand(self, name: str) -> bool:
         """Whether a signal is known without solving the equations of motion for accelerations and multipliers.
@@ -171,9 +207,10 @@ class StateSignals:
         """
         if name in self._known or name == "time":
             return True
-        if name not in self or name in self._names.computed:
+        if name not in self or self._names.is_computed(name):
             key = name.rpartition(".")[2]
-            return name in self and key != "a" and not key.startswith(("ax", "ay", "az", "alpha"))
+            known = name in self and name not in self._names.sections
+            return known and key != "a" and not key.startswith(("ax", "ay", "az", "alpha"))
         root = self._names.entry(name)[0]  # type: ignore[index]
         if not all(self.is_at_hand(x) for x in self._names.computed_in(root)):
             return False
@@ -242,6 +279,12 @@ class StateSignals:
             parts = [self._signal(f"{name}{i}") for i in "xyz" if f"{name}{i}" in self._names.computed]
             self._known[name] = np.linalg.norm(parts, axis=0)
             return
+        if name in self._names.sections:
+            self._known.update(section_forces.of_frame(self, owner))
+            return
+        if isinstance((sensor := self.scene.components.get(owner)) and sensor.kind, SensorKind):
+            self._known.update(accelerometer(self, sensor))  # type: ignore[arg-type]
+            return
         if name in ENERGIES:
             found = derived_signals.flexible_energies(self.system, self.t, self.q, self.v, self.inputs)
             self._known.update(zip(ENERGIES, found, strict=True))
@@ -255,7 +298,7 @@ class StateSignals:
         if key in ACCELERATIONS:
             d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
             if body.deforms:
-                a = derived_signals.centre_accelerations(self.system, owner, self.q, self.v, self.a)
+                a = acceleration(self, owner, (0.0, 0.0, 0.0))
             else:
                 a = self.a[:, d : d + body.n]
             self._known.update({f"{owner}.{which}": a[:, k] for k, which in enumerate(ACCELERATIONS) if k < a.shape[1]})

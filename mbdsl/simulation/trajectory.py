@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from mbdsl.plotting.profiles import Profile
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.simulation.signal_table import Signals
     from mbdsl.viewing.animation import Animation
@@ -418,6 +420,45 @@ class Trajectory(StateSignals):
             else:
                 results.append(with_expressions(open_result(other), chosen))
         found = plot(results, chosen, against=against, difference=difference, spectrum=spectrum)
+        if out is not None:
+            found.save(out)
+        return found
+
+    def along(
+        self,
+        patterns: str | Iterable[str],
+        at: float | str | Iterable[float | str] | None = None,
+        out: str | PathLike | None = None,
+    ) -> Profile:
+        """Show signals along an array, or along a rod or beam, at one or more times.
+
+        Parameters
+        ----------
+        patterns : str or iterable of str
+            Names of signals with a slice in the place of an index, such as "joint[:].tau" or "joint[2:5].tau"; or of
+            signals in the sections of a rod or beam: "beam.M", "beam.y".
+        at : float or str, or several of them, optional [s]
+            Times; between two outputs, values are interpolated linearly. Default: the end of the run.
+        out : path, optional
+            A file to write: .svg, .html, or .png and .pdf, which require matplotlib.
+
+        Returns
+        -------
+        Profile
+            Positions and values: ``print`` shows a table, a notebook a plot, and ``save`` writes it.
+
+        Raises
+        ------
+        UsageError
+            If there is no such array, rod or beam, a time is outside of the run, or the file cannot be written.
+        """
+        from mbdsl.plotting.profiles import check_out
+        from mbdsl.simulation.profiles import along
+
+        check_out(out)
+        chosen = [patterns] if isinstance(patterns, str) else list(patterns)
+        times = None if at is None else [at] if isinstance(at, (str, Real)) else list(at)  # type: ignore[arg-type]
+        found = along(self, chosen, None if times is None else [seconds(t, "at") for t in times])  # type: ignore[arg-type]
         if out is not None:
             found.save(out)
         return found

@@ -14,11 +14,15 @@ import numpy as np
 
 from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.mechanism.energies import energies
-from mbdsl.mechanism.scene import ENERGIES
+from mbdsl.mechanism.scene import ENERGIES, Component
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.signals import values
 
 MOST = 5  #: signals that are named with an angle
+
+
+def _angles(c: Component) -> set[str]:
+    return {x.name for x in c.kind.signals if x.unit == "rad"}
 
 
 def uncertain_turns(trajectory: Trajectory) -> list[str]:
@@ -27,7 +31,7 @@ def uncertain_turns(trajectory: Trajectory) -> list[str]:
     scene, t = trajectory.scene, trajectory.t
     components = scene.components.values() if scene.spatial and len(t) > 1 else ()
     angles, first = set[tuple[Expr, ...]](), ""
-    for c, key in ((x, key) for x in components if x.ports for key in x.signals):
+    for c, key in ((x, key) for x in components if x.ports for key in x.signals if key in _angles(x)):
         node = scene.signal_of(c, key)
         if node is None or node.op != "angle" or node.args in angles:
             continue

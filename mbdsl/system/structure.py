@@ -88,6 +88,8 @@ def _every_key(module: ModuleType) -> list[tuple]:
         return [(0, "body", m.__name__, False) for m in motion_modules(module)] if kind.coordinates else []
     if isinstance(kind, ForceKind):
         return [(4, "law", name, False)] + ([(3, "spring", name, False)] if kind.springs is not None else [])
+    if not isinstance(kind, JointKind):
+        return []
     keys: list[tuple] = [(1, "joint", name, kind.driver is not None)] if kind.rows else [_GAMMA]
     return [*keys, (4, "law", _along(kind), False)] if kind.friction else keys
 

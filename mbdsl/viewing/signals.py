@@ -130,9 +130,9 @@ def _names(trajectory: Trajectory) -> Iterator[str]:
     if len(scene.components) > MANY_COMPONENTS:
         return
     yield from _of_bodies(trajectory)
-    yield from (
-        f"{c.name}.{key}" for c in scene.components.values() if isinstance(c.kind, ForceKind) for key in c.signals
-    )
+    for c in scene.components.values():
+        if isinstance(c.kind, ForceKind):
+            yield from (f"{c.name}.{key}" for key in c.signals if key not in {x.name for x in c.kind.results})
     yield from (name for name in scene.variables if name in trajectory)
     yield from ENERGIES
     for c in scene.components.values():

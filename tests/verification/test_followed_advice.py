@@ -595,8 +595,6 @@ def test_cut_forces_in_the_plane(joint, port, k):
     local = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     sign = -1 if port == "frame_b" else 1
     assert y == pytest.approx(sign * (on_body[0] * local[k - 1][0] + on_body[1] * local[k - 1][1]), abs=1e-6)
-    world, run = variable(text, f"pin.{port}.fy")  # of PlanarMechanics, in the axes of the world
-    assert world == pytest.approx(sign * on_body[1], abs=1e-6)
 
 
 def test_cut_torque_in_the_plane():

@@ -104,6 +104,7 @@ def scales(trajectory):
     inertia = max(b.get("I") or 0.0 for b in bodies)
     least["N.m"] = max(found.get("N", 0.0) * size, least["N"] * size, 1e-3 * inertia / time**2)
     least["J"] = max(found.get("N", 0.0), least["N"]) * size
+    least["W"] = least["J"] / time
     return {unit: max(scale, least.get(unit, 0.0)) or 1.0 for unit, scale in found.items()}
 
 

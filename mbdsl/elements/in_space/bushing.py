@@ -28,8 +28,8 @@ from mbdsl.elements.in_space.swing_twist import (
     twist,
     twist_hessian,
 )
-from mbdsl.elements.in_space.vectors import D, dot
-from mbdsl.elements.kind import Parameter, Signal, zero
+from mbdsl.elements.in_space.vectors import D, W, dot, total, wrench
+from mbdsl.elements.kind import Parameter, Signal, power, zero
 
 DRAWING = "bushing"
 NONE = (0.0, 0.0, 0.0)
@@ -41,6 +41,17 @@ def derive(v: Mapping) -> dict:
     found |= {name: (0.0, 0.0, v[name]) for name in ("k_phi", "c_phi") if not isinstance(v[name], tuple)}
     return found if isinstance(v["c_w"], tuple) else found | {"c_w": (v["c_w"],) * 3}
 
+
+#: the forces along, and the torques about, coordinates; c_w acts about the axes of frame_a
+RESISTS = (
+    *((f"(k[{i}]*{x} + c[{i}]*der({x}))", x) for i, x in enumerate("xyz", 1)),
+    ("(k_phi[1]*phi_x + c_phi[1]*der(phi_x))", "phi_x"),
+    ("(k_phi[2]*phi_y + c_phi[2]*der(phi_y))", "phi_y"),
+    ("(k_phi[3]*(phi - phi0) + c_phi[3]*w)", "phi"),
+)
+TURNING = tuple(dot(W, a) for a in (X_A, Y_A, Z_A))
+POWER = [f"{size}*{'w' if x == 'phi' else f'der({x})'}" for size, x in RESISTS]
+POWER += [f"c_w[{i}]*{w}*{w}" for i, w in enumerate(TURNING, 1)]
 
 KIND = in_space(
     bushing.KIND,
@@ -82,6 +93,9 @@ KIND = in_space(
     ),
     energy="0.5*k[1]*x^2 + 0.5*k[2]*y^2 + 0.5*k[3]*z^2"
     " + 0.5*k_phi[1]*phi_x^2 + 0.5*k_phi[2]*phi_y^2 + 0.5*k_phi[3]*(phi - phi0)^2",
+    results=(power(f"-({' + '.join(POWER)})"),),
+    resists=RESISTS,
+    exerts=wrench(None, total(*((f"(-c_w[{i + 1}]*{TURNING[i]})", a) for i, a in enumerate((X_A, Y_A, Z_A))))),
     derive=derive,
     effects={"damping": zero("c", "c_phi", "c_w")},
     springs=lambda v: (

@@ -7,7 +7,7 @@ from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import length, length_hessian
 from mbdsl.elements.in_space.vectors import D, dot, reactions, total
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.kind import AXIAL, JointKind, Parameter, Signal
 
 SIGNALS = (
     Signal("s", "m", f"sqrt({dot(D, D)})", "distance of the frames"),
@@ -21,6 +21,7 @@ KIND = JointKind(
     parameters=(Parameter("length", "m", doc="the constant distance", positive=True),),
     signals=SIGNALS,
     reactions=reactions(total(("-lam[1]/s", D)), None),
+    results=(AXIAL,),
     table=lambda v: (v["length"],),
     along=("s", "length"),
     size="length",

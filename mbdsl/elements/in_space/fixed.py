@@ -5,9 +5,22 @@ g = r_b - r_a,   x_a . y_b,   x_a . z_b,   y_a . z_b                            
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, point
-from mbdsl.elements.in_space.prismatic import SAME_ATTITUDE, X_A, Y_A, Y_B, Z_B
-from mbdsl.elements.in_space.vectors import about, cross, reactions, total
-from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.in_space.prismatic import SAME_ATTITUDE, X_A, Y_A, Y_B, Z_A, Z_B
+from mbdsl.elements.in_space.vectors import about, cross, dot, reactions, total
+from mbdsl.elements.kind import JointKind, Parameter, Signal
+
+FORCE, TORQUE = ("fx", "fy", "fz"), ("tx", "ty", "tz")
+#: of the section between both bodies, as in the plane; Q and M are Qy and Mz
+SECTION = (
+    Signal("N", "N", f"-{dot(FORCE, X_A)}", "normal force along x of frame_a, tension"),
+    Signal("Qy", "N", f"-{dot(FORCE, Y_A)}", "shear force along y of frame_a"),
+    Signal("Qz", "N", f"-{dot(FORCE, Z_A)}", "shear force along z of frame_a"),
+    Signal("Mx", "N.m", f"-{dot(TORQUE, X_A)}", "torsional moment about x of frame_a"),
+    Signal("My", "N.m", f"-{dot(TORQUE, Y_A)}", "bending moment about y of frame_a"),
+    Signal("Mz", "N.m", f"-{dot(TORQUE, Z_A)}", "bending moment about z of frame_a"),
+    Signal("Q", "N", "Qy", "shear force along y of frame_a, as in the plane"),
+    Signal("M", "N.m", "Mz", "bending moment about z of frame_a, as in the plane"),
+)
 
 KIND = JointKind(
     "Fixed",
@@ -18,6 +31,7 @@ KIND = JointKind(
         ("-lam[1]", "-lam[2]", "-lam[3]"),
         total(("lam[4]", cross(X_A, Y_B)), ("lam[5]", cross(X_A, Z_B)), ("lam[6]", cross(Y_A, Z_B))),
     ),
+    results=SECTION,
     axes=lambda v: {"frame_b": about((0.0, 0.0, 1.0), -v["phi0"])} if v["phi0"] else {},
     keeps_attitude=True,
     aligned=SAME_ATTITUDE,

@@ -7,7 +7,10 @@ from mbdsl.compilation.marks import kernel
 from mbdsl.elements import force
 from mbdsl.elements.in_space.coordinates import PHI_A, R_B, X, add_cross
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.in_space.vectors import axis, dot, total, wrench
+from mbdsl.elements.kind import Parameter, power
+
+FORCE = total(*((f"f{i}", axis("frame_a", i)) for i in "xyz"))
 
 KIND = in_space(
     force.KIND,
@@ -16,6 +19,8 @@ KIND = in_space(
         *force.KIND.parameters,
         Parameter("fz", "N", 0.0, "component along z, a number or an expression", law=True),
     ),
+    results=(power(dot(FORCE, tuple(f"frame_b.v{i}" for i in "xyz"))),),  # type: ignore[arg-type]
+    exerts=wrench(FORCE, None),
     laws=("fx", "fy", "fz"),
 )
 

@@ -12,7 +12,7 @@ from mbdsl.elements.in_space.coordinates import Y, Z, dot2, dot2_hessian
 from mbdsl.elements.in_space.prismatic import Y_A, Z_A
 from mbdsl.elements.in_space.revolute import SIGNALS_OF_ANGLE
 from mbdsl.elements.in_space.vectors import both, direction, reactions, total
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import JointKind, power
 
 KIND = JointKind(
     "PointOnLine",
@@ -23,6 +23,8 @@ KIND = JointKind(
     reactions=reactions(total(("-lam[1]", Y_A), ("-lam[2]", Z_A)), None),
     friction=prismatic.FRICTION,
     friction_along="translational_spring_damper",
+    results=(power("-(friction*v)"),),
+    resists=(("friction", "s"),),
     check=lambda v: direction(v) or friction.check(v),
     derive=friction.derive,
     effects=friction.EFFECTS,

@@ -10,7 +10,7 @@ from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
 from mbdsl.elements.in_space.vectors import UNTURNED, D, about, axis, cross, direction, dot, reactions, total, turned_to
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.kind import JointKind, Parameter, Signal, power
 
 X_A, Y_A, Z_A = (axis("frame_a", i) for i in "xyz")
 Y_B, Z_B = axis("frame_b", "y"), axis("frame_b", "z")
@@ -52,6 +52,8 @@ KIND = JointKind(
     ),
     friction=FRICTION,
     friction_along="translational_spring_damper",
+    results=(power("-(friction*v)"),),
+    resists=(("friction", "s"),),
     check=lambda v: direction(v) or friction.check(v),
     derive=friction.derive,
     effects=friction.EFFECTS,

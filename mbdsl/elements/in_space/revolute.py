@@ -10,8 +10,19 @@ length, and they are left out.
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction, revolute
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, point
-from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, gradient_of_angle, reactions, total
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.in_space.vectors import (
+    W,
+    axis,
+    both,
+    cross,
+    direction,
+    dot,
+    gradient_of_angle,
+    reactions,
+    total,
+    wrench,
+)
+from mbdsl.elements.kind import JointKind, Parameter, Signal, power
 
 X_A, Y_A, Z_A = (axis("frame_a", i) for i in "xyz")
 X_B, Z_B = axis("frame_b", "x"), axis("frame_b", "z")
@@ -35,6 +46,8 @@ KIND = JointKind(
     ),
     friction=friction.formula("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w"),
     friction_along="torque",
+    results=(power("-(friction*w)"),),
+    exerts=wrench(None, total(("(-friction)", Z_A))),
     check=lambda v: direction(v) or friction.check(v),
     derive=friction.derive,
     effects=friction.EFFECTS,

@@ -5,12 +5,15 @@ acts against the rates r_i: its components are F r_i/u. With u = (r_1^2 + ... + 
 standstill, and in motion the last term changes them by less than 1e-12.
 """
 
+from collections.abc import Sequence
 from functools import reduce
 from typing import NamedTuple
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
 from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, add_cross
+from mbdsl.elements.in_space.vectors import Vector, total
+from mbdsl.elements.kind import Signal, power
 
 
 class Motion(NamedTuple):
@@ -33,6 +36,17 @@ def speed(parameter: str, *rates: str) -> str:
 def components(parameter: str, *rates: str) -> tuple[str, ...]:
     """The components F r_i/u, as formulas."""
     return tuple(f"friction*{rate}/{speed(parameter, *rates)}" for rate in rates)
+
+
+def against(parameter: str, rates: Sequence[str], axes: Sequence[Vector]) -> Vector:
+    """The force or torque on frame_b with these components along the axes of its rates."""
+    return total(*((f"(-{x})", a) for x, a in zip(components(parameter, *rates), axes, strict=True)))
+
+
+def delivered(parameter: str, *rates: str) -> Signal:
+    """The power of friction, which is negative: -F (r_1^2 + ...)/u."""
+    squares = " + ".join(f"{rate}*{rate}" for rate in rates)
+    return power(f"-(friction*({squares})/{speed(parameter, *rates)})")
 
 
 @kernel

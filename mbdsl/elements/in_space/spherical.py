@@ -10,7 +10,7 @@ from mbdsl.elements import friction
 from mbdsl.elements.in_space import sliding_friction
 from mbdsl.elements.in_space.coordinates import point
 from mbdsl.elements.in_space.prismatic import X_A, Y_A, Z_A
-from mbdsl.elements.in_space.vectors import W, cardan_angles, dot, reactions
+from mbdsl.elements.in_space.vectors import W, cardan_angles, dot, reactions, wrench
 from mbdsl.elements.kind import JointKind, Parameter
 
 RATES = tuple(dot(W, a) for a in (X_A, Y_A, Z_A))
@@ -28,6 +28,8 @@ KIND = JointKind(
     friction=sliding_friction.size("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w", *RATES),
     friction_along="sliding_in_socket",
     friction_rows=sliding_friction.components("w", *RATES),
+    results=(sliding_friction.delivered("w", *RATES),),
+    exerts=wrench(None, sliding_friction.against("w", RATES, (X_A, Y_A, Z_A))),
     check=friction.check,
     derive=friction.derive,
     effects=friction.EFFECTS,

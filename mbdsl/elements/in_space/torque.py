@@ -8,13 +8,17 @@ from mbdsl.elements import torque
 from mbdsl.elements.in_space import revolute
 from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, Z, add_cross
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.vectors import both, direction
+from mbdsl.elements.in_space.vectors import W, both, direction, dot, total, wrench
+from mbdsl.elements.kind import power
 
 KIND = in_space(
     torque.KIND,
     doc="A torque on frame_b about the axis n of frame_a, and its reaction on frame_a.",
     parameters=(*torque.KIND.parameters, revolute.AXIS),
     signals=revolute.SIGNALS_OF_ANGLE,
+    results=(power(f"tau*{dot(W, revolute.Z_A)}"),),
+    resists=(),
+    exerts=wrench(None, total(("tau", revolute.Z_A))),
     check=direction,
     follows="rotation",
     axes=both("z"),

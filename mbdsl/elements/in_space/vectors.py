@@ -70,6 +70,12 @@ def reactions(force: Vector | None, torque: Vector | None, about_n: str = "") ->
     return tuple(found)
 
 
+def wrench(force: Vector | None, torque: Vector | None) -> dict[str, str]:
+    """``exerts`` of a kind, in world axes."""
+    found = {} if force is None else {f"f{i}": f for i, f in zip("xyz", force, strict=True)}
+    return found if torque is None else found | {f"t{i}": f for i, f in zip("xyz", torque, strict=True)}
+
+
 def turned_to(default: str, n: Sequence[float]) -> tuple[float, ...]:
     """Axes (9) of a frame whose axis ``default``, x or z, has the direction n: turned by the smallest angle."""
     length = hypot(*n)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.elements.kind import ForceKind, JointKind, SensorKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.mechanism import graph as mechanism
@@ -80,7 +80,18 @@ class Reduction:
 
 def reduce(graph: MechanismGraph, planar: bool = True) -> Reduction:
     """The parts of the mechanism of ``graph``; with ``planar`` those of a model in space that can only move in a plane
-    are planar, and the others may have gyrostats."""
+    are planar, and the others may have gyrostats. Sensors are left out."""
+    sensors = {c.name for c in graph.scene.components.values() if isinstance(c.kind, SensorKind)}
+    if not sensors:
+        return _reduce(graph, planar)
+    kept = {name: c for name, c in graph.scene.components.items() if name not in sensors}
+    found = _reduce(mechanism.build(replace(graph.scene, components=kept)), planar)
+    if found.nothing_done:
+        return replace(found, graph=graph, scene=graph.scene, parts=(replace(found.parts[0], graph=graph),))
+    return replace(found, graph=graph)
+
+
+def _reduce(graph: MechanismGraph, planar: bool) -> Reduction:
     scene, notes = graph.scene, list[Note]()
     reduced = graph
     for step in () if scene.spatial else (welds.merge, drivers.carry):

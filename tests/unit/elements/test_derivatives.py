@@ -444,11 +444,45 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
                 # the same few operations in another order: a few roundings of values of some metres
                 assert found[0][0] == pytest.approx(C[start + k, buffer_layout.VALUE], abs=1e-13)
                 assert found[1][0] == pytest.approx(rate, abs=1e-12)
-            for key in {"force", "torque"} & set(c.signals):
+            for key in {"force", "torque"} & {x.name for x in kind.signals}:
                 root = s.scene.signal_of(c, key)
                 found = values(s, [root], np.array([t]), q[None], v[None])[0][0]
                 resisting = -kind.sign * C[start, buffer_layout.MAGNITUDE]
                 assert found == pytest.approx(resisting, rel=1e-12, abs=1e-12)
+
+
+def assembled(s, kind, name, t, q, v):
+    """A state near q, v that satisfies the constraints of one joint."""
+    rows = s.tables.rows[name] + np.arange(kind.rows) if kind.rows else np.array([], int)
+    for _ in range(30):
+        q = q - np.linalg.lstsq(s.Phi_q(t, q)[rows], s.Phi(t, q)[rows], rcond=None)[0]
+    own = [*rows, *(s.tables.velocity_rows[name] + np.arange(len(kind.velocity_rows)) if kind.velocity_rows else ())]
+    violated = np.concatenate([s.evaluate(t, q, v)[2], s.Gam(t, q, v)])[own]
+    assert np.abs(s.Phi(t, q)[rows]).max(initial=0.0) < 1e-13
+    return q, v - np.linalg.lstsq(s.velocity_jacobian(t, q, v)[own], violated, rcond=None)[0]
+
+
+@pytest.mark.parametrize(("kind", "variant"), CASES)
+def test_wrenches_on_ports_are_the_forces_of_the_kernels(kind, variant):
+    """As in space, see there; on two rigid bodies, on which only elements and their weight act."""
+    s, (name,) = system(kind.name, variant, True), scene(kind.name, variant, True)[1]
+    c, keys = s.scene.components[name], ("vx", "vy", "w")
+    weight = s.tables.numbers[s.tables.layout[buffer_layout.CONSTANT_FORCE] :][: s.n]
+    t, q, v, lam = states(s, (name,))[0]
+    q, v = assembled(s, kind, name, t, q, v) if isinstance(kind, JointKind) else (q, v)
+    dv = np.random.default_rng(3).normal(size=(4, s.n))
+    for _, at, _ in flexible(s):
+        dv[:, at] = 0.0
+    forces = s.evaluate(t, q, v, lam)[0] - weight
+    state, found, power = (np.array([t]), q[None], v[None], lam[None]), np.zeros(len(dv)), 0.0
+    for port, frame in c.ports.items():
+        wrench = np.ravel(values(s, [x for part in s.scene.on_port(c, port) for x in part], *state))
+        found += wrench @ [frame_coordinate(s, frame, key, np.repeat(q[None], len(dv), 0), dv) for key in keys]
+        power += wrench @ [frame_coordinate(s, frame, key, *state[1:3])[0] for key in keys]
+    said = values(s, [s.scene.signal_of(c, "power")], *state)[0][0] if "power" in c.signals else 0.0
+    tolerance = 1e-11 * max(1.0, np.abs(forces).max())
+    assert found == pytest.approx(dv @ forces, abs=tolerance)
+    assert said == pytest.approx(power, abs=tolerance)
 
 
 @pytest.mark.parametrize("kind", [k for k in PAIRS if k.energy], ids=lambda k: k.name)

@@ -22,6 +22,7 @@ from mbdsl.mechanism.scene import Component, Scene, SpatialFrame
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system import build
+from mbdsl.system.signals import frame_coordinate, values
 
 H = 1e-3
 TOLERANCE = 1e-9
@@ -48,9 +49,9 @@ def component(name, kind, values, **ports):
     rows = getattr(declared, "velocity_rows", ())
     formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
     constraints = tuple(map(formulas.velocity_row, rows))
-    friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
     for k, (function, signals) in enumerate(getattr(declared, "couplings", ())):
         values[function] = surface([formulas.signal(x) for x in (signals if k else signals[::-1])])
+    friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
     if isinstance(declared, ForceKind) and declared.springs is None:
         values |= {law: formulas.signal(law) for law in declared.laws if values.get(law) is None}
     signals = tuple(declared.formulas)
@@ -254,3 +255,43 @@ def test_a_turned_scene_has_turned_forces():
         close(b[d : d + 3], turn @ a[d : d + 3])
         close(b[d + 3 : d + 6], a[d + 3 : d + 6])
     close(np.linalg.norm(mu.reshape(-1, 3), axis=1), np.linalg.norm(lam.reshape(-1, 3), axis=1))
+
+
+def assembled(s, q, v):
+    """A state near q, v that satisfies the constraints."""
+    for _ in range(60 if s.m else 0):
+        step = np.linalg.lstsq(s.Phi_q(T, q), s.Phi(T, q), rcond=None)[0]
+        q = s.moved(q, -step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300)))
+    J = s.velocity_jacobian(T, q, v)
+    violated = np.concatenate([s.evaluate(T, q, v)[2], s.Gam(T, q, v)])
+    v = v - np.linalg.lstsq(J, violated, rcond=None)[0]
+    assert np.abs(s.Phi(T, q)).max(initial=0.0) < 1e-13
+    return q, v
+
+
+#: without drivers with a law of velocities here, which acts on the bodies whose velocities it contains
+WITH_PORTS = [k for k in PAIRS if k.ports and not (isinstance(k, JointKind) and k.velocity_rows and k.law_parameters)]
+
+
+@pytest.mark.parametrize("kind", WITH_PORTS, ids=lambda kind: kind.variant or kind.name)
+def test_wrenches_on_ports_are_the_forces_of_the_kernels(kind):
+    """For random velocities dv, the power of the wrenches on both ports is that of the generalised forces: those on
+    both bodies are right, and opposite. The signal ``power`` is their power at the velocities of the state."""
+    s, empty = system(kind, 2), system(kind, 0)
+    rng = np.random.default_rng(0)
+    q, v, lam = states(s, rng)
+    q, v = assembled(s, q, v) if s.m + s.p else (q, v)
+    dv = rng.uniform(-1, 1, (6, s.n))
+    forces = s.evaluate(T, q, v, lam)[0] - empty.evaluate(T, q, v)[0]
+    keys, found, power, said = ("vx", "vy", "vz", "wx", "wy", "wz"), np.zeros(len(dv)), 0.0, 0.0
+    state = np.array([T]), q[None], v[None], lam[None]
+    for c in (c for c in s.scene.components.values() if c.ports):
+        for port, frame in c.ports.items():
+            wrench = np.ravel(values(s, [x for part in s.scene.on_port(c, port) for x in part], *state))
+            rates = [frame_coordinate(s, frame, key, np.repeat(q[None], len(dv), 0), dv) for key in keys]
+            found += wrench @ np.array(rates)
+            power += wrench @ [frame_coordinate(s, frame, key, *state[1:3])[0] for key in keys]
+        said += values(s, [s.scene.signal_of(c, "power")], *state)[0][0] if "power" in c.signals else 0.0
+    tolerance = 1e-11 * max(1.0, np.abs(forces).max())
+    assert found == pytest.approx(dv @ forces, abs=tolerance)
+    assert said == pytest.approx(power, abs=tolerance)

@@ -1,0 +1,88 @@
+"""What joints and forces exert on their frames, as expressions.
+
+The wrench on frame_b is the reaction of a joint with its friction, or the load of a force. On frame_a acts the opposite
+wrench: elements have no mass, and they measure relative positions only. The torque about the origin of frame_a is that
+about the origin of frame_b, and the moment of the force there:
+
+    f_a = -f_b,   t_a = -(t_b + (r_b - r_a) x f_b)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from mbdsl.elements.kind import JointKind, PairKind
+from mbdsl.expressions import formulas, spatial_coordinates
+from mbdsl.expressions.symbolic import Expr, call, const, coordinate, diff
+from mbdsl.mechanism.signals import Formulas
+
+#: components of the wrench on a port or a frame, and their units
+UNITS = {"fx": "N", "fy": "N", "tau": "N.m"}
+UNITS_IN_SPACE = {f"f{i}": "N" for i in "xyz"} | {f"t{i}": "N.m" for i in "xyz"} | {"tau": "N.m"}
+Vector = Sequence[Expr]
+#: a coordinate of a frame by its name, in the axes of which components are needed
+Axes = Callable[[str], Expr]
+
+
+def units(spatial: bool) -> dict[str, str]:
+    return UNITS_IN_SPACE if spatial else UNITS
+
+
+def on_port(f: Formulas, port: str) -> tuple[Vector, Vector]:
+    """Force and torque of an element on one of its ports, at its origin in world axes: (2), (1), in space (3), (3)."""
+    force, torque = _on_frame_b(f)
+    if port == "frame_b":
+        return force, torque
+    assert isinstance(f.kind, PairKind)
+    if not f.kind.reacts:
+        return [const(0.0)] * len(force), [const(0.0)] * len(torque)
+    d = [f.coordinate("frame_b", i) - f.coordinate("frame_a", i) for i in "xyz"[: len(force)]]
+    moment = _cross(d, force)
+    return [-x for x in force], [-(t + m) for t, m in zip(torque, moment, strict=True)]
+
+
+def _on_frame_b(f: Formulas) -> tuple[Vector, Vector]:
+    kind = f.kind
+    assert isinstance(kind, PairKind)
+    keys = ("fx", "fy", "fz", "tx", "ty", "tz") if kind.spatial else ("fx", "fy", "tau")
+    found = dict.fromkeys(keys, const(0.0))
+    if isinstance(kind, JointKind):
+        found |= {key: f.signal(key) for key in keys if key in kind.reaction}
+    if not isinstance(kind, JointKind) or (kind.friction and f.given("mu_s")):
+        for key, formula in kind.exerts.items():
+            found[key] = found[key] + formulas.evaluate(formula, f)
+        for size, signal in kind.resists:
+            load, gradient = formulas.evaluate(size, f), _gradient(f, signal)
+            for key, g in zip(keys, gradient, strict=True):
+                found[key] = found[key] - load * g
+    n = 3 if kind.spatial else 2
+    return [found[key] for key in keys[:n]], [found[key] for key in keys[n:]]
+
+
+def _gradient(f: Formulas, signal: str) -> list[Expr]:
+    """The derivatives of a signal with respect to the motion of frame_b."""
+    frame = f.coordinate("frame_b", "x").value[0]  # type: ignore[index]
+    if f.kind.spatial:
+        return spatial_coordinates.virtual(f.signal(signal), frame)
+    return diff(f.signal(signal), *(coordinate(frame, key) for key in ("x", "y", "phi")))
+
+
+def in_axes(force: Vector, torque: Vector, axes: Axes) -> dict[str, Expr]:
+    """A wrench, in world axes, by the names of its components in the axes of a frame."""
+    if len(force) == 2:
+        c, s = call("cos", axes("phi")), call("sin", axes("phi"))
+        x, y = force
+        return {"fx": c * x + s * y, "fy": c * y - s * x, "tau": torque[0]}
+    found = {f"{name}{i}": _along(v, axes, i) for name, v in (("f", force), ("t", torque)) for i in "xyz"}
+    return found | {"tau": found["tz"]}
+
+
+def _along(v: Vector, axes: Axes, i: str) -> Expr:
+    x, y, z = (a * axes(i + k) for a, k in zip(v, "xyz", strict=True))
+    return x + y + z
+
+
+def _cross(a: Vector, b: Vector) -> list[Expr]:
+    if len(b) == 2:
+        return [a[0] * b[1] - a[1] * b[0]]
+    return [a[j] * b[k] - a[k] * b[j] for j, k in ((1, 2), (2, 0), (0, 1))]

@@ -1,0 +1,162 @@
+"""Forces in the sections of rods and beams: the equilibrium of the part beyond a section.
+
+With the loads F, T at r_f of joints and forces on the part between the section at r_0 and frame b, the mass m per
+length and the rotary inertia J per length, the part exerts on the rest
+
+    R = sum F + int m (g - a) dx,   M = sum (T + (r_f - r_0) x F) + int m (r - r_0) x (g - a) dx - int J phi'' dx
+
+For a beam this is more accurate than E I times the curvature of the shape functions, whose second derivatives converge
+more slowly than the motion; in statics it is exact.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import PairKind
+from mbdsl.mechanism import sections
+from mbdsl.mechanism.energies import gravity
+from mbdsl.mechanism.scene import Component, SpatialFrame
+from mbdsl.simulation.frame_accelerations import States, acceleration
+
+Array = NDArray[np.float64]
+
+POINTS = 3  #: of Gauss, in each interval: exact for a rigid rod, and for cubic functions of beams times a lever
+MOST_INTERVALS = 16  #: of a beam with more elements, an interval is several elements
+SAME = 1e-9  #: distance of sections that are one, over the length
+
+
+class Load(NamedTuple):
+    """What an element exerts at a distance x [m] from the middle: force (N, 2) or (N, 3), moment (N, 3), place."""
+
+    x: float
+    force: Array
+    moment: Array
+    place: Array
+
+
+class Sections:
+    """The sections of a rod or beam at N states.
+
+    Parameters
+    ----------
+    states : States
+        N states.
+    body : Component
+        A rod or beam.
+    """
+
+    def __init__(self, states: States, body: Component) -> None:
+        self.states, self.body = states, body
+        self.n = 3 if states.scene.spatial else 2
+        self.length = float(body.values["length"])
+        self._points: dict[float, tuple[Array, Array]] = {}  #: accelerations and places of points of integration
+        self._known: dict[float, dict[str, Array]] = {}
+
+    @cached_property
+    def loads(self) -> list[Load]:
+        """The loads of all joints and forces on the body, in the order of the model."""
+        scene, found = self.states.scene, []
+        pairs = [c for c in scene.components.values() if isinstance(c.kind, PairKind)]
+        ports = [(c, port, scene.frames[name]) for c in pairs for port, name in c.ports.items()]
+        for element, port, frame in ports:
+            if frame.body == self.body.name:
+                force, torque = scene.on_port(element, port)
+                keys = [scene.signal(f"{frame.name}.{i}") for i in "xyz"[: self.n]]
+                values = np.column_stack(self.states.evaluate([*force, *keys, *torque]))
+                moment = values[:, 2 * self.n :]
+                moment = moment if self.n == 3 else _about_z(moment[:, 0])
+                found.append(Load(frame.x, values[:, : self.n], moment, values[:, self.n : 2 * self.n]))
+        return found
+
+    def section(self, x: float) -> dict[str, Array]:
+        """The signals (N,) [N, N.m] of the section at a distance x [m] from the middle, by their keys."""
+        if x not in self._known:
+            self._known[x] = self._section(x)
+        return self._known[x]
+
+    def _section(self, x: float) -> dict[str, Array]:
+        states, n, N = self.states, self.n, len(self.states.t)
+        origin = self._place(x)
+        force, moment = np.zeros((N, n)), np.zeros((N, 3))
+        for load in self.loads:
+            if _beyond(load.x, x, self.length):
+                force += load.force
+                moment += _moment(load.place - origin, load.force) + load.moment
+        mass = float(self.body.kind.table(self.body.values)[0])  # type: ignore[attr-defined]
+        field, rotary = np.array(gravity(states.scene), float), float(self.body.values.get("rotary") or 0.0)
+        for at, weight in zip(*_points(self.body, x, self.length), strict=True):
+            if at not in self._points:
+                self._points[at] = acceleration(states, self.body.name, _pose(at, n)), self._place(at)
+            a, place = self._points[at]
+            weighs = mass * weight / self.length * (field - a[:, :n])
+            force += weighs
+            moment += _moment(place - origin, weighs)
+            if rotary:
+                moment -= _about_z(rotary * weight * a[:, 2])
+        return self._components(x, force, moment)
+
+    def coordinate(self, x: float, key: str) -> Array:
+        """A coordinate (N,) of the section at x."""
+        tables, states = self.states.system.tables, self.states
+        model, d = tables.models[self.body.name], tables.coordinates[self.body.name]
+        q, v = states.q[:, d : d + model.n], states.v[:, d : d + model.n]
+        return model.frame(_pose(x, self.n), key, q, v, states.t)
+
+    def _place(self, x: float) -> Array:
+        return np.column_stack([self.coordinate(x, key) for key in "xyz"[: self.n]])
+
+    def _components(self, x: float, force: Array, moment: Array) -> dict[str, Array]:
+        """Force and moment in the axes of the section, as signals."""
+        if self.n == 3:
+            axes = [np.column_stack([self.coordinate(x, i + j) for j in "xyz"]) for i in "xyz"]
+            found = {key: (force * a).sum(axis=1) for key, a in zip(("N", "Qy", "Qz"), axes, strict=True)}
+            found |= {key: (moment * a).sum(axis=1) for key, a in zip(("Mx", "My", "Mz"), axes, strict=True)}
+            return found | {"Q": found["Qy"], "M": found["Mz"]}
+        phi = self.coordinate(x, "phi")
+        c, s = np.cos(phi), np.sin(phi)
+        (fx, fy), m = force.T, moment[:, 2]
+        return dict(zip(sections.UNITS, (c * fx + s * fy, c * fy - s * fx, m), strict=True))
+
+
+def of_frame(states: States, name: str) -> dict[str, Array]:
+    """The signals (N,) of the section at a frame of a rod or beam."""
+    scene = states.scene
+    frame = scene.frames[scene.aliases.get(name, name)]
+    found = Sections(states, scene.components[frame.body]).section(frame.x)
+    return {f"{name}.{key}": values for key, values in found.items()}
+
+
+def _beyond(at: float, x: float, length: float) -> bool:
+    """Whether a load belongs to the part beyond a section; at the section itself, to the nearer end."""
+    return x >= -SAME * length if abs(at - x) <= SAME * length else at > x
+
+
+def _points(body: Component, x: float, length: float) -> tuple[Array, Array]:
+    """Points of Gauss from the section to frame b, and their weights [m]."""
+    elements = int(body.values["elements"]) if body.deforms and body.values["modes"] != 0 else 1
+    ends = np.linspace(-length / 2, length / 2, min(elements, MOST_INTERVALS) + 1)
+    ends = np.concatenate([[x], ends[ends > x + SAME * length]])
+    own, weights = np.polynomial.legendre.leggauss(POINTS)
+    half = 0.5 * np.diff(ends)
+    places = (ends[:-1] + half)[:, None] + half[:, None] * own
+    return places.ravel(), (half[:, None] * weights).ravel()
+
+
+def _pose(x: float, n: int) -> tuple[float, ...]:
+    return (x, 0.0, 0.0) if n == 2 else (x, 0.0, 0.0, *SpatialFrame.axes)
+
+
+def _moment(lever: Array, force: Array) -> Array:
+    """lever x force (N, 3)."""
+    if lever.shape[1] == 3:
+        return np.cross(lever, force)
+    return _about_z(lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0])
+
+
+def _about_z(moment: Array) -> Array:
+    return np.column_stack([np.zeros((len(moment), 2)), moment])
