@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from functools import cached_property
 
+from mbdsl.elements.kind import ANY
 from mbdsl.errors import MbdslError, ModelError, SyntaxProblem, UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, expr, input_signal, is_const, leaves
 from mbdsl.lang import functions, units
@@ -87,7 +88,9 @@ def _parameter(scene: Scene, name: str) -> Operand | None:
     else:
         owner, _, key = name.rpartition(".")
         component = scene.components.get(owner)
-        declared = {} if component is None else {p.name: p.unit for p in component.kind.parameters}
+        declared = (
+            {} if component is None else {p.name: "" if p.unit == ANY else p.unit for p in component.kind.parameters}
+        )
         if component is None or key not in declared:
             return None
         value, unit = component.values.get(key), declared[key]

@@ -10,13 +10,14 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
+from mbdsl.elements.kind import ANY, REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import (
     argument_checks,
+    coupled_coordinates,
     doubts,
     foreign_members,
     foreign_names,
@@ -328,6 +329,8 @@ class Part:
                     doubts.angle(self.assembly.warn, picked, modifier.value, f"`{name}` of `{self.name}`")
                 if isinstance(self.kind, JointKind):
                     joint_law_checks.check_law(name, law, self.kind, self.name)
+                    if name in self.kind.coupled:
+                        coupled_coordinates.check_law(name, law, self.kind, self.name)
                     if arguments := dict(self.kind.couplings).get(name):
                         formulas = {argument: self.formulas.signal(argument) for argument in arguments}
                         joint_law_checks.check_coupling(name, law, formulas, self.kind, self.name)
@@ -452,7 +455,18 @@ class Part:
         """A signal by its own name, as an expression over frames."""
         if (key := _of_centre(self.kind, name)) is not None:
             return self.assembly.coordinate(self.frames["c"], key)
-        return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
+        own = self._units().get(name) if self.kind.coupled else None
+        return Quantity(self.formulas.signal(name), units.dimension(own) if own else _dimension(self.kind, name))
+
+    def _units(self) -> dict[str, str]:
+        """Units of signals of a joint that couples coordinates, by their dimensions."""
+        given: dict = {}
+        for p in self.kind.parameters:
+            modifier = self._modifier(p.name)
+            value = evaluate(modifier.value, modifier.scope.for_law(self, p.name)) if modifier is not None else None
+            picked = None if value is None else modifier.pick(value, 0, self.contexts)
+            given[p.name] = getattr(picked, "dimension", None), modifier and modifier.value
+        return coupled_coordinates.checked_units(self.kind, self.name, given)
 
     def own(self, name: str) -> Value | Node | Frame | None:
         """The parameter, port or frame called ``name`` in the component; None for signals and unknown names."""
@@ -476,7 +490,8 @@ class Part:
     def _quantity(self, value: object, unit: str) -> Value | None:
         if isinstance(value, tuple):
             return tuple(self._quantity(v, unit) for v in value)  # type: ignore[misc]
-        return None if value is None else Quantity(value, units.dimension(unit))  # type: ignore[arg-type]
+        dimension = None if unit == ANY else units.dimension(unit)
+        return None if value is None else Quantity(value, dimension)  # type: ignore[arg-type]
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""
@@ -512,6 +527,8 @@ class Part:
             self._velocity_constraints(),
             self.formulas.signal("friction") if self._has_friction() else None,
             self.formulas.friction_rows() if self._has_friction() else (),
+            tuple(map(self.formulas.row, kind.relations)) if isinstance(kind, JointKind) else (),
+            self._units() if kind.coupled else {},
         )
 
     def _energy(self) -> Expr | None:
@@ -532,7 +549,7 @@ class Part:
     def _velocity_constraints(self) -> tuple[Expr, ...]:
         if not isinstance(self.kind, JointKind) or not self.kind.velocity_rows:
             return ()
-        found = tuple(self.formulas.velocity_row(row) for row in self.kind.velocity_rows)
+        found = tuple(self.formulas.row(row) for row in self.kind.velocity_rows)
         for name in self.kind.law_parameters:
             modifier = self._modifier(name)
             for row in found:

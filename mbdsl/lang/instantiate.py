@@ -9,7 +9,7 @@ from math import prod
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import doubts, foreign_equations, functions, limits, orientations, values
+from mbdsl.lang import coupled_coordinates, doubts, foreign_equations, functions, limits, orientations, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
@@ -178,6 +178,10 @@ class Instance:
         if d.prefixes & {"parameter", "constant"}:
             raise no_type(d, member.unit, spatial=self.assembly.spatial)
         positional, own = bind(d.arguments, scope, self.level)
+        if isinstance(kind, str) and positional:
+            declared = find(kind, self.assembly.spatial)
+            if declared is not None and declared.coupled:
+                own, positional = coupled_coordinates.named(declared, d.name, positional, own, scope, self.level), []
         modifiers = merge(given.inner, own) if given is not None and given.inner else own
         if given is not None and given.value is not None and kind != "frame":
             raise ModelError(f"`{d.name}` is a {d.type}, it has no single value", given.value_span())

@@ -303,6 +303,53 @@ class KindMethods:
             If a value is wrong; the model does not change.
         """
 
+    def Coupling(
+        self,
+        name: str,
+        *,
+        a: Law,
+        b: Law,
+        ratio: Number = 1.0,
+        offset: Law = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Coupling: two coordinates in a fixed ratio: b = ratio*a + offset.
+        They are angles or lengths, of joints or bodies, or expressions of
+        these. It has no frames.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        a : number, str or Expr
+            The first coordinate, such as `pin.phi`; may be an expression in time
+            and signals.
+        b : number, str or Expr
+            The second coordinate; may be an expression in time and signals.
+        ratio : number or str, optional [any]
+            B divided by a; its unit is that of b/a.
+        offset : number, str or Expr, optional
+            B where a is zero, an expression in time with the unit of b; without
+            signals and inputs.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``force``
+            (generalised force on b: a torque [N.m] on an angle, else a force [N] on
+            frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def Distance(
         self,
         name: str,
@@ -816,6 +863,57 @@ class KindMethods:
         -------
         Handle
             The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PlanetaryGear(
+        self,
+        name: str,
+        *,
+        sun: Law,
+        carrier: Law,
+        ring: Law,
+        ratio: Number,
+        phi0: Number = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PlanetaryGear: a planetary stage as one part: sun - carrier =
+        -ratio*(ring - carrier) + phi0, with the angles of the three shafts,
+        those of joints with a common axis or of bodies. It has no frames.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        sun : number, str or Expr [rad]
+            Angle of the sun, such as `sun_pin.phi`; may be an expression in time
+            and signals.
+        carrier : number, str or Expr [rad]
+            Angle of the carrier of the planets; may be an expression in time and
+            signals.
+        ring : number, str or Expr [rad]
+            Angle of the ring; may be an expression in time and signals.
+        ratio : number or str
+            Teeth of the ring divided by teeth of the sun.
+        phi0 : number or str, optional [rad]
+            Angle of the sun where those of ring and carrier are zero.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``tau_sun``
+            [N.m] (torque on the sun on frame_b), ``tau_carrier`` [N.m] (torque on
+            the carrier on frame_b), ``tau_ring`` [N.m] (torque on the ring on
+            frame_b).
 
         Raises
         ------

@@ -42,7 +42,9 @@ def joints_join(joints: Sequence[Edge], ground: Component) -> None:
             raise ModelError(
                 f"{e.component.kind.name} `{e.name}` depends on no body: nothing in its expression can move",
                 e.component.span,
-                "it takes velocities of bodies, such as `rod.w` or `rod.b.vx`",
+                "it takes velocities of bodies, such as `rod.w` or `rod.b.vx`"
+                if e.velocity_rows
+                else "it takes coordinates of bodies and joints, such as `rod.b.x` or `pin.phi`",
             )
         if e.body_i == e.body_j:
             kind, frames = e.component.kind.name, " and ".join(e.component.ports.values())

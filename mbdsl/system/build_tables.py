@@ -13,7 +13,7 @@ from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
+from mbdsl.system import gradient_rows, moving_frames, nonholonomic, relations, switches
 from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.in_space import layout_of
@@ -111,6 +111,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     layout[buffer_layout.ROTATIONS] = buffers.ints(x for rotation in buffers.rotations for x in rotation)
     layout[buffer_layout.N_ROTATIONS] = len(buffers.rotations)
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
+    relations.tabulate(tables, buffers, dofs, tape, later)
     nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
     found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
     for c in nonholonomic_joints:

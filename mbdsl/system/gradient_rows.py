@@ -54,7 +54,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
             if coupled:
                 first = buffers.layout[header + 2] + buffers.layout[header + 3] * e
                 later.append(_coupling(tables, c, first, couplings, tape))
-            a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
+            a, b = (tables.frames[c.ports[port]] for port in c.kind.ports) if c.ports else (0, 0)
             of_a, of_b = dofs[a], dofs[b]
             for j in range(rows):
                 first = buffers.requested

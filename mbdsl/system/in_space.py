@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mbdsl.compilation import buffer_layout, buffer_layout_in_space
-from mbdsl.system import loops
+from mbdsl.system import loops, relation_loops
 
 #: modules with a counterpart in space
 COUNTERPARTS = ("mbdsl.compilation.buffer_layout", "mbdsl.system.frame_block")
@@ -27,6 +27,12 @@ def layout_of(spatial: bool) -> ModuleType:
 def loops_of(spatial: bool) -> ModuleType:
     """The module of the loops."""
     return _variant(loops) if spatial else loops
+
+
+@cache
+def relation_loops_of(spatial: bool) -> ModuleType:
+    """The module of the loops over constraints by expression."""
+    return _variant(relation_loops) if spatial else relation_loops
 
 
 def _variant(module: ModuleType) -> ModuleType:

@@ -45,6 +45,11 @@ class Block:
         return self.role == "joint" and bool(self.module.KIND.couplings)
 
     @property
+    def related(self) -> bool:
+        """Whether its joints are expressions over frames, which have no kernels."""
+        return self.role == "joint" and bool(self.module.KIND.relations)
+
+    @property
     def curved(self) -> bool:
         return getattr(self.module, "hessian", None) is not None
 
@@ -111,6 +116,8 @@ def expressions(block: Block, c: Component) -> list[Expr]:
     """The expressions over frames that a component contributes to a block."""
     if block.role == "law":
         return law_expressions(c)
+    if block.related:
+        return list(c.relations)
     return list(c.velocity_constraints) if block.role == "gamma" else []
 
 

@@ -91,7 +91,7 @@ class Tables:
 
     @property
     def has_tape(self) -> bool:
-        return any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled for b in self.blocks)
+        return any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
 
 
 class Buffers:

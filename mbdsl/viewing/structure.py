@@ -260,7 +260,10 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
     kind = e.component.kind
     role, weld = FORCE, False
     if isinstance(kind, JointKind):
-        role, weld = JOINT if kind.driver is None else DRIVER, kind.pose is not None and not kind.free
+        role, weld = (
+            DRIVER if kind.driver is not None and not kind.relations else JOINT,
+            kind.pose is not None and not kind.free,
+        )
     return Link(e.name, kind.name, role, e.body_i, e.body_j, e.rows, e.velocity_rows, loop, redundant, weld)
 
 

@@ -1,0 +1,109 @@
+"""Joints without frames, which couple coordinates: their arguments by position, dimensions, and units of signals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from mbdsl.elements.kind import ANY, Kind
+from mbdsl.errors import ModelError
+from mbdsl.expressions import symbolic
+from mbdsl.expressions.printing import text
+from mbdsl.expressions.symbolic import Expr
+from mbdsl.lang import syntax as s
+from mbdsl.lang import units
+from mbdsl.lang.modifiers import Modifier, Modifiers
+from mbdsl.lang.quantities import words
+from mbdsl.lang.source import span_of
+from mbdsl.lang.units import NUMBER, Dimension
+from mbdsl.messages import count
+
+if TYPE_CHECKING:
+    from mbdsl.lang.scope import Scope
+
+LENGTH = units.dimension("m")
+#: dimension of a coordinate -> its unit, and that of a generalised force on it
+_UNITS = {NUMBER: ("rad", "N.m"), LENGTH: ("m", "N")}
+
+
+def named(
+    kind: Kind, owner: str, positional: list[s.Expression], own: Modifiers, scope: Scope, level: int
+) -> Modifiers:
+    """The modifiers ``own``, with those of coordinates that are given by position.
+
+    Raises
+    ------
+    ModelError
+        If there are too many, or if one of them is given by name, too.
+    """
+    if len(positional) > len(kind.coupled):
+        raise ModelError(
+            f"{kind.name} `{owner}` takes {count(len(kind.coupled), 'coordinate')}, found {len(positional)}",
+            span_of(positional[len(kind.coupled)].at),
+            "everything else is given by name",
+        )
+    found = {}
+    for name, e in zip(kind.coupled, positional, strict=False):
+        if name in own:
+            notes = ((f"`{name}` of `{owner}` is given by name here", span_of(own[name].at)),)
+            raise ModelError(f"`{name}` of {kind.name} `{owner}` is given twice", span_of(e.at), notes=notes)
+        found[name] = Modifier(s.Argument(name, e, at=e.at), scope, level)
+    return {**found, **own}
+
+
+def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
+    """Check that the coordinate ``name`` of the joint ``owner`` is a function of positions."""
+    what, velocity = f"`{name}` of {kind.name} `{owner}`", "velocities are coupled by a VelocityConstraint"
+    found = symbolic.leaves(law)
+    if symbolic.is_velocity_level(law):
+        raise ModelError(f"{what} depends on a velocity, expected a position or an angle", hint=velocity)
+    for leaf in found:
+        if leaf.op in ("time", "input"):
+            hint = "a function of time is the `offset`" if "offset" in kind.law_parameters else None
+            raise ModelError(f"{what} depends on `{text(leaf)}`, expected a function of positions alone", hint=hint)
+    if not any(leaf.op == "coordinate" for leaf in found):
+        hint = "it takes a coordinate of a joint or body, such as `pin.phi`, `slide.s` or `rod.b.x`"
+        raise ModelError(f"{what} is constant, expected a coordinate that varies", hint=hint)
+
+
+def checked_units(kind: Kind, owner: str, given: Mapping[str, tuple[Dimension | None, s.Expression | None]]) -> dict:
+    """Units of the signals of a Coupling b = ratio a + offset, by the dimensions of the ``given`` values, which are
+    None for bare numbers; {} for kinds whose parameters have units.
+
+    Raises
+    ------
+    ModelError
+        If a and b are neither angles nor lengths, or if the dimension of the ratio or of the offset is another one.
+    """
+    if all(p.unit != ANY for p in kind.parameters):
+        return {}
+    sizes = {name: dimension for name, (dimension, _) in given.items()}
+    a, b, place = sizes["a"], sizes["b"], {name: e for name, (_, e) in given.items()}
+    for name in kind.coupled:
+        if sizes[name] is not None and sizes[name] not in _UNITS:
+            message = f"`{name}` of {kind.name} `{owner}` is {words(sizes[name])}, expected an angle or a length"
+            raise ModelError(message, _span(place[name]), "as in `pin.phi`, `slide.s` or `rod.b.x`")
+    expected = {"ratio": None if a is None or b is None else units_of_ratio(a, b), "offset": b}
+    for name, right in expected.items():
+        size = sizes.get(name)
+        if right is not None and size is not None and size != right:
+            hint = f"b = ratio*a + offset, where a is {words(a)} and b is {words(b)}" if a is not None else None
+            message = f"`{name}` of {kind.name} `{owner}`: found {words(size)}, expected {words(right)}"
+            raise ModelError(message, _span(place[name]), hint)
+    found = {name: _UNITS[size][0] for name, size in (("a", a), ("b", b), ("offset", b)) if size is not None}
+    return found if b is None else found | {"force": _UNITS[b][1]}
+
+
+def units_of_ratio(a: Dimension, b: Dimension) -> Dimension:
+    """The dimension of b/a."""
+    return tuple(y - x for x, y in zip(a, b, strict=True))
+
+
+def _span(e: s.Expression | None):
+    return span_of(e.at) if e is not None else None
+
+
+def needs(kind: Kind, owner: str, name: str) -> str:
+    """How a joint ``kind`` whose coordinate ``name`` is not given is written."""
+    given = ", ".join(f"{x}.phi" for x in ("first", "second", "third")[: len(kind.coupled)])
+    return f"write `{kind.name} {owner}({given}, ...)`: the coordinates of joints or bodies"
