@@ -14,9 +14,7 @@ DRAWING = "nothing"
 
 def check(v):
     if v["ratio"] == 0.0:
-        return (
-            "its ratio is zero, so that b does not depend on a; a driver prescribes a coordinate as a function of time"
-        )
+        return "its ratio is zero, so that b does not depend on a; for a motion in time use a driver"
     return None
 
 

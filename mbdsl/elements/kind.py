@@ -28,9 +28,9 @@ class Parameter:
     """A parameter of the components of a kind, given as a modifier.
 
     A value must have the dimension of ``unit`` ("1": a pure number; "": not a number, as for choices and frame lists;
-    of a law: any unit, as ``ANY`` for other numbers). ``shape`` is () for a scalar, (2,) for a vector in the plane, (3,) for one
-    in space. ``law`` parameters take expressions in time and signals, evaluated at every step. A default of None means
-    that the parameter is optional.
+    of a law: any unit, as ``ANY`` for other numbers). ``shape`` is () for a scalar, (2,) for a vector in the plane,
+    (3,) for one in space. ``law`` parameters take expressions in time and signals, evaluated at every step. A default
+    of None means that the parameter is optional.
     """
 
     name: str
@@ -231,8 +231,8 @@ class JointKind(PairKind):
     #: its derivatives with respect to the signals, and the second ones, 11, 12, ..., 22, ...; slope[1], ... are the
     #: first derivatives of all of them, in this order
     functions: tuple[tuple[str, tuple[str, ...]], ...] = ()
-    #: of joints without frames: formulas of g for their ``rows``, like those of signals, in place of kernels; in them, a
-    #: name of both a law parameter and a signal denotes the law
+    #: of joints without frames: formulas of g for their ``rows``, like those of signals, in place of kernels; in them,
+    #: a name of both a law parameter and a signal denotes the law
     relations: tuple[str, ...] = ()
     #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
     velocity_rows: tuple[str, ...] = ()

@@ -3,8 +3,8 @@
     g = (sun - carrier) + ratio (ring - carrier) - phi0                                  (1 row, by expression)
 
 Relative to the carrier, the sun turns -ratio times as far as the ring, ratio = teeth of the ring/teeth of the sun
-(R. Willis, *Principles of Mechanism*, 1841). The torques on sun, ring and carrier are as 1 : ratio : -(1 + ratio); their
-sum is zero, so that no housing carries any. The planets have no mass here.
+(R. Willis, *Principles of Mechanism*, 1841). The torques on sun, ring and carrier are as 1 : ratio : -(1 + ratio).
+Their sum is zero, so that no housing carries any. The planets have no mass here.
 """
 
 from mbdsl.elements.kind import JointKind, Parameter, Signal
@@ -14,7 +14,7 @@ DRAWING = "nothing"
 
 def check(v):
     if not v["ratio"] > 1.0:
-        return f"its ratio is {v['ratio']:g}; the ring has more teeth than the sun, which it surrounds: the ratio exceeds 1"
+        return f"its ratio is {v['ratio']:g}, but the ring has more teeth than the sun that it surrounds"
     return None
 
 

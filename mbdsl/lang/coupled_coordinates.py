@@ -85,13 +85,19 @@ def checked_units(kind: Kind, owner: str, given: Mapping[str, tuple[Dimension | 
             raise ModelError(message, _span(place[name]), "as in `pin.phi`, `slide.s` or `rod.b.x`")
     expected = {"ratio": None if a is None or b is None else units_of_ratio(a, b), "offset": b}
     for name, right in expected.items():
-        size = sizes.get(name)
+        size = NUMBER if place[name] is None and name == "ratio" else sizes[name]  # by default it is a number
         if right is not None and size is not None and size != right:
-            hint = f"b = ratio*a + offset, where a is {words(a)} and b is {words(b)}" if a is not None else None
-            message = f"`{name}` of {kind.name} `{owner}`: found {words(size)}, expected {words(right)}"
-            raise ModelError(message, _span(place[name]), hint)
+            hint = f"b = ratio*a + offset, and {' and '.join(_said(x, sizes[x]) for x in kind.coupled)}"
+            found_words = "no value" if place[name] is None else words(size)
+            message = f"`{name}` of {kind.name} `{owner}`: found {found_words}, expected {words(right)}"
+            raise ModelError(message, _span(place[name] or place["b"]), hint)
     found = {name: _UNITS[size][0] for name, size in (("a", a), ("b", b), ("offset", b)) if size is not None}
     return found if b is None else found | {"force": _UNITS[b][1]}
+
+
+def _said(name: str, dimension: Dimension | None) -> str:
+    what = {NUMBER: "an angle [rad]", LENGTH: "a length [m]", None: "a number without unit"}
+    return f"{name} is {what[dimension]}"
 
 
 def units_of_ratio(a: Dimension, b: Dimension) -> Dimension:
@@ -101,9 +107,3 @@ def units_of_ratio(a: Dimension, b: Dimension) -> Dimension:
 
 def _span(e: s.Expression | None):
     return span_of(e.at) if e is not None else None
-
-
-def needs(kind: Kind, owner: str, name: str) -> str:
-    """How a joint ``kind`` whose coordinate ``name`` is not given is written."""
-    given = ", ".join(f"{x}.phi" for x in ("first", "second", "third")[: len(kind.coupled)])
-    return f"write `{kind.name} {owner}({given}, ...)`: the coordinates of joints or bodies"

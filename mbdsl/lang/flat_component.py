@@ -262,6 +262,8 @@ class Part:
         examples = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m", "": "crank.w + 2*rod.w"}
         if isinstance(self.kind, JointKind) and self.kind.functions:
             examples[""] = "x^2 + y^2 - (1 m)^2"
+        if parameter.name in self.kind.coupled:
+            examples |= {"": "pin.phi", "rad": "pin.phi"}
         return ModelError(
             f"{self.kind.name} `{self.name}` needs `{parameter.name}`: {parameter.doc}{unit}",
             span_of(self.at),

@@ -141,6 +141,7 @@ class KindMethods:
         k_phi: Number = 0.0,
         c_phi: Number = 0.0,
         phi0: Number = 0.0,
+        axes: Literal["frame_a", "world"] | Handle = "frame_a",
         x: Start | None = None,
         y: Start | None = None,
         phi: Start | None = None,
@@ -148,7 +149,7 @@ class KindMethods:
         replace: bool = False,
     ) -> Handle:
         """Add a Bushing: a compliant joint: spring and damper along x and y of
-        frame_a and about the angle.
+        frame_a, or of the world, and about the angle.
 
         Parameters
         ----------
@@ -160,15 +161,18 @@ class KindMethods:
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : (2,) numbers or str, optional [N/m]
-            Stiffness along x and y of frame_a.
+            Stiffness along x and y of `axes`.
         c : (2,) numbers or str, optional [N.s/m]
-            Damping along x and y of frame_a.
+            Damping along x and y of `axes`.
         k_phi : number or str, optional [N.m/rad]
             Torsional stiffness.
         c_phi : number or str, optional [N.m.s/rad]
             Torsional damping.
         phi0 : number or str, optional [rad]
             Angle without torque.
+        axes : {"frame_a", "world"}, optional
+            Axes of k and c, those of frame_a or of the world; one of "frame_a",
+            "world".
         x, y, phi : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -323,10 +327,10 @@ class KindMethods:
         name : str
             Name of the component.
         a : number, str or Expr
-            The first coordinate, such as `pin.phi`; may be an expression in time
-            and signals.
+            The first coordinate, such as `pin.phi`; may be an expression of
+            positions.
         b : number, str or Expr
-            The second coordinate; may be an expression in time and signals.
+            The second coordinate; may be an expression of positions.
         ratio : number or str, optional [any]
             B divided by a; its unit is that of b/a.
         offset : number, str or Expr, optional
@@ -891,13 +895,12 @@ class KindMethods:
         name : str
             Name of the component.
         sun : number, str or Expr [rad]
-            Angle of the sun, such as `sun_pin.phi`; may be an expression in time
-            and signals.
+            Angle of the sun, such as `sun_pin.phi`; may be an expression of
+            positions.
         carrier : number, str or Expr [rad]
-            Angle of the carrier of the planets; may be an expression in time and
-            signals.
+            Angle of the carrier of the planets; may be an expression of positions.
         ring : number, str or Expr [rad]
-            Angle of the ring; may be an expression in time and signals.
+            Angle of the ring; may be an expression of positions.
         ratio : number or str
             Teeth of the ring divided by teeth of the sun.
         phi0 : number or str, optional [rad]

@@ -279,6 +279,7 @@ class SpatialBuilder(Builder):
         c_phi: Vector = (0.0, 0.0, 0.0),
         c_w: Vector = (0.0, 0.0, 0.0),
         phi0: Number = 0.0,
+        axes: Literal["frame_a", "world"] | Handle = "frame_a",
         x: Start | None = None,
         y: Start | None = None,
         z: Start | None = None,
@@ -290,7 +291,7 @@ class SpatialBuilder(Builder):
         replace: bool = False,
     ) -> Handle:
         """Add a Bushing: a compliant joint: spring and damper along and about x, y
-        and z of frame_a.
+        and z of frame_a; along those of the world with `axes = "world"`.
 
         Parameters
         ----------
@@ -302,9 +303,9 @@ class SpatialBuilder(Builder):
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : (3,) numbers or str, optional [N/m]
-            Stiffness along x, y and z of frame_a.
+            Stiffness along x, y and z of `axes`.
         c : (3,) numbers or str, optional [N.s/m]
-            Damping along x, y and z of frame_a.
+            Damping along x, y and z of `axes`.
         k_phi : (3,) numbers or str, optional [N.m/rad]
             Stiffness about x, y and z; a number: about z.
         c_phi : (3,) numbers or str, optional [N.m.s/rad]
@@ -314,6 +315,9 @@ class SpatialBuilder(Builder):
             number: about all axes.
         phi0 : number or str, optional [rad]
             Twist without torque.
+        axes : {"frame_a", "world"}, optional
+            Axes of k and c, those of frame_a or of the world; one of "frame_a",
+            "world".
         x, y, z, phi_x, phi_y, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -325,10 +329,11 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component; its attributes are its ports, and its signals ``x`` [m]
-            (position along x of frame_a), ``y`` [m] (position along y of frame_a),
-            ``z`` [m] (position along z of frame_a), ``phi_x`` [rad] (tilt about x
-            of frame_a), ``phi_y`` [rad] (tilt about y of frame_a), ``phi`` [rad]
-            (twist about z of frame_a), ``w`` [rad/s] (rate of the twist).
+            (position along x of the forces' axes), ``y`` [m] (position along y of
+            the forces' axes), ``z`` [m] (position along z of the forces' axes),
+            ``phi_x`` [rad] (tilt about x of frame_a), ``phi_y`` [rad] (tilt about y
+            of frame_a), ``phi`` [rad] (twist about z of frame_a), ``w`` [rad/s]
+            (rate of the twist).
 
         Raises
         ------
@@ -534,10 +539,10 @@ class SpatialBuilder(Builder):
         name : str
             Name of the component.
         a : number, str or Expr
-            The first coordinate, such as `pin.phi`; may be an expression in time
-            and signals.
+            The first coordinate, such as `pin.phi`; may be an expression of
+            positions.
         b : number, str or Expr
-            The second coordinate; may be an expression in time and signals.
+            The second coordinate; may be an expression of positions.
         ratio : number or str, optional [any]
             B divided by a; its unit is that of b/a.
         offset : number, str or Expr, optional
@@ -1276,13 +1281,12 @@ class SpatialBuilder(Builder):
         name : str
             Name of the component.
         sun : number, str or Expr [rad]
-            Angle of the sun, such as `sun_pin.phi`; may be an expression in time
-            and signals.
+            Angle of the sun, such as `sun_pin.phi`; may be an expression of
+            positions.
         carrier : number, str or Expr [rad]
-            Angle of the carrier of the planets; may be an expression in time and
-            signals.
+            Angle of the carrier of the planets; may be an expression of positions.
         ring : number, str or Expr [rad]
-            Angle of the ring; may be an expression in time and signals.
+            Angle of the ring; may be an expression of positions.
         ratio : number or str
             Teeth of the ring divided by teeth of the sun.
         phi0 : number or str, optional [rad]
@@ -2510,13 +2514,14 @@ class SpatialBuilder(Builder):
         frame_b: Place | None = None,
         tau: Law,
         n: Vector = (0.0, 0.0, 1.0),
+        axes: Literal["frame_a", "frame_b"] | Handle = "frame_a",
         phi: Start | None = None,
         w: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Torque: a torque on frame_b about the axis n of frame_a, and its
-        reaction on frame_a.
+        """Add a Torque: a torque on frame_b about the axis n of frame_a, or of
+        frame_b, and its reaction on frame_a.
 
         Parameters
         ----------
@@ -2531,7 +2536,9 @@ class SpatialBuilder(Builder):
             The torque, a number or an expression; may be an expression in time and
             signals.
         n : (3,) numbers or str, optional
-            Axis of the rotation, in frame_a.
+            Axis of the torque, in the frame of `axes`.
+        axes : {"frame_a", "frame_b"}, optional
+            The frame whose axes n has; one of "frame_a", "frame_b".
         phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

@@ -64,7 +64,8 @@ def forces_act(forces: Sequence[Edge]) -> None:
             raise ModelError(
                 f"Torque `{e.name}` does nothing: {frames} belong to the same body, on which both parts cancel",
                 e.component.span,
-                f"with one frame it acts on the body: `Torque {e.name}({e.component.ports['frame_b']}, tau = ...)`",
+                f"with one frame it acts on the body: `Torque {e.name}({e.component.ports['frame_b']}, tau = ..."
+                f"""{', axes = "frame_b"' if e.component.kind.spatial else ""})`""",
             )
 
 

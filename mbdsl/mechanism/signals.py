@@ -67,7 +67,7 @@ class Formulas:
         return found
 
     def row(self, formula: str) -> Expr:
-        """One of the kind's ``relations`` or ``velocity_rows``, in which a name of both a law and a signal denotes the law."""
+        """One of the kind's ``relations`` or ``velocity_rows``; a name of both a law and a signal denotes the law."""
         return formulas.evaluate(formula, _LawsFirst(self))
 
     def friction_rows(self) -> tuple[Expr, ...]:

@@ -347,7 +347,7 @@ def _force(w: _Writer, c: Component) -> Component:
 
 
 def _torque(w: _Writer, c: Component) -> Component | None:
-    along = w.at[c.ports["frame_a"]].k[2]
+    along = w.at[c.ports[c.values["axes"]]].k[2]
     if abs(abs(along) - 1.0) <= SAME:
         along = 1.0 if along > 0.0 else -1.0
     return w._pair(c, values={"tau": along * w._law(c, expr(c.values["tau"]))}) if abs(along) > SAME else None

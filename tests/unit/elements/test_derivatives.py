@@ -65,7 +65,12 @@ CHOSEN = {
     "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7},
     "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5},
 }
-TURNED = {"CircleContact": {"internal": True}, "GearPair": {"internal": True}, "BeltDrive": {"crossed": True}}
+TURNED = {
+    "Bushing": {"axes": "world"},
+    "CircleContact": {"internal": True},
+    "GearPair": {"internal": True},
+    "BeltDrive": {"crossed": True},
+}
 
 
 def variants(kind):
@@ -177,7 +182,8 @@ def add_pair(builder, kind, variant, name, a, b, third, rng):
     centres = {f"{kind.name}{i}.c" for kind in BODIES if not kind.is_frame for i in range(1, count(kind) + 1)}
     frames = (a, b, third)
     ends = () if kind.coupled else (written(a), written(b))
-    rng = np.random.default_rng(len(name)) if kind.coupled else rng  # the states of other kinds are as without them
+    later = kind.coupled or (kind.name, variant) == ("Bushing", "turned")
+    rng = np.random.default_rng(len(name)) if later else rng  # the states of others are as without them
     builder.add(kind.name, name, *ends, **parameters(kind, variant, frames, rng))
 
 

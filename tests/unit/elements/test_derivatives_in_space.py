@@ -102,7 +102,7 @@ def parameters(kind, frames, rng):
     return given
 
 
-def system(kind, count=4):
+def system(kind, count=4, **more):
     rng = np.random.default_rng(SEEDS.get(kind.name, sum(map(ord, kind.name))))
     frames, components = [], [component("ground", "Ground", {})]
     for body in ("ground", "a", "b"):
@@ -117,7 +117,7 @@ def system(kind, count=4):
             components.append(component(body, "Body", values))
     ends = (("ground.p", "a.p"), ("a.q", "b.p"), ("b.q", "ground.q"), ("a.p", "a.q"))
     for k, (a, b) in enumerate(ends[:count]):
-        components.append(component(f"c{k}", kind, parameters(kind, (a, b), rng), frame_a=a, frame_b=b))
+        components.append(component(f"c{k}", kind, parameters(kind, (a, b), rng) | more, frame_a=a, frame_b=b))
     scene = Scene("Test", {c.name: c for c in components}, {f.name: f for f in frames}, spatial=True)
     return build(scene, NO_GRAPH)
 
@@ -151,6 +151,12 @@ def test_tangents_are_derivatives(kind):
     s = system(kind)
     for seed in range(2):
         compare(s, *states(s, np.random.default_rng(seed)))
+
+
+@pytest.mark.parametrize(("name", "axes"), [("Bushing", "world"), ("Torque", "frame_b")])
+def test_tangents_in_other_axes_are_derivatives(name, axes):
+    s = system(find(name, True), axes=axes)
+    compare(s, *states(s, np.random.default_rng(0)))
 
 
 #: kinds whose coordinates are those of points, of axes, and of angles; velocities; friction; a weld
