@@ -80,8 +80,9 @@ def checked_units(kind: Kind, owner: str, given: Mapping[str, tuple[Dimension | 
     sizes = {name: dimension for name, (dimension, _) in given.items()}
     a, b, place = sizes["a"], sizes["b"], {name: e for name, (_, e) in given.items()}
     for name in kind.coupled:
-        if sizes[name] is not None and sizes[name] not in _UNITS:
-            message = f"`{name}` of {kind.name} `{owner}` is {words(sizes[name])}, expected an angle or a length"
+        size = sizes[name]
+        if size is not None and size not in _UNITS:
+            message = f"`{name}` of {kind.name} `{owner}` is {words(size)}, expected an angle or a length"
             raise ModelError(message, _span(place[name]), "as in `pin.phi`, `slide.s` or `rod.b.x`")
     expected = {"ratio": None if a is None or b is None else units_of_ratio(a, b), "offset": b}
     for name, right in expected.items():

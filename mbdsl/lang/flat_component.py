@@ -462,12 +462,14 @@ class Part:
 
     def _units(self) -> dict[str, str]:
         """Units of signals of a joint that couples coordinates, by their dimensions."""
-        given: dict = {}
+        given: dict[str, tuple[Dimension | None, s.Expression | None]] = {}
         for p in self.kind.parameters:
             modifier = self._modifier(p.name)
-            value = evaluate(modifier.value, modifier.scope.for_law(self, p.name)) if modifier is not None else None
-            picked = None if value is None else modifier.pick(value, 0, self.contexts)
-            given[p.name] = getattr(picked, "dimension", None), modifier and modifier.value
+            if modifier is None or modifier.value is None:
+                given[p.name] = None, None
+                continue
+            value = modifier.pick(evaluate(modifier.value, modifier.scope.for_law(self, p.name)), 0, self.contexts)
+            given[p.name] = getattr(value, "dimension", None), modifier.value
         return coupled_coordinates.checked_units(self.kind, self.name, given)
 
     def own(self, name: str) -> Value | Node | Frame | None:

@@ -310,9 +310,9 @@ class KindMethods:
     def Coupling(
         self,
         name: str,
-        *,
         a: Law,
         b: Law,
+        *,
         ratio: Number = 1.0,
         offset: Law = 0.0,
         doc: str = "",
@@ -877,10 +877,10 @@ class KindMethods:
     def PlanetaryGear(
         self,
         name: str,
-        *,
         sun: Law,
         carrier: Law,
         ring: Law,
+        *,
         ratio: Number,
         phi0: Number = 0.0,
         doc: str = "",
@@ -946,7 +946,7 @@ class KindMethods:
         name : str
             Name of the component.
         m : number or str [kg]
-            Mass; positive.
+            Mass; zero where joints hold the point; at least 0.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

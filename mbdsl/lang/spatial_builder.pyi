@@ -1,5 +1,7 @@
 """The Builder of models in space: made by ``python -m mbdsl.lang.kind_stub``."""
 
+from typing import Literal
+
 from mbdsl.lang.builder import Builder
 from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
 
@@ -522,9 +524,9 @@ class SpatialBuilder(Builder):
     def Coupling(  # type: ignore[override]
         self,
         name: str,
-        *,
         a: Law,
         b: Law,
+        *,
         ratio: Number = 1.0,
         offset: Law = 0.0,
         doc: str = "",
@@ -1263,10 +1265,10 @@ class SpatialBuilder(Builder):
     def PlanetaryGear(  # type: ignore[override]
         self,
         name: str,
-        *,
         sun: Law,
         carrier: Law,
         ring: Law,
+        *,
         ratio: Number,
         phi0: Number = 0.0,
         doc: str = "",
@@ -1334,7 +1336,7 @@ class SpatialBuilder(Builder):
         name : str
             Name of the component.
         m : number or str [kg]
-            Mass; positive.
+            Mass; zero where joints hold the point; at least 0.
         x, y, z, phi, vx, vy, vz, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

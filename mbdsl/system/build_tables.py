@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
-from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.system import gradient_rows, moving_frames, nonholonomic, relations, switches
 from mbdsl.system.body_models import body_models, body_pose
@@ -115,12 +115,9 @@ def _fill(tables: Tables, size: float | None) -> None:
     nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
     found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
     for c in nonholonomic_joints:
-        assert isinstance(c.kind, JointKind)
-        for g in c.velocity_constraints:
-            given = [(name, x) for name, x in c.values.items() if isinstance(x, Expr)]
-            laws = [y for name, x in given for y in (abrupt(x) if name in c.kind.velocity_rows else [x])]
-            tables.velocity_laws |= dict.fromkeys(nonholonomic.values(g, scene.spatial))
-            tables.velocity_laws[g] = sum(laws[1:], laws[0]) if laws else None
+        _search(tables, c, {g: nonholonomic.values(g, scene.spatial) for g in c.velocity_constraints})
+    for c in [c for b in tables.blocks if b.related for c in b.components]:
+        _search(tables, c, {g: relations.values(g, scene.spatial) for g in c.relations})
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # All values are on the tape now, and with them all switches; derivatives have the same ones.
@@ -143,6 +140,17 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.rotations = np.array(buffers.rotations, np.int64).reshape(-1, 2)
     tables.layout = np.array(layout, dtype=np.int64)
     tables.frame_table = Z
+
+
+def _search(tables: Tables, c: Component, rows: Mapping[Expr, list[Expr]]) -> None:
+    """Enter what is searched for peaks of the ``rows`` of a joint by expression, given with their values."""
+    assert isinstance(c.kind, JointKind)
+    for g, values in rows.items():
+        given = [(name, x) for name, x in c.values.items() if isinstance(x, Expr) and name != c.kind.driver]
+        whole = (*c.kind.velocity_rows, *c.kind.coupled)  # laws that are the row, or the coordinates in it
+        laws = [y for name, x in given for y in (abrupt(x) if name in whole else [x])]
+        tables.row_laws |= dict.fromkeys(values)
+        tables.row_laws[g] = sum(laws[1:], laws[0]) if laws else None
 
 
 def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tuple[list[tuple[int, ...]], list[float]]:

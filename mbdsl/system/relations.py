@@ -33,6 +33,12 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     buffers.layout[buffer_layout.N_RELATIONS] = len(records)
 
 
+def values(g: Expr, spatial: bool) -> list[Expr]:
+    """The expressions of a row that are evaluated with the equations of motion: g and its gradients."""
+    used = dict.fromkeys(frame_of(leaf) for leaf in leaves(g) if leaf.op == "coordinate")
+    return [g, *(x for name in used for x in by_motion(g, name, spatial))]
+
+
 def _record(
     g: Expr, tables: Tables, row: int, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]
 ) -> list[int]:
