@@ -40,7 +40,7 @@ def named(
         raise ModelError(
             f"{kind.name} `{owner}` takes {count(len(kind.coupled), 'coordinate')}, found {len(positional)}",
             span_of(positional[len(kind.coupled)].at),
-            "everything else is given by name",
+            "everything else is given by name; a coordinate may be an expression of several",
         )
     found = {}
     for name, e in zip(kind.coupled, positional, strict=False):
