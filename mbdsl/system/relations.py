@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.gradient_rows import by_motion
 from mbdsl.system.in_space import layout_of
-from mbdsl.system.structure import frame_of
+from mbdsl.system.structure import frames_in
 from mbdsl.system.tables import Buffers, Tables
 
 
@@ -33,16 +33,10 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     buffers.layout[buffer_layout.N_RELATIONS] = len(records)
 
 
-def values(g: Expr, spatial: bool) -> list[Expr]:
-    """The expressions of a row that are evaluated with the equations of motion: g and its gradients."""
-    used = dict.fromkeys(frame_of(leaf) for leaf in leaves(g) if leaf.op == "coordinate")
-    return [g, *(x for name in used for x in by_motion(g, name, spatial))]
-
-
 def _record(
     g: Expr, tables: Tables, row: int, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]
 ) -> list[int]:
-    used = list(dict.fromkeys(frame_of(leaf) for leaf in leaves(g) if leaf.op == "coordinate"))
+    used = frames_in(g)
     own = [dofs[tables.frames[name]] for name in used]
     slot, entry = buffers.requested, (tables.n + row,)
     for coordinates in own:
