@@ -1,9 +1,8 @@
-"""Joints without frames, which couple coordinates: their arguments by position, dimensions, and units of signals."""
+"""Joints without frames, which couple coordinates: their dimensions, and the units of their signals."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import ANY, Kind
 from mbdsl.errors import ModelError
@@ -12,43 +11,13 @@ from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import syntax as s
 from mbdsl.lang import units
-from mbdsl.lang.modifiers import Modifier, Modifiers
 from mbdsl.lang.quantities import words
 from mbdsl.lang.source import span_of
 from mbdsl.lang.units import NUMBER, Dimension
-from mbdsl.messages import count
-
-if TYPE_CHECKING:
-    from mbdsl.lang.scope import Scope
 
 LENGTH = units.dimension("m")
 #: dimension of a coordinate -> its unit, and that of a generalised force on it
 _UNITS = {NUMBER: ("rad", "N.m"), LENGTH: ("m", "N")}
-
-
-def named(
-    kind: Kind, owner: str, positional: list[s.Expression], own: Modifiers, scope: Scope, level: int
-) -> Modifiers:
-    """The modifiers ``own``, with those of coordinates that are given by position.
-
-    Raises
-    ------
-    ModelError
-        If there are too many, or if one of them is given by name, too.
-    """
-    if len(positional) > len(kind.coupled):
-        raise ModelError(
-            f"{kind.name} `{owner}` takes {count(len(kind.coupled), 'coordinate')}, found {len(positional)}",
-            span_of(positional[len(kind.coupled)].at),
-            "everything else is given by name; a coordinate may be an expression of several",
-        )
-    found = {}
-    for name, e in zip(kind.coupled, positional, strict=False):
-        if name in own:
-            notes = ((f"`{name}` of `{owner}` is given by name here", span_of(own[name].at)),)
-            raise ModelError(f"`{name}` of {kind.name} `{owner}` is given twice", span_of(e.at), notes=notes)
-        found[name] = Modifier(s.Argument(name, e, at=e.at), scope, level)
-    return {**found, **own}
 
 
 def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:

@@ -9,7 +9,7 @@ from math import prod
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import coupled_coordinates, doubts, foreign_equations, functions, limits, orientations, values
+from mbdsl.lang import doubts, foreign_equations, functions, limits, orientations, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
@@ -23,7 +23,7 @@ from mbdsl.lang.frame_declarations import alias, fixed_frame
 from mbdsl.lang.inheritance import Content, Member, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
-from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, merge, refuse_inner
+from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
@@ -181,7 +181,7 @@ class Instance:
         if isinstance(kind, str) and positional:
             declared = find(kind, self.assembly.spatial)
             if declared is not None and declared.coupled:
-                own, positional = coupled_coordinates.named(declared, d.name, positional, own, scope, self.level), []
+                own, positional = coordinates_named(declared, d.name, positional, own, scope, self.level), []
         modifiers = merge(given.inner, own) if given is not None and given.inner else own
         if given is not None and given.value is not None and kind != "frame":
             raise ModelError(f"`{d.name}` is a {d.type}, it has no single value", given.value_span())

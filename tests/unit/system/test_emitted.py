@@ -119,7 +119,12 @@ def codes(scene, sets=1):
 def names(code):
     """Functions of loops and tape, and modules of kernels, that occur in the code below its title."""
     text = code.split('"""', 2)[2]
-    found = set(re.findall(r"\b(?:loops|relation_loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)) - ALWAYS
+    found = (
+        set(
+            re.findall(r"\b(?:loops|relation_loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)
+        )
+        - ALWAYS
+    )
     modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.bodies import (\w+)", text))
     called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "relation_loops", "expression_tape"}
     imported = {a or b for a, b in modules}
