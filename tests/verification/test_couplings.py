@@ -189,6 +189,14 @@ def test_a_torque_about_an_axis_of_the_body():
     np.testing.assert_allclose(run["a.wz_local"], 2, atol=1e-7)
 
 
+def test_a_torque_about_an_axis_of_a_body_that_turns_in_a_plane():
+    """The axis z of the frame points against that of the hinge: the torque is negative."""
+    text = """Ground ground(g = 0); Body a(m = 2, I = 0.2); Revolute p(ground, a.c);
+      Frame down(a.c, r = {0, 0, 0}, n = {1, 0, 0}, phi = 180 deg); Torque t(down, tau = 0.4, axes = "frame_b");"""
+    run = mbdsl.simulate(model(text, True), stop=1.0, step=0.01)
+    np.testing.assert_allclose(run["p.w"], -2 * run.t, atol=1e-9)
+
+
 MASSLESS = """  Ground ground(g = 0);
   Frame far(ground, r = {2, 0});
   Body b(m = 1, I = 0.5);
