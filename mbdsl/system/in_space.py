@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mbdsl.compilation import buffer_layout, buffer_layout_in_space
-from mbdsl.system import loops, relation_loops
+from mbdsl.system import loops
 
 #: modules with a counterpart in space
 COUNTERPARTS = ("mbdsl.compilation.buffer_layout", "mbdsl.system.frame_block")
@@ -31,7 +31,9 @@ def loops_of(spatial: bool) -> ModuleType:
 
 @cache
 def relation_loops_of(spatial: bool) -> ModuleType:
-    """The module of the loops over constraints by expression."""
+    """The module of the loops over constraints by expression; few models need it."""
+    from mbdsl.system import relation_loops
+
     return _variant(relation_loops) if spatial else relation_loops
 
 
