@@ -19,7 +19,7 @@ def describe(scene: Scene) -> str:
         section(
             lines,
             f"{c.kind.name} {c.name}" + (f"({ports})" if ports else "") + (f"  // {c.span}" if c.span else ""),
-            [f"{name} = {with_unit(c.kind, name, v)}" for name, v in c.values.items() if v not in (None, ())],
+            [f"{name} = {with_unit(c, name, v)}" for name, v in c.values.items() if v not in (None, ())],
             [f"frame {f.name} = {value(f.pose)}" for f in scene.frames.values() if f.body == c.name],
             [f"signal {c.name}.{key} = {text(e)}" for key, e in scene.signals_of(c).items()],
             [f"{_prescribed(c)} = {text(e)}" for e in c.relations],

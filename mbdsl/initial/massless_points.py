@@ -15,8 +15,9 @@ SMALL, DAMPING = 1e-4, 0.1
 def remedy(scene: Scene, name: str) -> str | None:
     """The remedy for the massless body ``name`` that springs alone hold; None if joints hold it, or no spring does."""
     held = [c for c in scene.components.values() if name in {scene.frames[f].body for f in c.ports.values()}]
-    springs = [c for c in held if isinstance(c.kind, ForceKind) and c.values.get("k")]
-    if not springs or any(isinstance(c.kind, JointKind) and c.kind.rows for c in held):
+    springs = [c for c in held if isinstance(c.kind, ForceKind) and _pulls(c)]
+    turns = scene.components[name].values.get("I") == 0.0  # a mass alone would not help
+    if turns or not springs or any(isinstance(c.kind, JointKind) and c.kind.rows for c in held):
         return None
     masses = [c.values.get("m") for c in scene.bodies() if c.name != name]
     m = SMALL * min((x for x in masses if isinstance(x, float) and x > 0.0), default=1.0)
@@ -29,6 +30,12 @@ def remedy(scene: Scene, name: str) -> str | None:
     )
     both = _in_series(scene, name, held)
     return f"without a mass its position follows from the springs alone; {both + ', or ' if both else ''}{small}"
+
+
+def _pulls(c: Component) -> bool:
+    """Whether it is a linear spring with a stiffness [N/m]."""
+    stiffness = c.kind.parameter("k")
+    return stiffness is not None and stiffness.unit == "N/m" and any(_sizes(c.values["k"]))
 
 
 def _sizes(k: object) -> tuple[float, ...]:

@@ -62,7 +62,11 @@ def checked_units(kind: Kind, owner: str, given: Mapping[str, tuple[Dimension | 
             message = f"`{name}` of {kind.name} `{owner}`: found {found_words}, expected {words(right)}"
             raise ModelError(message, _span(place[name] or place["b"]), hint)
     found = {name: _UNITS[size][0] for name, size in (("a", a), ("b", b), ("offset", b)) if size is not None}
-    return found if b is None else found | {"force": _UNITS[b][1]}
+    if b is not None:
+        found["force"] = _UNITS[b][1]
+        if a is not None:
+            found["ratio"] = "1" if a == b else f"{_UNITS[b][0]}/{_UNITS[a][0]}"
+    return found
 
 
 def _said(name: str, dimension: Dimension | None) -> str:
