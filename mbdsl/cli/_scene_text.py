@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
-from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.scene_tables import value, with_unit
 from mbdsl.messages import visible
 
@@ -18,9 +19,10 @@ def describe(scene: Scene) -> str:
         section(
             lines,
             f"{c.kind.name} {c.name}" + (f"({ports})" if ports else "") + (f"  // {c.span}" if c.span else ""),
-            [f"{name} = {with_unit(c.kind, name, v)}" for name, v in c.values.items() if v not in (None, ())],
+            [f"{name} = {with_unit(c, name, v)}" for name, v in c.values.items() if v not in (None, ())],
             [f"frame {f.name} = {value(f.pose)}" for f in scene.frames.values() if f.body == c.name],
             [f"signal {c.name}.{key} = {text(e)}" for key, e in scene.signals_of(c).items()],
+            [f"{_prescribed(c)} = {text(e)}" for e in c.relations],
             [f"0 = {text(e)}" for e in c.velocity_constraints],
             [f"shape {_shape(x)}" for x in scene.shapes.get(c.name, ())],
         )
@@ -35,6 +37,11 @@ def describe(scene: Scene) -> str:
     said = {name: getattr(scene.experiment, name) for name in scene.experiment.__dataclass_fields__}
     section(lines, "experiment", [f"{name} = {value(v)}" for name, v in said.items() if v not in (None, ())])
     return "\n".join(lines)
+
+
+def _prescribed(c: Component) -> str:
+    """What a relation equals."""
+    return f"{c.name}.{c.kind.driver}" if isinstance(c.kind, JointKind) and c.kind.driver else "0"
 
 
 def section(lines: list[str], title: str, *parts: list[str]) -> None:

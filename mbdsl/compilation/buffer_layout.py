@@ -109,7 +109,10 @@ PAST_POSITIONS = 49  #: row with the position at the start of the previous step,
 # step, which precedes that of the last evaluation) of each; number
 COUNTED, N_COUNTED = 50, 51
 OF_MULTIPLIERS = 52  #: 1 if force laws depend on multipliers, as friction does
-BLOCKS = 53  #: first block header
+# constraints by expression: offset in layout of a list with the offset of each record; number of constraints
+RELATIONS, N_RELATIONS = 53, 54
+RELATION = 5  #: ints of such a record before its leaves
+BLOCKS = 55  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------

@@ -66,7 +66,7 @@ def _values(scene: Scene) -> dict[str, str]:
         found[p.name] = f"{scene_tables.value(p.value, scene_tables.rounded)} {unit}".rstrip()
     for name, c in list(scene.components.items())[:2000]:
         values = {k: v for k, v in c.values.items() if v is not None and v != ()}
-        shown = {k: scene_tables.with_unit(c.kind, k, v, scene_tables.rounded) for k, v in values.items()}
+        shown = {k: scene_tables.with_unit(c, k, v, scene_tables.rounded) for k, v in values.items()}
         shown = {k: v if len(v) <= 200 else f"{v[:197]}..." for k, v in shown.items()}
         found.update({f"{name}.{k}": v for k, v in shown.items()})
         found[name] = ", ".join(f"{k} = {v}" for k, v in shown.items() if len(v) <= 60)

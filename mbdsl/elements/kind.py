@@ -20,6 +20,7 @@ EFFECTS = {
 }
 
 REQUIRED = object()  #: default of a parameter that must be given
+ANY = "any"  #: unit of a parameter that is a number of any dimension
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,9 @@ class Parameter:
     """A parameter of the components of a kind, given as a modifier.
 
     A value must have the dimension of ``unit`` ("1": a pure number; "": not a number, as for choices and frame lists;
-    of a law: any unit). ``shape`` is () for a scalar, (2,) for a vector in the plane, (3,) for one
-    in space. ``law`` parameters take expressions in time and signals, evaluated at every step. A default of None means
-    that the parameter is optional.
+    of a law: any unit, as ``ANY`` for other numbers). ``shape`` is () for a scalar, (2,) for a vector in the plane,
+    (3,) for one in space. ``law`` parameters take expressions in time and signals, evaluated at every step. A default
+    of None means that the parameter is optional.
     """
 
     name: str
@@ -95,6 +96,9 @@ class Kind:
     results: tuple[Signal, ...] = ()  #: forces and powers: further signals, which have no start
     energy: str = ""
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
+    #: of joints without frames: the law parameters that are functions of positions; in a declaration they come first,
+    #: in this order, with or without their names
+    coupled: tuple[str, ...] = ()
     size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
     spatial: bool = False  #: whether it belongs to models in space
@@ -262,6 +266,9 @@ class JointKind(PairKind):
     #: its derivatives with respect to the signals, and the second ones, 11, 12, ..., 22, ...; slope[1], ... are the
     #: first derivatives of all of them, in this order
     functions: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    #: of joints without frames: formulas of g for their ``rows``, like those of signals, in place of kernels; in them,
+    #: a name of both a law parameter and a signal denotes the law
+    relations: tuple[str, ...] = ()
     #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
     velocity_rows: tuple[str, ...] = ()
     #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.initial.massless_points import remedy
 from mbdsl.messages import few
 from mbdsl.system.massless import massless
 from mbdsl.system.system import System
@@ -60,7 +61,8 @@ def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | Non
     bodies = list(dict.fromkeys(owners[k] for k in moving))
     components = [system.scene.components[name] for name in bodies]
     notes = tuple((f"{c.kind.name} {c.name} has {_lacking(c.values)}", c.span) for c in components)
-    hint = "give it a mass and a moment of inertia, or hold it by further joints"
+    hint = next(filter(None, (remedy(system.scene, name) for name in bodies)), None)
+    hint = hint or "give it a mass and a moment of inertia, or hold it by further joints"
     if any(c.kind.spatial and c.kind.name == "Rod" for c in components):
         hint += "; a Cylinder has a moment of inertia about its axis"
     return InitialisationError(

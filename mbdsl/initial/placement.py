@@ -87,7 +87,7 @@ def _drivers(system: System, t: float) -> dict[tuple[str, str, str], float]:
     nowhere = np.zeros((1, system.n))
     found = {}
     for c in system.scene.components.values():
-        if isinstance(c.kind, JointKind) and c.kind.driver:
+        if isinstance(c.kind, JointKind) and c.kind.driver and c.ports:
             law = [expr(c.values[c.kind.driver])]
             u = float(values(system, law, np.array([t]), nowhere, nowhere)[0][0])
             role = "angle" if c.kind.driver in c.kind.angle else "along"

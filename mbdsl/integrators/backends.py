@@ -264,6 +264,9 @@ class External:
         """The present q, v (n,) and lam (m + p,)."""
         return self._q, self._v, self._lam
 
+    def synchronise(self) -> None:
+        """Nothing: inputs and counted turns of the run are those of the system."""
+
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         raise UsageError(f"{self.method} cannot change inputs during a run", hint="take a method with fixed steps")
 

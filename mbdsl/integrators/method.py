@@ -190,5 +190,8 @@ class Run(Protocol):
     def state(self) -> tuple[Array, Array, Array]:
         """The present q, v (n,) and lam (m + p,), as views."""
 
+    def synchronise(self) -> None:
+        """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""
+
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         """Set inputs to new values from the present time on."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.kind import ANY, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.lang import foreign_names, quantities, unit_hints, units, values
@@ -79,7 +79,8 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
             hint = did_you_mean(value.value, parameter.choices)
             raise ModelError(f'{what}: found "{value.value}", expected one of {shown}', hint=hint)
         return value.value
-    value = fit(value, units.dimension(parameter.unit), what, parameter.unit, e)
+    dimension = None if parameter.unit == ANY else units.dimension(parameter.unit)
+    value = fit(value, dimension, what, parameter.unit, e)
     found = values.shape(value)
     if parameter.shape == (3,) and found == (2,) and parameter.unit in ("m", "1"):
         assert isinstance(value, tuple)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from functools import cached_property
 
+from mbdsl.elements.kind import ANY
 from mbdsl.errors import MbdslError, ModelError, SyntaxProblem, UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, expr, input_signal, is_const, leaves
 from mbdsl.lang import functions, units
@@ -87,10 +88,11 @@ def _parameter(scene: Scene, name: str) -> Operand | None:
     else:
         owner, _, key = name.rpartition(".")
         component = scene.components.get(owner)
-        declared = {} if component is None else {p.name: p.unit for p in component.kind.parameters}
-        if component is None or key not in declared:
+        declared = None if component is None else component.kind.parameter(key)
+        if component is None or declared is None:
             return None
-        value, unit = component.values.get(key), declared[key]
+        unit = component.units.get(key) or ("" if declared.unit == ANY else declared.unit)
+        value = component.values.get(key)
     return (value, unit) if isinstance(value, (int, float, Expr)) and not isinstance(value, bool) else None
 
 

@@ -16,6 +16,7 @@ from mbdsl.lang.handles import Handle, Place
 from mbdsl.lang.kind_methods import KindMethods, known
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import parse_expression
+from mbdsl.messages import count
 
 
 class Declarations(KindMethods):
@@ -46,6 +47,8 @@ class Declarations(KindMethods):
         python_values.split_name(name, type_name)
         if kind is not None:
             values = {key: python_values.of_kind(kind, name, key, value) for key, value in values.items()}
+            if kind.coupled:
+                values, frames = self._by_name(kind, name, frames, values), ()
             if frames and not kind.ports:
                 hint = f"give its parameters by name: `{type_name}({name!r}, {kind.parameters[0].name}=...)`"
                 raise UsageError(f"{type_name} `{name}` takes no frames, found {frames[0]!r}", hint=hint)
@@ -58,6 +61,17 @@ class Declarations(KindMethods):
                 if value is not None
             ]
         return self._enter(name, frozenset(), type_name, doc, replace, arguments=tuple(given))
+
+    @staticmethod
+    def _by_name(kind: Kind, name: str, given: Sequence[Any], values: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of a joint without frames, with the coordinates that are ``given`` by position."""
+        if len(given) > len(kind.coupled):
+            takes = count(len(kind.coupled), "coordinate")
+            raise UsageError(f"{kind.name} `{name}` takes {takes}, found {len(given)}")
+        found = dict(zip(kind.coupled, given, strict=False))
+        if twice := [key for key in found if values.get(key) is not None]:
+            raise UsageError(f"`{twice[0]}` of {kind.name} `{name}` is given twice")
+        return found | {key: value for key, value in values.items() if value is not None}
 
     def _enter(
         self, name: str, prefixes: frozenset[str], type_name: str, doc: str, replace: bool, **parts: Any

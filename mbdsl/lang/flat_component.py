@@ -10,13 +10,14 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter, SensorKind
+from mbdsl.elements.kind import ANY, REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter, SensorKind
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import (
     argument_checks,
+    coupled_coordinates,
     doubts,
     foreign_members,
     foreign_names,
@@ -261,6 +262,8 @@ class Part:
         examples = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m", "": "crank.w + 2*rod.w"}
         if isinstance(self.kind, JointKind) and self.kind.functions:
             examples[""] = "x^2 + y^2 - (1 m)^2"
+        if parameter.name in self.kind.coupled:
+            examples |= {"": "pin.phi", "rad": "pin.phi"}
         return ModelError(
             f"{self.kind.name} `{self.name}` needs `{parameter.name}`: {parameter.doc}{unit}",
             span_of(self.at),
@@ -328,6 +331,8 @@ class Part:
                     doubts.angle(self.assembly.warn, picked, modifier.value, f"`{name}` of `{self.name}`")
                 if isinstance(self.kind, JointKind):
                     joint_law_checks.check_law(name, law, self.kind, self.name)
+                    if name in self.kind.coupled:
+                        coupled_coordinates.check_law(name, law, self.kind, self.name)
                     if arguments := dict(self.kind.couplings).get(name):
                         formulas = {argument: self.formulas.signal(argument) for argument in arguments}
                         joint_law_checks.check_coupling(name, law, formulas, self.kind, self.name)
@@ -454,7 +459,20 @@ class Part:
         """A signal by its own name, as an expression over frames."""
         if (key := _of_centre(self.kind, name)) is not None:
             return self.assembly.coordinate(self.frames["c"], key)
-        return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
+        own = self._units().get(name) if self.kind.coupled else None
+        return Quantity(self.formulas.signal(name), units.dimension(own) if own else _dimension(self.kind, name))
+
+    def _units(self) -> dict[str, str]:
+        """Units of signals of a joint that couples coordinates, by their dimensions."""
+        given: dict[str, tuple[Dimension | None, s.Expression | None]] = {}
+        for p in self.kind.parameters:
+            modifier = self._modifier(p.name)
+            if modifier is None or modifier.value is None:
+                given[p.name] = None, None
+                continue
+            value = modifier.pick(evaluate(modifier.value, modifier.scope.for_law(self, p.name)), 0, self.contexts)
+            given[p.name] = getattr(value, "dimension", None), modifier.value
+        return coupled_coordinates.checked_units(self.kind, self.name, given)
 
     def on_port(self, port: str, key: str) -> Quantity:
         """A component of what a joint or force exerts on the body at a port, in the axes of the frame there."""
@@ -485,7 +503,8 @@ class Part:
     def _quantity(self, value: object, unit: str) -> Value | None:
         if isinstance(value, tuple):
             return tuple(self._quantity(v, unit) for v in value)  # type: ignore[misc]
-        return None if value is None else Quantity(value, units.dimension(unit))  # type: ignore[arg-type]
+        dimension = None if unit == ANY else units.dimension(unit)
+        return None if value is None else Quantity(value, dimension)  # type: ignore[arg-type]
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""
@@ -525,6 +544,8 @@ class Part:
             self.formulas.signal("friction") if self._has_friction() else None,
             self.formulas.friction_rows() if self._has_friction() else (),
             {port: frame for port, own in ports.items() if (frame := self.port_frame(port).name) != own},
+            tuple(map(self.formulas.row, kind.relations)) if isinstance(kind, JointKind) else (),
+            self._units() if kind.coupled else {},
         )
 
     def _energy(self) -> Expr | None:
@@ -545,7 +566,7 @@ class Part:
     def _velocity_constraints(self) -> tuple[Expr, ...]:
         if not isinstance(self.kind, JointKind) or not self.kind.velocity_rows:
             return ()
-        found = tuple(self.formulas.velocity_row(row) for row in self.kind.velocity_rows)
+        found = tuple(self.formulas.row(row) for row in self.kind.velocity_rows)
         for name in self.kind.law_parameters:
             modifier = self._modifier(name)
             for row in found:

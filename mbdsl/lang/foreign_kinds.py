@@ -8,6 +8,7 @@ from mbdsl.elements import find
 from mbdsl.lang import foreign_bodies, foreign_frames, foreign_members
 from mbdsl.lang import syntax as s
 from mbdsl.lang.foreign_frames import Ends
+from mbdsl.lang.foreign_gears import GEARS
 from mbdsl.lang.foreign_names import has_no_effect, with_unit
 from mbdsl.lang.foreign_values import ZERO, is_zero, opposite, vector
 from mbdsl.lang.unparse import write
@@ -54,19 +55,16 @@ _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "Translational.Sources.Speed": ("TranslationalVelocityDriver", {}),
 }
 _EXPRESSION = "there are no blocks: write the expression where its value is used, as in `tau = 3 N.m*sin(2*time)`"
-_GEARS = (
-    "there are no shafts: gears are bodies with a GearPair between them, `GearPair gears(wheel.c, pinion.c, r_a = ..., "
-    "r_b = ...);`, with the ratio r_b/r_a"
-)
 _FRICTION = "friction belongs to its joint, as in `Revolute pin(ground, rod.a, mu = 0.1, radius = 10 mm);`"
 _LAW = "write a law of the speed, as in `Torque load(pin, tau = -0.1 N.m.s*pin.w);`"
 _STOP = "use a TranslationalStop or a RotationalStop, a spring and damper beyond a clearance"
 _SENSOR = "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly"
 _AXES = "its components are in the axes of the world; a first frame has others, as in `Force f(rod.b, rod.b, ...)`"
+_AXIS = 'its axis n is one of the world; with `axes = "frame_b"` it is one of the body'
 #: kind here -> parameters there without a counterpart, and what that means
 _LEFT_OUT = {
     "Force": {"resolveInFrame": _AXES},
-    "Torque": {"resolveInFrame": _AXES},
+    "Torque": {"resolveInFrame": _AXIS},
     "SpringDamper": {"m": "a line force has no mass: put a PointMass where it is", "lengthFraction": ""},
 }
 #: types that become bodies with frames a and b, and types that become frames
@@ -85,10 +83,7 @@ _TEXTS = {
     "Flange_a": "there are no flanges: connectors are frames, `Frame name;`",
     "Flange_b": "there are no flanges: connectors are frames, `Frame name;`",
     "Forces.Force": "it acts on both frames there, and on frame_b only here: write `Force f(rod.b, fx = ...);`",
-    **dict.fromkeys(("IdealGear", "LossyGear", "Gearbox", "IdealGearR2R"), _GEARS),
-    "IdealPlanetary": f"{_GEARS}; the carrier is a body that holds the planets",
-    "IdealGearR2T": "use a RackAndPinion between a body that turns and one that slides",
-    **dict.fromkeys(("IdealRollingWheel", "RollingConstraintVerticalWheel"), "use a RollingDisc"),
+    "RollingConstraintVerticalWheel": "use a RollingDisc",
     **dict.fromkeys(("BearingFriction", "Brake", "Clutch", "OneWayClutch", "SupportFriction"), _FRICTION),
     **dict.fromkeys(("ElastoBacklash", "ElastoGap"), _STOP),
     **dict.fromkeys(
@@ -131,7 +126,8 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
             name, names = _RENAMED[suffix]
             if not spatial and (in_plane := IN_PLANE.get(name)) is not None:
                 return f"in the plane write `{_renamed(d, in_plane, names)}`"
-            return f"write `{_renamed(d, name, names)}`{_without(d, name)}"
+            planar_torque = name == "Torque" and not spatial  # it has one axis
+            return f"write `{_renamed(d, name, names)}`{'' if planar_torque else _without(d, name)}"
         if suffix in _TEXTS:
             return _TEXTS[suffix]
     found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
@@ -164,6 +160,7 @@ def _bushing(name: str, given: dict[str, s.Expression], ends: Ends, spatial: boo
     at_world = [
         world is not None and end is not None and end[0].removesuffix(".frame_b") == world[0] for end in (first, second)
     ]
+    axes = ""
     sign, frames, moved, rest = 1, "", "", ", whose frames coincide where it is relaxed"
     offset = [given.get(key, ZERO) for key in ("s_relx0", "s_rely0")]
     if any(at_world) and not all(at_world):
@@ -175,13 +172,13 @@ def _bushing(name: str, given: dict[str, s.Expression], ends: Ends, spatial: boo
             moved, start = f"Frame {name}_relaxed({start}, r = {shifted}); ", f"{name}_relaxed"
         frames, rest = f"{start}, {end}, ", ", and delete its connections"
     elif first is not None and second is not None:
-        rest += "; its axes are those of frame_a, not of the world"
+        axes = ', axes = "world"'
     shown = f"{frames}k = {{{value('c_x')}, {value('c_y')}}}, c = {{{value('d_x')}, {value('d_y')}}}"
     shown += f", k_phi = {value('c_phi')}" if "c_phi" in given else ""
     shown += f", c_phi = {value('d_phi')}" if "d_phi" in given else ""
     angle = given.get("phi_rel0")
     shown += f", phi0 = {write(angle if sign > 0 else opposite(angle))}" if angle is not None else ""
-    return f"write `{moved}Bushing {name}({shown});`{rest}"
+    return f"write `{moved}Bushing {name}({shown}{axes});`{rest}"
 
 
 def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool) -> str:
@@ -190,6 +187,7 @@ def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool
 
 
 _MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends, bool], str]] = {
+    **GEARS,
     **dict.fromkeys(("Parts.SpringDamper", "Parts.Spring"), _bushing),
     "Marker": _marker,
     "SphericalSpherical": foreign_bodies.massless_rod,

@@ -23,7 +23,7 @@ from mbdsl.lang.frame_declarations import alias, fixed_frame
 from mbdsl.lang.inheritance import Content, Member, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
-from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, merge, refuse_inner
+from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
@@ -178,6 +178,10 @@ class Instance:
         if d.prefixes & {"parameter", "constant"}:
             raise no_type(d, member.unit, spatial=self.assembly.spatial)
         positional, own = bind(d.arguments, scope, self.level)
+        if isinstance(kind, str) and positional:
+            declared = find(kind, self.assembly.spatial)
+            if declared is not None and declared.coupled:
+                own, positional = coordinates_named(declared, d.name, positional, own, scope, self.level), []
         modifiers = merge(given.inner, own) if given is not None and given.inner else own
         if given is not None and given.value is not None and kind != "frame":
             raise ModelError(f"`{d.name}` is a {d.type}, it has no single value", given.value_span())

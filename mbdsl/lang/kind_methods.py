@@ -63,7 +63,8 @@ def signature(kind: Kind) -> inspect.Signature:
         start = " | Start" if p.name in both else ""
         optional = " | None" if p.default is None else ""
         default = inspect.Parameter.empty if p.default is REQUIRED else {} if p.name == "frames" else p.default
-        found.append(inspect.Parameter(p.name, named, default=default, annotation=_type(p) + start + optional))
+        way = inspect.Parameter.POSITIONAL_OR_KEYWORD if p.name in kind.coupled else named
+        found.append(inspect.Parameter(p.name, way, default=default, annotation=_type(p) + start + optional))
     found += [
         inspect.Parameter(x.name, named, default=None, annotation="Start | None")
         for x in kind.signals

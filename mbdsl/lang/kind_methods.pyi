@@ -141,6 +141,7 @@ class KindMethods:
         k_phi: Number = 0.0,
         c_phi: Number = 0.0,
         phi0: Number = 0.0,
+        axes: Literal["frame_a", "world"] | Handle = "frame_a",
         x: Start | None = None,
         y: Start | None = None,
         phi: Start | None = None,
@@ -148,7 +149,7 @@ class KindMethods:
         replace: bool = False,
     ) -> Handle:
         """Add a Bushing: a compliant joint: spring and damper along x and y of
-        frame_a and about the angle.
+        frame_a, or of the world, and about the angle.
 
         Parameters
         ----------
@@ -160,15 +161,18 @@ class KindMethods:
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : (2,) numbers or str, optional [N/m]
-            Stiffness along x and y of frame_a.
+            Stiffness along x and y of `axes`.
         c : (2,) numbers or str, optional [N.s/m]
-            Damping along x and y of frame_a.
+            Damping along x and y of `axes`.
         k_phi : number or str, optional [N.m/rad]
             Torsional stiffness.
         c_phi : number or str, optional [N.m.s/rad]
             Torsional damping.
         phi0 : number or str, optional [rad]
             Angle without torque.
+        axes : {"frame_a", "world"}, optional
+            Axes of k and c, those of frame_a or of the world; one of "frame_a",
+            "world".
         x, y, phi : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -298,6 +302,53 @@ class KindMethods:
             (overlap; negative: the gap), ``force`` [N] (contact force along the
             line of centres, positive if it pushes the centres apart), ``power`` [W]
             (power delivered to the mechanism).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Coupling(
+        self,
+        name: str,
+        a: Law,
+        b: Law,
+        *,
+        ratio: Number = 1.0,
+        offset: Law = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Coupling: two coordinates in a fixed ratio: b = ratio*a + offset.
+        They are angles or lengths, of joints or bodies, or expressions of
+        these. It has no frames.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        a : number, str or Expr
+            The first coordinate, such as `pin.phi`; may be an expression of
+            positions.
+        b : number, str or Expr
+            The second coordinate; may be an expression of positions.
+        ratio : number or str, optional [any]
+            B divided by a; its unit is that of b/a.
+        offset : number, str or Expr, optional
+            B where a is zero, an expression in time with the unit of b; without
+            signals and inputs.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``force``
+            (generalised force on b: a torque [N.m] on an angle, else a force [N] on
+            frame_b).
 
         Raises
         ------
@@ -831,6 +882,56 @@ class KindMethods:
             If a value is wrong; the model does not change.
         """
 
+    def PlanetaryGear(
+        self,
+        name: str,
+        sun: Law,
+        carrier: Law,
+        ring: Law,
+        *,
+        ratio: Number,
+        phi0: Number = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PlanetaryGear: a planetary stage as one part: sun - carrier =
+        -ratio*(ring - carrier) + phi0, with the angles of the three shafts,
+        those of joints with a common axis or of bodies. It has no frames.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        sun : number, str or Expr [rad]
+            Angle of the sun, such as `sun_pin.phi`; may be an expression of
+            positions.
+        carrier : number, str or Expr [rad]
+            Angle of the carrier of the planets; may be an expression of positions.
+        ring : number, str or Expr [rad]
+            Angle of the ring; may be an expression of positions.
+        ratio : number or str
+            Teeth of the ring divided by teeth of the sun.
+        phi0 : number or str, optional [rad]
+            Angle of the sun where those of ring and carrier are zero.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``tau_sun``
+            [N.m] (torque on the sun on frame_b), ``tau_carrier`` [N.m] (torque on
+            the carrier on frame_b), ``tau_ring`` [N.m] (torque on the ring on
+            frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def PointMass(
         self,
         name: str,
@@ -853,7 +954,7 @@ class KindMethods:
         name : str
             Name of the component.
         m : number or str [kg]
-            Mass; positive.
+            Mass; zero where joints hold the point; at least 0.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

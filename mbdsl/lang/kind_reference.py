@@ -80,6 +80,8 @@ def notes(kind: Kind, p: Parameter) -> str:
         if p.name in coupled:
             arguments = ", ".join(f"`{name}`" for name in coupled[p.name])
             found.append(f"an expression of {arguments}, parameters and tables")
+        elif p.name in kind.coupled:
+            found.append("may be an expression of positions")
         else:
             found.append("without signals and inputs" if driven else "may be an expression in time and signals")
     if p.positive:

@@ -35,6 +35,8 @@ class KindMethods:
 
 _HEAD_IN_SPACE = '''"""The Builder of models in space: made by ``python -m mbdsl.lang.kind_stub``."""
 
+from typing import Literal
+
 from mbdsl.lang.builder import Builder
 from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
 

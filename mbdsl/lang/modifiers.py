@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from mbdsl.elements.kind import Kind
 from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
 from mbdsl.lang import values
@@ -13,6 +14,7 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.lang.typing_mistakes import misread_argument, text_of
 from mbdsl.lang.unparse import write_argument
 from mbdsl.lang.values import Value
+from mbdsl.messages import count
 
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
@@ -123,6 +125,31 @@ def bind(arguments: Iterable[s.Argument], scope: Scope, level: int) -> tuple[lis
                 )
             named[argument.name] = Modifier(argument, scope, level)
     return positional, named
+
+
+def coordinates_named(
+    kind: Kind, owner: str, positional: list[s.Expression], own: Modifiers, scope: Scope, level: int
+) -> Modifiers:
+    """The modifiers ``own``, with those of coordinates that are given by position.
+
+    Raises
+    ------
+    ModelError
+        If there are too many, or if one of them is given by name, too.
+    """
+    if len(positional) > len(kind.coupled):
+        raise ModelError(
+            f"{kind.name} `{owner}` takes {count(len(kind.coupled), 'coordinate')}, found {len(positional)}",
+            span_of(positional[len(kind.coupled)].at),
+            "everything else is given by name; a coordinate may be an expression of several",
+        )
+    found = {}
+    for name, e in zip(kind.coupled, positional, strict=False):
+        if name in own:
+            notes = ((f"`{name}` of `{owner}` is given by name here", span_of(own[name].at)),)
+            raise ModelError(f"`{name}` of {kind.name} `{owner}` is given twice", span_of(e.at), notes=notes)
+        found[name] = Modifier(s.Argument(name, e, at=e.at), scope, level)
+    return {**found, **own}
 
 
 def refuse_inner(modifier: Modifier, what: str, hint: str | None = None) -> None:

@@ -1,5 +1,7 @@
 """The Builder of models in space: made by ``python -m mbdsl.lang.kind_stub``."""
 
+from typing import Literal
+
 from mbdsl.lang.builder import Builder
 from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
 
@@ -279,6 +281,7 @@ class SpatialBuilder(Builder):
         c_phi: Vector = (0.0, 0.0, 0.0),
         c_w: Vector = (0.0, 0.0, 0.0),
         phi0: Number = 0.0,
+        axes: Literal["frame_a", "world"] | Handle = "frame_a",
         x: Start | None = None,
         y: Start | None = None,
         z: Start | None = None,
@@ -290,7 +293,7 @@ class SpatialBuilder(Builder):
         replace: bool = False,
     ) -> Handle:
         """Add a Bushing: a compliant joint: spring and damper along and about x, y
-        and z of frame_a.
+        and z of frame_a; along those of the world with `axes = "world"`.
 
         Parameters
         ----------
@@ -302,9 +305,9 @@ class SpatialBuilder(Builder):
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : (3,) numbers or str, optional [N/m]
-            Stiffness along x, y and z of frame_a.
+            Stiffness along x, y and z of `axes`.
         c : (3,) numbers or str, optional [N.s/m]
-            Damping along x, y and z of frame_a.
+            Damping along x, y and z of `axes`.
         k_phi : (3,) numbers or str, optional [N.m/rad]
             Stiffness about x, y and z; a number: about z.
         c_phi : (3,) numbers or str, optional [N.m.s/rad]
@@ -314,6 +317,9 @@ class SpatialBuilder(Builder):
             number: about all axes.
         phi0 : number or str, optional [rad]
             Twist without torque.
+        axes : {"frame_a", "world"}, optional
+            Axes of k and c, those of frame_a or of the world; one of "frame_a",
+            "world".
         x, y, z, phi_x, phi_y, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -325,11 +331,11 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component; its attributes are its ports, and its signals ``x`` [m]
-            (position along x of frame_a), ``y`` [m] (position along y of frame_a),
-            ``z`` [m] (position along z of frame_a), ``phi_x`` [rad] (tilt about x
-            of frame_a), ``phi_y`` [rad] (tilt about y of frame_a), ``phi`` [rad]
-            (twist about z of frame_a), ``w`` [rad/s] (rate of the twist), ``power``
-            [W] (power delivered to the mechanism).
+            (position along x of the forces' axes), ``y`` [m] (position along y of
+            the forces' axes), ``z`` [m] (position along z of the forces' axes),
+            ``phi_x`` [rad] (tilt about x of frame_a), ``phi_y`` [rad] (tilt about y
+            of frame_a), ``phi`` [rad] (twist about z of frame_a), ``w`` [rad/s]
+            (rate of the twist), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -509,6 +515,53 @@ class SpatialBuilder(Builder):
             about x on frame_b), ``ty`` [N.m] (torque about y on frame_b), ``tz``
             [N.m] (torque about z on frame_b), ``tau`` [N.m] (torque about the z
             axis of the world on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Coupling(  # type: ignore[override]
+        self,
+        name: str,
+        a: Law,
+        b: Law,
+        *,
+        ratio: Number = 1.0,
+        offset: Law = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Coupling: two coordinates in a fixed ratio: b = ratio*a + offset.
+        They are angles or lengths, of joints or bodies, or expressions of
+        these. It has no frames.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        a : number, str or Expr
+            The first coordinate, such as `pin.phi`; may be an expression of
+            positions.
+        b : number, str or Expr
+            The second coordinate; may be an expression of positions.
+        ratio : number or str, optional [any]
+            B divided by a; its unit is that of b/a.
+        offset : number, str or Expr, optional
+            B where a is zero, an expression in time with the unit of b; without
+            signals and inputs.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``force``
+            (generalised force on b: a torque [N.m] on an angle, else a force [N] on
+            frame_b).
 
         Raises
         ------
@@ -1221,6 +1274,56 @@ class SpatialBuilder(Builder):
             If a value is wrong; the model does not change.
         """
 
+    def PlanetaryGear(  # type: ignore[override]
+        self,
+        name: str,
+        sun: Law,
+        carrier: Law,
+        ring: Law,
+        *,
+        ratio: Number,
+        phi0: Number = 0.0,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PlanetaryGear: a planetary stage as one part: sun - carrier =
+        -ratio*(ring - carrier) + phi0, with the angles of the three shafts,
+        those of joints with a common axis or of bodies. It has no frames.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        sun : number, str or Expr [rad]
+            Angle of the sun, such as `sun_pin.phi`; may be an expression of
+            positions.
+        carrier : number, str or Expr [rad]
+            Angle of the carrier of the planets; may be an expression of positions.
+        ring : number, str or Expr [rad]
+            Angle of the ring; may be an expression of positions.
+        ratio : number or str
+            Teeth of the ring divided by teeth of the sun.
+        phi0 : number or str, optional [rad]
+            Angle of the sun where those of ring and carrier are zero.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``tau_sun``
+            [N.m] (torque on the sun on frame_b), ``tau_carrier`` [N.m] (torque on
+            the carrier on frame_b), ``tau_ring`` [N.m] (torque on the ring on
+            frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def PointMass(  # type: ignore[override]
         self,
         name: str,
@@ -1245,7 +1348,7 @@ class SpatialBuilder(Builder):
         name : str
             Name of the component.
         m : number or str [kg]
-            Mass; positive.
+            Mass; zero where joints hold the point; at least 0.
         x, y, z, phi, vx, vy, vz, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -2487,13 +2590,14 @@ class SpatialBuilder(Builder):
         frame_b: Place | None = None,
         tau: Law,
         n: Vector = (0.0, 0.0, 1.0),
+        axes: Literal["frame_a", "frame_b"] | Handle = "frame_a",
         phi: Start | None = None,
         w: Start | None = None,
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Torque: a torque on frame_b about the axis n of frame_a, and its
-        reaction on frame_a.
+        """Add a Torque: a torque on frame_b about the axis n of frame_a, or of
+        frame_b, and its reaction on frame_a.
 
         Parameters
         ----------
@@ -2508,7 +2612,9 @@ class SpatialBuilder(Builder):
             The torque, a number or an expression; may be an expression in time and
             signals.
         n : (3,) numbers or str, optional
-            Axis of the rotation, in frame_a.
+            Axis of the torque, in the frame of `axes`.
+        axes : {"frame_a", "frame_b"}, optional
+            The frame whose axes n has; one of "frame_a", "frame_b".
         phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional

@@ -42,7 +42,9 @@ def joints_join(joints: Sequence[Edge], ground: Component) -> None:
             raise ModelError(
                 f"{e.component.kind.name} `{e.name}` depends on no body: nothing in its expression can move",
                 e.component.span,
-                "it takes velocities of bodies, such as `rod.w` or `rod.b.vx`",
+                "it takes velocities of bodies, such as `rod.w` or `rod.b.vx`"
+                if e.velocity_rows
+                else "it takes coordinates of bodies and joints, such as `rod.b.x` or `pin.phi`",
             )
         if e.body_i == e.body_j:
             kind, frames = e.component.kind.name, " and ".join(e.component.ports.values())
@@ -62,7 +64,8 @@ def forces_act(forces: Sequence[Edge]) -> None:
             raise ModelError(
                 f"Torque `{e.name}` does nothing: {frames} belong to the same body, on which both parts cancel",
                 e.component.span,
-                f"with one frame it acts on the body: `Torque {e.name}({e.component.ports['frame_b']}, tau = ...)`",
+                f"with one frame it acts on the body: `Torque {e.name}({e.component.ports['frame_b']}, tau = ..."
+                f"""{', axes = "frame_b"' if e.component.kind.spatial else ""})`""",
             )
 
 

@@ -27,6 +27,11 @@ class Edge(NamedTuple):
         return self.component.kind.rows if isinstance(self.component.kind, JointKind) else 0
 
     @property
+    def placing_rows(self) -> int:
+        """Rows by which a body can be placed relative to the other one: not those of expressions, without frames."""
+        return self.rows if self.component.ports else 0
+
+    @property
     def velocity_rows(self) -> int:
         return len(self.component.velocity_constraints)
 

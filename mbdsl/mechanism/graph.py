@@ -118,7 +118,7 @@ class MechanismGraph:
     @cached_property
     def kinematic_joints(self) -> tuple[Edge, ...]:
         """Joints that constrain positions, without the drivers of other joints between the same bodies."""
-        joints = [e for e in self.joints if e.rows]
+        joints = [e for e in self.joints if e.placing_rows]
         driven = {frozenset((e.body_i, e.body_j)) for e in joints if not _is_driver(e)}
         return tuple(e for e in joints if not (_is_driver(e) and frozenset((e.body_i, e.body_j)) in driven))
 
@@ -157,14 +157,14 @@ class MechanismGraph:
             for e in at[body]:
                 ticket += 1
                 if e.other(body) not in placed:
-                    heapq.heappush(heap, (-e.rows, depth, ticket, e.other(body), body, e))
+                    heapq.heappush(heap, (-e.placing_rows, depth, ticket, e.other(body), body, e))
 
         reach(GROUND, 1)
         for start in self.bodies:  # a body without joints passes the checks if a law of velocities depends on it
             while heap:
                 _, depth, _, body, parent, e = heapq.heappop(heap)
                 if body not in placed:
-                    order.append(Placement(body, parent, e.name if e.rows else None))
+                    order.append(Placement(body, parent, e.name if e.placing_rows else None))
                     reach(body, depth + 1)
             if start not in placed:
                 order.append(Placement(start, GROUND, None))
@@ -201,7 +201,7 @@ class MechanismGraph:
         return minimum_degree(adjacent, sizes, after)
 
     def _needs(self, joint: Edge, parent: Mapping[str, str], child: str | None) -> set[str]:
-        if joint.velocity_rows and joint.also:
+        if joint.also and (joint.velocity_rows or not joint.component.ports):
             ends = (joint.body_i, joint.body_j, *joint.also)
             return {body for end in ends for body in _loop(end, GROUND, parent)} - {GROUND}
         # A child that can rotate has full rank in the rows of every joint; a point mass has none in a row of angles.
@@ -319,10 +319,12 @@ def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -
         return owner if owner in bodies else GROUND
 
     laws = [value for value in component.values.values() if isinstance(value, Expr)]
-    found = leaves(*laws, *component.velocity_constraints)
+    found = leaves(*laws, *component.relations, *component.velocity_constraints)
     reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}  # type: ignore[index]
     frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]  # type: ignore[index]
-    frames += [frame for joint in reads for frame in scene.components[joint].ports.values()]
+    for joint in (scene.components[name] for name in reads):
+        of_joint = leaves(*joint.relations, *joint.velocity_constraints)
+        frames += [*joint.ports.values(), *(x.value[0] for x in of_joint if x.op == "coordinate")]  # type: ignore[index]
     read = sorted({body(frame) for frame in frames})
     ends = [body(frame) for frame in component.ports.values()]
     if not ends:

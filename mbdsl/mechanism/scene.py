@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, Protocol
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, SensorKind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, substitute
+from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, expr, is_const, substitute
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -106,6 +106,8 @@ class Component:
     friction_rows: tuple[Expr, ...] = ()  #: if this has several coordinates: those along each of them
     #: in space: port -> the frame that it is attached to, of ports whose frame has the axes of the component
     attached: Mapping[str, str] = field(default_factory=dict, compare=False)
+    relations: tuple[Expr, ...] = ()  #: of joints without frames: functions g(q), which equal u(t) or zero
+    units: Mapping[str, str] = field(default_factory=dict, compare=False)  #: of signals whose kind leaves them open
 
     def __post_init__(self) -> None:
         freeze(self, "values", "ports")
@@ -119,6 +121,12 @@ class Component:
         """Names of its generalised coordinates; those of flexible bodies depend on ``values``."""
         of = self.kind.coordinates_of if isinstance(self.kind, BodyKind) else None
         return of(self.values) if of is not None else self.kind.coordinates
+
+    @property
+    def moves_in_time(self) -> bool:
+        """Whether it is a joint that prescribes a motion, which may add energy; a coupling only if its law varies."""
+        law = self.kind.driver if isinstance(self.kind, JointKind) else None
+        return law is not None and not (self.relations and is_const(expr(self.values[law])))
 
     @property
     def deforms(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.elements.kind import JointKind, Kind
+from mbdsl.elements.kind import ANY, JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.messages import few, visible
@@ -36,10 +36,11 @@ def rounded(x: float) -> str:
     return f"{x:.6g}"
 
 
-def with_unit(kind: Kind, name: str, v: Any, number: Callable[[float], str] = repr) -> str:
-    """The value of a parameter of a kind with its unit."""
-    parameter = kind.parameter(name)
-    unit = parameter.unit if parameter and parameter.unit not in ("", "1") else ""
+def with_unit(c: Component, name: str, v: Any, number: Callable[[float], str] = repr) -> str:
+    """The value of a parameter of a component with its unit."""
+    parameter = c.kind.parameter(name)
+    unit = c.units.get(name) or (parameter.unit if parameter else "")
+    unit = "" if unit in ("1", ANY) else unit
     return f"{value(v, number)} {unit}".rstrip()
 
 
@@ -90,7 +91,7 @@ def tables(scene: Scene) -> list[Table]:
 def _row(c: Component) -> tuple[str, ...]:
     usual = _defaults(c)
     given = {name: v for name, v in c.values.items() if not (v is None or v == () or _same(v, usual.get(name)))}
-    values = [f"{name} = {_short(with_unit(c.kind, name, v, rounded))}" for name, v in given.items()]
+    values = [f"{name} = {_short(with_unit(c, name, v, rounded))}" for name, v in given.items()]
     return c.name, c.kind.name, ", ".join(c.ports.values()), ", ".join(values), c.doc
 
 

@@ -79,7 +79,7 @@ class SignalNames:
             units_of, of_component = c.kind.unit_of, scene.signal_of
             for key in c.signals:
                 if not (scene.spatial and key in QUATERNION):
-                    found[f"{c.name}.{key}"] = (of_component, c, key, units_of(key) or "")
+                    found[f"{c.name}.{key}"] = (of_component, c, key, c.units.get(key) or units_of(key) or "")
         units, of_frame = (SPATIAL_UNITS, spatial_coordinates.named) if scene.spatial else (UNITS, coordinate)
         for name, frame in self._frames.items():
             for key, unit in units.items():

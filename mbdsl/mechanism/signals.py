@@ -69,8 +69,8 @@ class Formulas:
             found = self._found[name] = formulas.evaluate(formula, self) if law is None else law  # type: ignore[arg-type]
         return found
 
-    def velocity_row(self, formula: str) -> Expr:
-        """One of the kind's ``velocity_rows``, in which a name of both a law and a signal denotes the law."""
+    def row(self, formula: str) -> Expr:
+        """One of the kind's ``relations`` or ``velocity_rows``; a name of both a law and a signal denotes the law."""
         return formulas.evaluate(formula, _LawsFirst(self))
 
     def friction_rows(self) -> tuple[Expr, ...]:

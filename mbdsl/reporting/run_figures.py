@@ -53,7 +53,7 @@ def balance(trajectory: Trajectory) -> str:
 def _exchanges(c: Component) -> bool:
     """Whether a component adds energy to the mechanism or removes it."""
     if isinstance(c.kind, JointKind):
-        return c.kind.driver is not None or c.friction is not None
+        return c.moves_in_time or c.friction is not None
     damping = c.kind.effects.get("damping")
     damped = damping is not None and bool(damping(dict(c.values)))
     return damped or (isinstance(c.kind, ForceKind) and c.energy is None)

@@ -66,6 +66,15 @@ def residuals(system: System, t: Array, q: Array, v: Array, numbers: Numbers) ->
     return Phi, dPhi, Gam
 
 
+def angles(system: System, t: Array, q: Array, v: Array, inputs: Mapping[str, Array] | None = None) -> Numbers:
+    """Angles between frames in space at N states, whose turns are counted from the first state on."""
+    found: dict[int, Array] = {}
+    for node, places in system.tables.angles.items():
+        (angle,) = values(system, [node], t, q, v, None, inputs)
+        found |= dict.fromkeys(places, angle)
+    return found
+
+
 def _set(system: System, numbers: Numbers, i: int) -> None:
     for at, value in numbers.items():
         system.set_number(at, float(value[i]))

@@ -23,6 +23,7 @@ from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
+from mbdsl.simulation import derived_signals
 from mbdsl.simulation.left_out_rows import violated, violations
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.trajectory import Trajectory
@@ -49,7 +50,8 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
         system, rows = part.system, list(part.initial.redundant)
         if not rows:
             continue
-        every = violations(system, part.initial, trajectory.t, every_q, every_v)
+        angles = derived_signals.angles(system, trajectory.t, every_q, every_v)
+        every = violations(system, part.initial, trajectory.t, every_q, every_v, angles)
         found, others = every[:, rows], np.delete(every, rows, axis=1)
         bad = np.flatnonzero(violated(every, rows))
         if len(bad):

@@ -226,7 +226,13 @@ def passive(scene: Scene) -> bool:
         return False
     for c in scene.components.values():
         kind = c.kind
-        if isinstance(kind, JointKind) and (kind.driver or any(c.values[p.name] for p in kind.parameters if p.law)):
+        if (
+            isinstance(kind, JointKind)
+            and not kind.relations
+            and any(c.values[p.name] for p in kind.parameters if p.law)
+        ):
+            return False
+        if c.moves_in_time:
             return False
         if isinstance(kind, ForceKind):
             if by_law(c):

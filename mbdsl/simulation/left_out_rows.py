@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mbdsl.initial.consistent import InitialState
 from mbdsl.numerics.saddle_point import dense
+from mbdsl.simulation import derived_signals
 from mbdsl.system import System
 
 Array = NDArray[np.float64]
@@ -18,17 +19,20 @@ Array = NDArray[np.float64]
 LARGEST, LARGEST_ALIKE, PART = 1e-6, 1e-3, 0.1
 
 
-def violations(system: System, first: InitialState, t: Array, q: Array, v: Array) -> Array:
+def violations(
+    system: System, first: InitialState, t: Array, q: Array, v: Array, numbers: derived_signals.Numbers
+) -> Array:
     """The violations (N, m + p) of all constraints at states q, v (N, n) at times t (N,).
 
+    ``numbers`` are the angles that count turns at these states; without them, the system has those of the state.
     Lengths are relative to the mechanism's size; angles, whose rows depend on rotations only, are in radians.
     """
     size = system.tables.size
     if system.scene.spatial:
         J = dense(system.velocity_jacobian(first.t, first.q, first.v))
         size = np.where((J[:, system.tables.lengths] != 0.0).any(axis=1), size, 1.0)
-    states = zip(t, q, v, strict=True)
-    return np.array([np.abs(np.concatenate([system.Phi(*s[:2]), system.Gam(*s)])) for s in states]) / size
+    Phi, _, Gam = derived_signals.residuals(system, t, q, v, numbers)
+    return np.abs(np.concatenate([Phi, Gam], axis=1)) / size
 
 
 def violated(every: Array, redundant: Sequence[int]) -> NDArray[np.bool_]:

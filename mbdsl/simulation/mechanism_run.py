@@ -454,8 +454,10 @@ class Motion:
             if first_bend(p.system, q[None]) is not None:
                 return True
             rows = p.initial.redundant
-            if rows and violated(violations(p.system, p.initial, np.array([t]), q[None], v[None]), rows)[0]:
-                return True
+            if rows:
+                p.integration.synchronise()
+                if violated(violations(p.system, p.initial, np.array([t]), q[None], v[None], {}), rows)[0]:
+                    return True
         return False
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:

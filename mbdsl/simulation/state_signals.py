@@ -333,9 +333,7 @@ class StateSignals:
             return {at: x[rows] for at, x in whole._numbers.items()}
         tables = self.system.tables
         found = {tables.inputs[name]: value for name, value in self.inputs.items() if name in tables.inputs}
-        for node, places in tables.angles.items():
-            (angle,) = values(self.system, [node], self.t, self.q, self.v, None, self.inputs)
-            found |= dict.fromkeys(places, angle)
+        found |= derived_signals.angles(self.system, self.t, self.q, self.v, self.inputs)
         return found | {tables.models[body].counter: angle for body, angle in self.turns.items()}
 
     @cached_property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +11,15 @@ from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
-from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
+from mbdsl.system import gradient_rows, moving_frames, nonholonomic, relations, switches
 from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
+from mbdsl.system.gradient_rows import by_motion, by_rate
 from mbdsl.system.in_space import layout_of
 from mbdsl.system.peaks_in_time import abrupt
-from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
+from mbdsl.system.structure import Block, expressions, find_blocks, frames_in, law_expressions
 from mbdsl.system.tables import Buffers, Tables, gravity, of_models
 
 #: lengths below this part of the motion, or of the radii of gyration, are rounding: assembly closes gaps to 1e-12
@@ -72,9 +73,8 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
             if block.role != "gamma":
                 for port in c.kind.ports:
                     used[c.ports[port]] = None
-            for leaf in leaves(*expressions(block, c)):
-                if leaf.op == "coordinate":
-                    used[frame_of(leaf)] = None
+            for root in expressions(block, c):
+                used |= dict.fromkeys(frames_in(root))
     body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
     position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
     ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
@@ -111,15 +111,13 @@ def _fill(tables: Tables, size: float | None) -> None:
     layout[buffer_layout.ROTATIONS] = buffers.ints(x for rotation in buffers.rotations for x in rotation)
     layout[buffer_layout.N_ROTATIONS] = len(buffers.rotations)
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
+    relations.tabulate(tables, buffers, dofs, tape, later)
     nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
     found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
     for c in nonholonomic_joints:
-        assert isinstance(c.kind, JointKind)
-        for g in c.velocity_constraints:
-            given = [(name, x) for name, x in c.values.items() if isinstance(x, Expr)]
-            laws = [y for name, x in given for y in (abrupt(x) if name in c.kind.velocity_rows else [x])]
-            tables.velocity_laws |= dict.fromkeys(nonholonomic.values(g, scene.spatial))
-            tables.velocity_laws[g] = sum(laws[1:], laws[0]) if laws else None
+        _search(tables, c, c.velocity_constraints, by_rate)
+    for c in [c for b in tables.blocks if b.related for c in b.components]:
+        _search(tables, c, c.relations, by_motion)
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # All values are on the tape now, and with them all switches; derivatives have the same ones.
@@ -142,6 +140,19 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.rotations = np.array(buffers.rotations, np.int64).reshape(-1, 2)
     tables.layout = np.array(layout, dtype=np.int64)
     tables.frame_table = Z
+
+
+def _search(tables: Tables, c: Component, rows: Sequence[Expr], derivatives: Callable) -> None:
+    """Enter what is searched for peaks of the ``rows`` of a joint by expression, which are evaluated with the
+    ``derivatives`` by motions or rates of frames."""
+    assert isinstance(c.kind, JointKind)
+    given = [(name, x) for name, x in c.values.items() if isinstance(x, Expr) and name != c.kind.driver]
+    whole = (*c.kind.velocity_rows, *c.kind.coupled)  # laws that are the row, or the coordinates in it
+    laws = [y for name, x in given for y in (abrupt(x) if name in whole else [x])]
+    for g in rows:
+        for name in frames_in(g):
+            tables.row_laws |= dict.fromkeys(derivatives(g, name, tables.scene.spatial))
+        tables.row_laws[g] = sum(laws[1:], laws[0]) if laws else None
 
 
 def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tuple[list[tuple[int, ...]], list[float]]:

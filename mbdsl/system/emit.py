@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.system import expression_tape
-from mbdsl.system.in_space import loops_of
+from mbdsl.system.in_space import loops_of, relation_loops_of
 from mbdsl.system.structure import Block
 
 KIND_PREFIX = "mbdsl_kind_"
@@ -46,11 +46,14 @@ class Line(NamedTuple):
 def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
     """The statements of ``evaluate``, in order."""
     bodies, pairs, roles = _loops(blocks)
+    related = any(b.related for b in blocks)
     lines = [Line("bodies", "loops.start(vectors, frames, numbers, layout)")]
     if sets > 2:
         lines += [
             Line("bodies", f"{b.name}.keep({h}, numbers, layout)") for h, b in bodies if hasattr(b.module, "keep")
         ]
+        if related:
+            lines.append(Line("joints", "relation_loops.keep(numbers, layout)"))
         lines.append(Line("bodies", "loops.keep(vectors, frames, gradients, layout)"))
     lines += [Line("bodies", f"{b.name}.move({h}, vectors, frames, numbers, layout)") for h, b in bodies]
     if has_tape:
@@ -65,6 +68,9 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
     if "joint" in roles:
         constraints = "constraints_with_mu" if sets > 1 else "constraints"
         lines.append(Line("joints", f"loops.{constraints}(vectors, frames, gradients, numbers, layout)"))
+    if related:
+        with_mu = int(sets > 1)
+        lines.append(Line("joints", f"relation_loops.values({with_mu}, vectors, frames, numbers, layout)"))
     if any(b.driven for b in blocks):
         lines.append(Line("drivers", "loops.drive(vectors, numbers, layout)"))
     if "gamma" in roles:
@@ -77,6 +83,8 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
     lines += [Line("bodies", f"{b.name}.{collect}({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
     if sets > 2 and "joint" in roles:
         lines.append(Line("joints", "loops.remember(vectors, frames, gradients, layout)"))
+        if related:
+            lines.append(Line("joints", "relation_loops.remember(vectors, frames, numbers, layout)"))
         lines += [Line("bodies", f"{b.name}.collect_past({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
     lines += [
         Line("flexibility", f"{b.name}.forces({h}, vectors, numbers, layout)") for h, b in bodies if b.module.MASS
@@ -135,6 +143,9 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
         lines.append(
             Line("joints", f"loops.constraint_tangents({factors}, vectors, gradients, numbers, layout, matrix)")
         )
+    if any(b.related for b in blocks):
+        arguments = "cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix"
+        lines.append(Line("joints", f"relation_loops.tangents({arguments})"))
     if "gamma" in roles:
         lines.append(
             Line(
@@ -158,10 +169,17 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
         for h, b in in_step
     ]
     if sets > 2 and in_step and "joint" in roles:
-        lines.append(Line("joints", "loops.columns(-cG, 0, gradients, numbers, layout, matrix)"))
+        related = any(b.related for b in blocks)
+        lines += _columns("-cG", 0, related)
         lines += [Line("bodies", f"{b.name}.past_jacobians({h}, cG, frames, numbers, layout)") for h, b in in_step]
-        lines.append(Line("joints", "loops.columns(cG, 1, gradients, numbers, layout, matrix)"))
+        lines += _columns("cG", 1, related)
     return lines
+
+
+def _columns(factor: str, past: int, related: bool) -> list[Line]:
+    """Statements that add ``factor`` Phi_q^T."""
+    lines = [Line("joints", f"loops.columns({factor}, {past}, gradients, numbers, layout, matrix)")]
+    return lines + [Line("joints", f"relation_loops.columns({factor}, {past}, numbers, layout, matrix)")] * related
 
 
 def in_space(blocks: list[Block]) -> bool:
@@ -170,10 +188,11 @@ def in_space(blocks: list[Block]) -> bool:
 
 
 def _loops(blocks: list[Block]) -> tuple[list[tuple[int, Block]], list[tuple[int, Block]], set[str]]:
-    """Blocks of bodies, and of rows of the gradient table, with their headers; roles of all."""
+    """Blocks of bodies, and of kernels for rows of the gradient table, with their headers; roles of all."""
     numbered = [(header(k), b) for k, b in enumerate(blocks)]
     bodies = [x for x in numbered if x[1].role == "body"]
-    return bodies, [x for x in numbered if x[1].role in ("joint", "spring", "law")], {b.role for b in blocks}
+    pairs = [x for x in numbered if x[1].role in ("joint", "spring", "law") and not x[1].related]
+    return bodies, pairs, {b.role for b in blocks}
 
 
 def _effect(block: Block) -> str:
@@ -218,9 +237,16 @@ def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
         "import mbdsl.system.loops_in_space as loops"
         if spatial
         else f"from mbdsl.system import {'expression_tape, ' if has_tape else ''}loops",
+        *(_related_head(spatial) if any(b.related for b in blocks) else []),
         "",
         "",
     ]
+
+
+def _related_head(spatial: bool) -> list[str]:
+    if spatial:
+        return ["import mbdsl.system.relation_loops_in_space as relation_loops"]
+    return ["from mbdsl.system import relation_loops"]
 
 
 def _names(bodies: list[tuple[int, Block]], has_tape: bool) -> list[str]:
@@ -291,10 +317,12 @@ def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
 
 def _modules(blocks: list[Block]) -> list[ModuleType]:
     """The source of the kernels of a structure."""
-    kinds = {b.name: b for b in blocks if b.role in ("joint", "spring", "law")}.values()
-    loops = loops_of(in_space(blocks))
+    kinds = {b.name: b for _, b in _loops(blocks)[1]}.values()
+    loops = [loops_of(in_space(blocks))]
+    if any(b.related for b in blocks):
+        loops.append(relation_loops_of(in_space(blocks)))
     loops_of_kinds = [code_cache.import_text(_kind_module(b), emit_kind(b)) for b in kinds]
-    return [loops, expression_tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
+    return [*loops, expression_tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, der, diff, expr, leaves
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.in_space import layout_of
-from mbdsl.system.structure import frame_of, law_expressions
+from mbdsl.system.structure import frames_in, law_expressions
 from mbdsl.system.tables import Buffers, Tables
 
 
@@ -54,7 +54,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
             if coupled:
                 first = buffers.layout[header + 2] + buffers.layout[header + 3] * e
                 later.append(_coupling(tables, c, first, couplings, tape))
-            a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
+            a, b = (tables.frames[c.ports[port]] for port in c.kind.ports) if c.ports else (0, 0)
             of_a, of_b = dofs[a], dofs[b]
             for j in range(rows):
                 first = buffers.requested
@@ -148,7 +148,7 @@ def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
     """Record of a law: register of s, sign, number of frames that s depends on; per frame its row and the registers of
     ds/dz; number of multipliers that s depends on, and the registers of ds/dlam."""
     law = law_expressions(c)[j]
-    used = dict.fromkeys(frame_of(x) for x in leaves(law) if x.op == "coordinate")
+    used = frames_in(law)
     reactions = [x for x in leaves(law) if x.op == "multiplier"]
     sign = int(c.kind.sign) if isinstance(c.kind, ForceKind) else -1  # friction resists
     leaf = [tape.add(law), sign, len(used)]

@@ -29,6 +29,14 @@ def loops_of(spatial: bool) -> ModuleType:
     return _variant(loops) if spatial else loops
 
 
+@cache
+def relation_loops_of(spatial: bool) -> ModuleType:
+    """The module of the loops over constraints by expression; few models need it."""
+    from mbdsl.system import relation_loops
+
+    return _variant(relation_loops) if spatial else relation_loops
+
+
 def _variant(module: ModuleType) -> ModuleType:
     """The module ``<name>_in_space`` from the source of ``module``; its kernels are compiled from the same file."""
     file = Path(str(module.__file__))

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.expressions.symbolic import TIME, Expr, diff, leaves
+from mbdsl.expressions.symbolic import TIME, Expr, diff
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.gradient_rows import by_motion, by_rate
 from mbdsl.system.in_space import layout_of
-from mbdsl.system.structure import frame_of
+from mbdsl.system.structure import frames_in
 
 
 def tabulate(
@@ -24,7 +24,7 @@ def tabulate(
     records: list[list[int]] = []
     for k, gamma in enumerate(gammas):
         row = first_row + k
-        used = list(dict.fromkeys(frame_of(leaf) for leaf in leaves(gamma) if leaf.op == "coordinate"))
+        used = frames_in(gamma)
         slot = buffers.slots((row,), (row,))  # used where the row is left out
         for name in used:
             buffers.slots(dofs[frames[name]], (row,))
@@ -44,12 +44,6 @@ def tabulate(
 
     later.append(place)
     buffers.layout[buffer_layout.N_GAM] = len(gammas)
-
-
-def values(gamma: Expr, spatial: bool) -> list[Expr]:
-    """The expressions of a row that are evaluated with the equations of motion: Gam and its derivatives Gam_v."""
-    used = dict.fromkeys(frame_of(leaf) for leaf in leaves(gamma) if leaf.op == "coordinate")
-    return [gamma, *(g for name in used for g in by_rate(gamma, name, spatial))]
 
 
 def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: Tape) -> Callable[[], None]:

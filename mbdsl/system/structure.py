@@ -8,7 +8,7 @@ from types import ModuleType
 
 from mbdsl.elements import declaring, modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.expressions.symbolic import Expr, expr
+from mbdsl.expressions.symbolic import Expr, expr, leaves
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.system.body_models import motion_module, motion_modules
 
@@ -43,6 +43,11 @@ class Block:
     def coupled(self) -> bool:
         """Whether its joints contain a function of a coordinate."""
         return self.role == "joint" and bool(self.module.KIND.couplings)
+
+    @property
+    def related(self) -> bool:
+        """Whether its joints are expressions over frames, which have no kernels."""
+        return self.role == "joint" and bool(self.module.KIND.relations)
 
     @property
     def curved(self) -> bool:
@@ -113,7 +118,14 @@ def expressions(block: Block, c: Component) -> list[Expr]:
     """The expressions over frames that a component contributes to a block."""
     if block.role == "law":
         return law_expressions(c)
+    if block.related:
+        return list(c.relations)
     return list(c.velocity_constraints) if block.role == "gamma" else []
+
+
+def frames_in(root: Expr) -> list[str]:
+    """The frames that an expression depends on."""
+    return list(dict.fromkeys(frame_of(leaf) for leaf in leaves(root) if leaf.op == "coordinate"))
 
 
 def frame_of(leaf: Expr) -> str:

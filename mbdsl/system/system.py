@@ -522,10 +522,10 @@ class System:
     def searched_laws(self) -> dict[Expr, Expr]:
         """What the user wrote as laws, which is searched for peaks along the motion.
 
-        Rows of nonholonomic constraints are zero at all states, and differ from zero between them by interpolation
+        Rows of constraints by expression are zero at all states, and differ from zero between them by interpolation
         only: of them, the laws of drivers and abrupt functions are searched.
         """
-        found = self.laws | {x: y and substitute(y, self._at_rest) for x, y in self.tables.velocity_laws.items()}
+        found = self.laws | {x: y and substitute(y, self._at_rest) for x, y in self.tables.row_laws.items()}
         return {x: law for x, law in found.items() if law is not None}
 
     @cached_property

@@ -57,8 +57,8 @@ class Tables:
     first_angles: dict[Expr, float] = field(default_factory=dict)
     switches: list[switches.Switch] = field(default_factory=list)
     values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
-    #: of those of nonholonomic constraints: the sum of the user's laws in them
-    velocity_laws: dict[Expr, Expr | None] = field(default_factory=dict)
+    #: of those of constraints by expression: the sum of the user's laws in them
+    row_laws: dict[Expr, Expr | None] = field(default_factory=dict)
 
     def resize(self, size: float) -> None:
         """Set the size [m] of the mechanism: translations are scaled by it, angles are in radians."""
@@ -91,7 +91,7 @@ class Tables:
 
     @property
     def has_tape(self) -> bool:
-        return any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled for b in self.blocks)
+        return any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
 
 
 class Buffers:

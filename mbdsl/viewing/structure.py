@@ -260,8 +260,13 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
     kind = e.component.kind
     role, weld = FORCE, False
     if isinstance(kind, JointKind):
-        role, weld = JOINT if kind.driver is None else DRIVER, kind.pose is not None and not kind.free
-    return Link(e.name, kind.name, role, e.body_i, e.body_j, e.rows, e.velocity_rows, loop, redundant, weld)
+        role, weld = (
+            DRIVER if kind.driver is not None and not kind.relations else JOINT,
+            kind.pose is not None and not kind.free,
+        )
+    # a coupling is drawn between two of the bodies whose coordinates it reads
+    first, last = (e.body_j, e.also[-1]) if e.component.relations and e.also else (e.body_i, e.body_j)
+    return Link(e.name, kind.name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
 
 
 def _bodies(graph: MechanismGraph, notes: Iterable[Note]) -> dict[str, BodyNode]:

@@ -13,9 +13,14 @@ MOST_ROWS = 1500  #: number of constraint rows up to which redundant ones are se
 
 def redundancy(graph: MechanismGraph, announce: Callable[[str], None] | None) -> tuple[dict[str, int], list[str]]:
     """Joint -> number of redundant rows in the initial state, and sentences on them."""
-    drivers = [e for e in graph.joints if isinstance(e.component.kind, JointKind) and e.component.kind.driver]
+    drivers = [
+        e
+        for e in graph.joints
+        if isinstance(e.component.kind, JointKind) and e.component.kind.driver and e.component.ports
+    ]
+    expressions = any(e.component.relations for e in graph.joints) or graph.velocity_rows
     pairs = {frozenset((e.body_i, e.body_j)) for e in drivers}
-    possible = graph.loops or graph.velocity_mobility < 0 or len(pairs) < len(drivers) or graph.velocity_rows
+    possible = graph.loops or graph.velocity_mobility < 0 or len(pairs) < len(drivers) or expressions
     if not possible:
         return {}, []
     if graph.rows + graph.velocity_rows > MOST_ROWS:

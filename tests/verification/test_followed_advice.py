@@ -12,7 +12,7 @@ import pytest
 import mbdsl
 from mbdsl.elements import find, kinds
 from mbdsl.errors import MbdslError
-from mbdsl.lang import foreign_kinds, foreign_names
+from mbdsl.lang import foreign_gears, foreign_kinds, foreign_names
 from mbdsl.lang.parser import parse
 
 PARTS = "Modelica.Mechanics.MultiBody.Parts."
@@ -734,6 +734,57 @@ end Mount;"""
     assert run["b.phi"] == pytest.approx(0.5 + decay, abs=1e-7)
 
 
+def test_the_spring_of_planar_mechanics_between_two_bodies_that_turn():
+    """Its axes are those of the world: the relative motion along x and y is that of the reduced mass."""
+    text = """model Mount
+  World world(g = 0);
+  Body a(m = 2, I = 1);
+  Body b(m = 3, I = 2);
+  FreeMotion fa(world, a.c);
+  FreeMotion fb(world, b.c);
+  PlanarMechanics.Parts.SpringDamper x(c_x = 10.8, c_y = 4.8);
+equation
+  connect(a.frame_a, x.frame_a);
+  connect(x.frame_b, b.frame_a);
+initial equation
+  a.x = 0; a.y = 0; b.x = 1; b.y = 2; a.w = 2; b.w = -1; a.vx = 0; a.vy = 0; b.vx = 0; b.vy = 0;
+end Mount;"""
+    run = mbdsl.simulate(follow(text), method="dop853", tol=1e-9, stop=1.0, interval=0.5)
+    assert run["b.x"] - run["a.x"] == pytest.approx(np.cos(3 * run.t), abs=1e-7)
+    assert run["b.y"] - run["a.y"] == pytest.approx(2 * np.cos(2 * run.t), abs=1e-7)
+
+
+#: type and parameters -> flanges at p, q and r, and their speeds after 1 s: p and q turn, or q slides, r turns. The
+#: torque 1 N.m acts on p, whose inertia is 0.5 kg.m2; that of q 0.2 kg.m2, or 2 kg; that of r 1 kg.m2
+GEARS = {
+    # phi_p = 2 phi_q: (0.5 + 0.2/4) w' = 1
+    "IdealGear x(ratio = 2)": (("flange_a", "flange_b"), (1 / 0.55, 0.5 / 0.55)),
+    "LossyGear x(ratio = 2)": (("flange_a", "flange_b"), (1 / 0.55, 0.5 / 0.55)),
+    "Gearbox x(ratio = 2)": (("flange_a", "flange_b"), (1 / 0.55, 0.5 / 0.55)),
+    "IdealGearR2R x(ratio = 2)": (("flange_a", "flange_b"), (1 / 0.55, 0.5 / 0.55)),
+    # phi_p = 4 s_q: (0.5 + 2/16) w' = 1
+    "IdealGearR2T x(ratio = 4)": (("flangeR", "flangeT"), (1 / 0.625, 0.25 / 0.625)),
+    # s_q = 0.25 phi_p
+    "IdealRollingWheel x(radius = 0.25)": (("flangeR", "flangeT"), (1 / 0.625, 0.25 / 0.625)),
+    # p + 3 r = 4 q, and torques T, 3 T, -4 T: 0.5 p' = 1 + T, 0.2 q' = -4 T, r' = 3 T, so that T = -2/91
+    "IdealPlanetary x(ratio = 3)": (("sun", "carrier", "ring"), (178 / 91, 40 / 91, -6 / 91)),
+}
+
+
+@pytest.mark.parametrize("spatial", ["", "spatial "])
+@pytest.mark.parametrize("gear", GEARS)
+def test_gears_of_one_dimensional_libraries(gear, spatial):
+    (flanges, speeds), slides = GEARS[gear], gear.startswith(("IdealGearR2T", "IdealRolling"))
+    second = "Prismatic q(world, b.c);" if slides else "Revolute q(world, b.c);"
+    lines = [f"{spatial}model Gears", "  World world;", "  Body a(m = 1, I = 0.5);", "  Body b(m = 2, I = 0.2);"]
+    lines += ["  Body c(m = 1, I = 1);", "  Revolute p(world, a.c);", f"  {second}", "  Revolute r(world, c.c);"]
+    lines += [f"  Modelica.Mechanics.Rotational.Components.{gear};", "  Torque t(p, tau = 1);", "equation"]
+    lines += [f"  connect(x.{flange}, {joint}.axis);" for flange, joint in zip(flanges, "pqr", strict=False)]
+    run = mbdsl.simulate(follow("\n".join([*lines, "end Gears;"])), step=0.01, stop=1.0)
+    found = [run[f"{joint}.{'v' if slides and joint == 'q' else 'w'}"][-1] for joint in "pqr"[: len(flanges)]]
+    assert found == pytest.approx(speeds, abs=1e-9)
+
+
 def test_every_rule_that_makes_a_declaration_is_followed_here():
     types = " ".join(d for declarations, *_ in RIGID.values() for d in declarations)
     elsewhere = {
@@ -743,6 +794,8 @@ def test_every_rule_that_makes_a_declaration_is_followed_here():
         "UniversalSpherical",
         "Parts.Fixed",
         "Marker",
+        *(gear.split(" ")[0] for gear in GEARS),
+        *(name for name, made in foreign_gears.GEARS.items() if made is foreign_gears._coupling),  # without values
     }
     assert {key for key in foreign_kinds._MADE if f"{key} x(" not in types} == elsewhere
 

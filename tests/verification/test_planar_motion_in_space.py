@@ -397,4 +397,6 @@ def test_counterparts_have_the_parameters():
     for name in WRITERS:
         planar, spatial = find(name), find(name, True)
         if planar is not None:
-            assert {p.name for p in spatial.parameters} - {p.name for p in planar.parameters} <= {"n", "fz"}, name
+            assert {p.name for p in spatial.parameters} - {p.name for p in planar.parameters} <= {"n", "fz", "axes"}, (
+                name
+            )

@@ -1,4 +1,4 @@
-"""Bushing: a linear spring and damper in six directions, in the axes of frame_a.
+"""Bushing: a linear spring and damper in six directions, in the axes of frame_a; forces also in those of the world.
 
     g = (x_a . d, y_a . d, z_a . d, sigma_1, sigma_2, psi),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
     torque on frame_b, besides these: -(c_w1 x_a x_a^T + c_w2 y_a y_a^T + c_w3 z_a z_a^T) (w_b - w_a)
@@ -7,13 +7,15 @@ The attitude of frame_b is a twist psi about z_a, which counts turns, followed b
 along x_a and y_a (:mod:`~mbdsl.elements.in_space.swing_twist`). Rotations about one axis of frame_a alone have torques
 that are linear at any angle. The forces have a potential, and small rotations are those about x_a, y_a and z_a. A tilt
 of half a turn has no direction.
+
+With the forces in axes of the world, (x_a, y_a, z_a) in the first three rows are the unit vectors along x, y and z.
 """
 
 from collections.abc import Mapping
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import bushing
-from mbdsl.elements.in_space.coordinates import X, Y, Z, dot2, dot2_hessian
+from mbdsl.elements.in_space.coordinates import X, Y, Z, point, point_in_axes, point_in_axes_hessian
 from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.sliding_friction import turn, turn_hessian
 from mbdsl.elements.in_space.swing_twist import (
@@ -38,6 +40,7 @@ NONE = (0.0, 0.0, 0.0)
 def derive(v: Mapping) -> dict:
     """Stiffness and damping of the plane: two along x and y, and one about z; one c_w about all axes."""
     found: dict = {name: (*v[name], 0.0) for name in ("k", "c") if len(v[name]) == 2}
+    found |= bushing.turning(v)
     found |= {name: (0.0, 0.0, v[name]) for name in ("k_phi", "c_phi") if not isinstance(v[name], tuple)}
     return found if isinstance(v["c_w"], tuple) else found | {"c_w": (v["c_w"],) * 3}
 
@@ -55,11 +58,12 @@ POWER += [f"c_w[{i}]*{w}*{w}" for i, w in enumerate(TURNING, 1)]
 
 KIND = in_space(
     bushing.KIND,
-    doc="A compliant joint: spring and damper along and about x, y and z of frame_a.",
+    doc="A compliant joint: spring and damper along and about x, y and z of frame_a; along those of the world with "
+    '`axes = "world"`.',
     rows=9,
     parameters=(
-        Parameter("k", "N/m", NONE, "stiffness along x, y and z of frame_a", shape=(3,), or_shapes=((2,),)),
-        Parameter("c", "N.s/m", NONE, "damping along x, y and z of frame_a", shape=(3,), or_shapes=((2,),)),
+        Parameter("k", "N/m", NONE, "stiffness along x, y and z of `axes`", shape=(3,), or_shapes=((2,),)),
+        Parameter("c", "N.s/m", NONE, "damping along x, y and z of `axes`", shape=(3,), or_shapes=((2,),)),
         Parameter(
             "k_phi", "N.m/rad", NONE, "stiffness about x, y and z; a number: about z", shape=(3,), or_shapes=((),)
         ),
@@ -80,11 +84,12 @@ KIND = in_space(
             or_shapes=((),),
         ),
         Parameter("phi0", "rad", 0.0, "twist without torque"),
+        bushing.AXES,
     ),
     signals=(
         *(
-            Signal(key, "m", dot(a, D), f"position along {key} of frame_a")
-            for key, a in zip("xyz", (X_A, Y_A, Z_A), strict=True)
+            Signal(key, "m", f"turns[1]*{dot(a, D)} + (1 - turns[1])*{d}", f"position along {key} of the forces' axes")
+            for key, a, d in zip("xyz", (X_A, Y_A, Z_A), D, strict=True)
         ),
         Signal("phi_x", "rad", TILT[0], "tilt about x of frame_a"),
         Signal("phi_y", "rad", TILT[1], "tilt about y of frame_a"),
@@ -103,16 +108,17 @@ KIND = in_space(
         *((v["k_phi"][i], v["c_phi"][i], v["phi0"] if i == 2 else 0.0) for i in range(3)),
         *((0.0, c, 0.0) for c in v["c_w"]),
     ),
-    table=lambda v: (0.0, 0.0),
+    table=lambda v: (0.0, 0.0, *v["turns"]),
     counts_turns=True,
 )
 
 
 @kernel
 def gradient(frames, a, b, p, G):
-    dot2(frames, a, X, b, G, 0)
-    dot2(frames, a, Y, b, G, 1)
-    dot2(frames, a, Z, b, G, 2)
+    if p[2] == 0.0:
+        point(frames, a, b, G, 0)
+    else:
+        point_in_axes(frames, a, b, G, 0)
     tilt(frames, a, b, G, 3)
     twist(frames, a, b, p, G, 5)
     turn(frames, a, X, G, 6)
@@ -122,9 +128,8 @@ def gradient(frames, a, b, p, G):
 
 @kernel
 def hessian(frames, a, b, p, s, H):
-    dot2_hessian(frames, a, X, b, s[0], H)
-    dot2_hessian(frames, a, Y, b, s[1], H)
-    dot2_hessian(frames, a, Z, b, s[2], H)
+    if p[2] != 0.0:
+        point_in_axes_hessian(frames, a, b, s, H)
     if s[3] != 0.0 or s[4] != 0.0:  # after half a turn, these do not exist
         tilt_hessian(frames, a, b, s[3], s[4], H)
     if s[5] != 0.0:

@@ -35,6 +35,7 @@ from mbdsl.compilation.buffer_layout import (
     N_MOVING,
     N_PHI,
     N_Q,
+    N_RELATIONS,
     PAIR,
     PAIR_POSE,
     PAIRS,
@@ -61,6 +62,8 @@ MOTIONS = {"mbdsl.bodies.rigid_body_kernels", "mbdsl.bodies.point_mass_kernels"}
 def _applies(system: System) -> bool:
     layout, tables = system.tables.layout, system.tables
     if not system.m or system.p or system.of_multipliers or layout[N_MOVING] or layout[MASS_KIND] != 0:
+        return False
+    if layout[N_RELATIONS]:
         return False
     if any(b.role == "body" and b.module.__name__ not in MOTIONS for b in tables.blocks):
         return False

@@ -159,10 +159,14 @@ def _without_idle(scene: Scene) -> tuple[Scene, list[Note]]:
     bodies = {c.name for c in scene.bodies()}
     idle = []
     for c in scene.components.values():
-        if isinstance(c.kind, (ForceKind, JointKind)) and c.ports:
-            expressions = (*c.velocity_constraints, *(e for e in c.values.values() if isinstance(e, Expr)))
+        if isinstance(c.kind, (ForceKind, JointKind)) and (c.ports or c.relations):
+            expressions = (
+                *c.relations,
+                *c.velocity_constraints,
+                *(e for e in c.values.values() if isinstance(e, Expr)),
+            )
             read = {leaf.value[0] for leaf in leaves(*expressions) if leaf.op == "coordinate"}  # type: ignore[index]
-            frames = {*c.ports.values(), *(read if c.velocity_constraints else ())}
+            frames = {*c.ports.values(), *(read if c.relations or c.velocity_constraints else ())}
             if not any(scene.frames[name].body in bodies for name in frames):
                 idle.append(c)
     if not idle:

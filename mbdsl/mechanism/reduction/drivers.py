@@ -59,6 +59,7 @@ def rewritten(c: Component, known) -> Component:
         c,
         values=values,
         velocity_constraints=tuple(substitute(e, known) for e in c.velocity_constraints),
+        relations=tuple(substitute(e, known) for e in c.relations),
         friction=substitute(c.friction, known) if c.friction is not None else None,
         friction_rows=tuple(substitute(e, known) for e in c.friction_rows),
     )

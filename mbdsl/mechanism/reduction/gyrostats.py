@@ -162,7 +162,8 @@ def _dependence(graph: MechanismGraph, rotor: Rotor) -> tuple[Component, str] | 
         axles = {rotor.name: rotor.frame.axes[6:], rotor.carrier: rotor.n}
         if {f.body for f in frames} == set(axles) and all(_along(f, 2, axles[f.body]) for f in frames):
             aligned.add(c.name)
-        if (why := _of_action(rotor, c, frames[0], c.name in aligned)) is not None:
+        axes = frames[-1] if c.values.get("axes") == "frame_b" else frames[0]
+        if (why := _of_action(rotor, c, axes, c.name in aligned)) is not None:
             return c, why
     known = {scene.signal_of(scene.components[name], "w") for name in aligned}
     for c in scene.components.values():
@@ -171,13 +172,13 @@ def _dependence(graph: MechanismGraph, rotor: Rotor) -> tuple[Component, str] | 
     return None
 
 
-def _of_action(rotor: Rotor, c: Component, first: Frame, aligned: bool) -> str | None:
-    """Why a joint or force on a rotor, with its frame_a ``first``, prevents the reduction."""
+def _of_action(rotor: Rotor, c: Component, axes: Frame, aligned: bool) -> str | None:
+    """Why a joint or force on a rotor, with axes of the frame ``axes``, prevents the reduction."""
     if c.kind.name not in TURNING:
         return f"{c.kind.name} may depend on its angle"
     if c.kind.name in ALIGNED and not aligned:
         return "this acts about another axis"
-    if c.kind.name == "Torque" and first.body == rotor.name and not _along(first, 2, rotor.frame.axes[6:]):
+    if c.kind.name == "Torque" and axes.body == rotor.name and not _along(axes, 2, rotor.frame.axes[6:]):
         return "this acts about an axis that turns with it"
     return "this spring depends on its angle" if c.values.get("k") else None
 

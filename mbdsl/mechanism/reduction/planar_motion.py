@@ -164,7 +164,8 @@ class _Writer:
         rows = kind.velocity_rows if isinstance(kind, JointKind) else ()
         return Component(
             c.name, kind, found, ports, signals.names(kind, given, False), c.span, c.doc,
-            velocity_constraints=tuple(formulas.velocity_row(row) for row in rows),
+            velocity_constraints=tuple(map(formulas.row, rows)),
+            relations=tuple(map(formulas.row, kind.relations)) if isinstance(kind, JointKind) else (), units=c.units,
         )  # fmt: skip
 
     def _leaf(self, frame: str, key: str) -> Expr:
@@ -346,14 +347,14 @@ def _force(w: _Writer, c: Component) -> Component:
 
 
 def _torque(w: _Writer, c: Component) -> Component | None:
-    along = w.at[c.ports["frame_a"]].k[2]
+    along = w.at[c.ports[c.values["axes"]]].k[2]
     if abs(abs(along) - 1.0) <= SAME:
         along = 1.0 if along > 0.0 else -1.0
     return w._pair(c, values={"tau": along * w._law(c, expr(c.values["tau"]))}) if abs(along) > SAME else None
 
 
-def _constraint(w: _Writer, c: Component) -> Component:
-    return w._with(c, "VelocityConstraint", {})
+def _without_frames(w: _Writer, c: Component) -> Component:
+    return w._with(c, c.kind.name, {})
 
 
 #: kinds whose equations contain an angle with its turns; whose frames have a common axis, and a common height
@@ -368,5 +369,6 @@ WRITERS: dict[str, Callable[[_Writer, Component], Component | None]] = {
     "RotationalDriver": _turning, "RotationalVelocityDriver": _turning, "RotationalSpringDamper": _turning,
     "TranslationalDriver": _sliding, "TranslationalVelocityDriver": _sliding, "TranslationalSpringDamper": _sliding,
     "RotationalStop": _turning, "TranslationalStop": _sliding, "SpringDamper": _same, "Force": _force,
-    "Torque": _torque, "VelocityConstraint": _constraint, "FreeMotion": _nothing,
+    "Torque": _torque, "VelocityConstraint": _without_frames, "FreeMotion": _nothing,
+    "Coupling": _without_frames, "PlanetaryGear": _without_frames,
 }  # fmt: skip

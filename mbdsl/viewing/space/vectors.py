@@ -96,7 +96,7 @@ def _not_zero(found: Sequence[SpaceVector]) -> list[SpaceVector]:
 
 
 def _applied(c: Component, trajectory: Trajectory, motion: SpaceMotion) -> Iterator[SpaceVector]:
-    """A force with components in the axes of frame_a, or a torque about its z axis."""
+    """A force with components in the axes of frame_a, or a torque about the z axis of one of the frames."""
     a, b = (motion.spot_of(frame) for frame in c.ports.values())
     laws = tuple(c.kind.laws)  # type: ignore[attr-defined]
     if laws == ("fx", "fy", "fz"):
@@ -107,7 +107,7 @@ def _applied(c: Component, trajectory: Trajectory, motion: SpaceMotion) -> Itera
     elif laws == ("tau",):
         tau = _signal(trajectory, motion, f"{c.name}.tau")
         if tau is not None:
-            axis = motion.turned(a, np.array([0.0, 0.0, 1.0]))
+            axis = motion.turned(b if c.values["axes"] == "frame_b" else a, np.array([0.0, 0.0, 1.0]))
             yield SpaceVector(c.name, FORCES, TORQUE, b, tau[:, None] * axis)
 
 

@@ -48,14 +48,20 @@ def component(name, kind, values, **ports):
     values |= declared.derive(values)
     rows = getattr(declared, "velocity_rows", ())
     formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
-    constraints = tuple(map(formulas.velocity_row, rows))
+    constraints = tuple(map(formulas.row, rows))
+    relations = tuple(map(formulas.row, getattr(declared, "relations", ())))
     for k, (function, signals) in enumerate(getattr(declared, "couplings", ())):
         values[function] = surface([formulas.signal(x) for x in (signals if k else signals[::-1])])
     friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
     if isinstance(declared, ForceKind) and declared.springs is None:
         values |= {law: formulas.signal(law) for law in declared.laws if values.get(law) is None}
     signals = tuple(declared.formulas)
-    more = {"friction": friction, "friction_rows": formulas.friction_rows() if friction is not None else ()}
+    more = {
+        "relations": relations,
+        "friction": friction,
+        "friction_rows": formulas.friction_rows() if friction is not None else (),
+    }
+    ports = {port: ports[port] for port in declared.ports}
     return Component(name, declared, values, ports, signals, velocity_constraints=constraints, **more)
 
 
@@ -75,19 +81,29 @@ def law(frames, rng):
     return k[0] * angle * b["x"] + k[1] * speed + k[2] * call("sin", a["y"] * TIME) * call("tanh", b["wx"] + a["wy"])
 
 
+def place(frames, rng):
+    """A nonlinear function of position, axes and angle of two frames."""
+    k = rng.uniform(0.5, 1.5, 4)
+    a, b = ({key: coordinate(frame, key) for key in spatial_coordinates.COORDINATES} for frame in frames)
+    angle = spatial_coordinates.named(frames[0], "phi")
+    axes = call("atan2", a["xx"] * b["yz"] + a["zy"], 3.0 + b["xz"] * b["zz"])
+    return k[0] * axes * b["x"] + k[1] * a["y"] * b["z"] * a["x"] + k[2] * call("sin", angle) * b["xy"] + k[3] * angle
+
+
 def parameters(kind, frames, rng):
     """Random values of the kind's parameters; laws of forces instead of linear springs where there is a choice."""
     given = {}
     for p in kind.parameters:
         if p.law and kind.name not in LINEAR:
             of_state = isinstance(kind, ForceKind) or kind.velocity_rows
-            given[p.name] = law(frames, rng) if of_state else 0.3 + TIME * TIME
+            of_time = law(frames, rng) if of_state else 0.3 + TIME * TIME
+            given[p.name] = place(frames, rng) if p.name in kind.coupled else of_time
         elif p.unit and not p.law:
             given[p.name] = float(rng.uniform(0.5, 1.5)) if p.shape == () else tuple(rng.uniform(0.5, 1.5, p.shape))
     return given
 
 
-def system(kind, count=4):
+def system(kind, count=4, **more):
     rng = np.random.default_rng(SEEDS.get(kind.name, sum(map(ord, kind.name))))
     frames, components = [], [component("ground", "Ground", {})]
     for body in ("ground", "a", "b"):
@@ -102,7 +118,7 @@ def system(kind, count=4):
             components.append(component(body, "Body", values))
     ends = (("ground.p", "a.p"), ("a.q", "b.p"), ("b.q", "ground.q"), ("a.p", "a.q"))
     for k, (a, b) in enumerate(ends[:count]):
-        components.append(component(f"c{k}", kind, parameters(kind, (a, b), rng), frame_a=a, frame_b=b))
+        components.append(component(f"c{k}", kind, parameters(kind, (a, b), rng) | more, frame_a=a, frame_b=b))
     scene = Scene("Test", {c.name: c for c in components}, {f.name: f for f in frames}, spatial=True)
     return build(scene, NO_GRAPH)
 
@@ -136,6 +152,12 @@ def test_tangents_are_derivatives(kind):
     s = system(kind)
     for seed in range(2):
         compare(s, *states(s, np.random.default_rng(seed)))
+
+
+@pytest.mark.parametrize(("name", "axes"), [("Bushing", "world"), ("Torque", "frame_b")])
+def test_tangents_in_other_axes_are_derivatives(name, axes):
+    s = system(find(name, True), axes=axes)
+    compare(s, *states(s, np.random.default_rng(0)))
 
 
 #: kinds whose coordinates are those of points, of axes, and of angles; velocities; friction; a weld

@@ -21,6 +21,7 @@ TRACES = {
     "drivers": {"loops.drive"},
     "couplings": {"loops.couple"},
     "moving": {"loops.carry"},
+    "relations": {"relation_loops.values", "relation_loops.tangents"},
     "velocity rows": {"loops.gammas", "loops.gamma_tangents"},
     "springs": {"loops.springs", "loops.spring_tangents"},
     "laws": {"loops.laws", "loops.law_tangents"},
@@ -82,6 +83,14 @@ SCENES = {
         "joints, couplings, expressions",
         "rigid_body_kernels revolute rotational_cam",
     ),
+    "Coupling c(pin.phi, knee.phi, ratio = 2);": (
+        "joints, drivers, relations, expressions",
+        "rigid_body_kernels revolute",
+    ),
+    "PlanetaryGear c(pin.phi, rod.phi, knee.phi, ratio = 2);": (
+        "joints, relations, expressions",
+        "rigid_body_kernels revolute",
+    ),
     "CircleContact c(ground, tip.c, r_a = 0.4 m, r_b = 0.6 m, k = 1 N/m);": (
         "joints, laws, expressions",
         "rigid_body_kernels revolute circle_contact",
@@ -110,9 +119,14 @@ def codes(scene, sets=1):
 def names(code):
     """Functions of loops and tape, and modules of kernels, that occur in the code below its title."""
     text = code.split('"""', 2)[2]
-    found = set(re.findall(r"\b(?:loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)) - ALWAYS
+    found = (
+        set(
+            re.findall(r"\b(?:loops|relation_loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)
+        )
+        - ALWAYS
+    )
     modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.bodies import (\w+)", text))
-    called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "expression_tape"}
+    called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "relation_loops", "expression_tape"}
     imported = {a or b for a, b in modules}
     assert called == imported  # every import is used
     return found, imported

@@ -1,0 +1,83 @@
+"""Joints without frames, which couple coordinates: their dimensions, and the units of their signals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mbdsl.elements.kind import ANY, Kind
+from mbdsl.errors import ModelError
+from mbdsl.expressions import symbolic
+from mbdsl.expressions.printing import text
+from mbdsl.expressions.symbolic import Expr
+from mbdsl.lang import syntax as s
+from mbdsl.lang import units
+from mbdsl.lang.quantities import words
+from mbdsl.lang.source import span_of
+from mbdsl.lang.units import NUMBER, Dimension
+
+LENGTH = units.dimension("m")
+#: dimension of a coordinate -> its unit, and that of a generalised force on it
+_UNITS = {NUMBER: ("rad", "N.m"), LENGTH: ("m", "N")}
+
+
+def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
+    """Check that the coordinate ``name`` of the joint ``owner`` is a function of positions."""
+    what, velocity = f"`{name}` of {kind.name} `{owner}`", "velocities are coupled by a VelocityConstraint"
+    found = symbolic.leaves(law)
+    if symbolic.is_velocity_level(law):
+        raise ModelError(f"{what} depends on a velocity, expected a position or an angle", hint=velocity)
+    for leaf in found:
+        if leaf.op in ("time", "input"):
+            hint = "a function of time is the `offset`" if "offset" in kind.law_parameters else None
+            raise ModelError(f"{what} depends on `{text(leaf)}`, expected a function of positions alone", hint=hint)
+    if not any(leaf.op == "coordinate" for leaf in found):
+        hint = "it takes a coordinate of a joint or body, such as `pin.phi`, `slide.s` or `rod.b.x`"
+        raise ModelError(f"{what} is constant, expected a coordinate that varies", hint=hint)
+
+
+def checked_units(kind: Kind, owner: str, given: Mapping[str, tuple[Dimension | None, s.Expression | None]]) -> dict:
+    """Units of the signals of a Coupling b = ratio a + offset, by the dimensions of the ``given`` values, which are
+    None for bare numbers; {} for kinds whose parameters have units.
+
+    Raises
+    ------
+    ModelError
+        If a and b are neither angles nor lengths, or if the dimension of the ratio or of the offset is another one.
+    """
+    if all(p.unit != ANY for p in kind.parameters):
+        return {}
+    sizes = {name: dimension for name, (dimension, _) in given.items()}
+    a, b, place = sizes["a"], sizes["b"], {name: e for name, (_, e) in given.items()}
+    for name in kind.coupled:
+        size = sizes[name]
+        if size is not None and size not in _UNITS:
+            message = f"`{name}` of {kind.name} `{owner}` is {words(size)}, expected an angle or a length"
+            raise ModelError(message, _span(place[name]), "as in `pin.phi`, `slide.s` or `rod.b.x`")
+    expected = {"ratio": None if a is None or b is None else units_of_ratio(a, b), "offset": b}
+    for name, right in expected.items():
+        size = NUMBER if place[name] is None and name == "ratio" else sizes[name]  # by default it is a number
+        if right is not None and size is not None and size != right:
+            hint = f"b = ratio*a + offset, and {' and '.join(_said(x, sizes[x]) for x in kind.coupled)}"
+            found_words = "no value" if place[name] is None else words(size)
+            message = f"`{name}` of {kind.name} `{owner}`: found {found_words}, expected {words(right)}"
+            raise ModelError(message, _span(place[name] or place["b"]), hint)
+    found = {name: _UNITS[size][0] for name, size in (("a", a), ("b", b), ("offset", b)) if size is not None}
+    if b is not None:
+        found["force"] = _UNITS[b][1]
+        if a is not None:
+            found["ratio"] = "1" if a == b else f"{_UNITS[b][0]}/{_UNITS[a][0]}"
+    return found
+
+
+def _said(name: str, dimension: Dimension | None) -> str:
+    what = {NUMBER: "an angle [rad]", LENGTH: "a length [m]", None: "a number without unit"}
+    return f"{name} is {what[dimension]}"
+
+
+def units_of_ratio(a: Dimension, b: Dimension) -> Dimension:
+    """The dimension of b/a."""
+    return tuple(y - x for x, y in zip(a, b, strict=True))
+
+
+def _span(e: s.Expression | None):
+    return span_of(e.at) if e is not None else None
