@@ -42,6 +42,7 @@ class Claim:
     breaks: Sequence[float] = ()  #: times at which the reference restarts: corners, both ends of pulses
     atol: float = 1e-15  #: of the reference [m or rad, and per s]
     rounding: float = 1e-14  #: of a closed form, for example from the rounding of its times
+    begin: float = 0.0  #: the time at which the run starts [s]; all other times count from there
 
     @property
     def times(self):

@@ -35,8 +35,9 @@ def error(claim: Claim, run, until: float = math.inf) -> float:
     truth, size = claim.truth(), run.system.tables.size
     times = claim.times
     kept = times <= until
-    rows = np.searchsorted(run.t, times[kept] - 1e-9 * claim.stop)
-    if not len(rows) or rows.max() >= len(run.t) or np.abs(run.t[rows] - times[kept]).max() > 1e-9 * claim.stop:
+    t = run.t - claim.begin
+    rows = np.searchsorted(t, times[kept] - 1e-9 * claim.stop)
+    if not len(rows) or rows.max() >= len(t) or np.abs(t[rows] - times[kept]).max() > 1e-9 * claim.stop:
         return math.inf if len(rows) else 0.0
     turned = ("phi", "w")
     speeds = [np.abs(x).max() / (1.0 if key.endswith(".w") else size) for key, x in claim.between().items()
@@ -70,7 +71,7 @@ def stopped(claim: Claim, run, asked: float | None, reason: str) -> Verdict:
     until = None if run is None else run.stats.get("horizon")
     if until is None or asked is None:
         return Verdict(STOPPED, asked, reason=reason)
-    truth = error(claim, run, until)
+    truth = error(claim, run, until - claim.begin)
     floor = max(FLOOR, claim.stored["agrees"])
     if truth > ASKED * max(asked, floor):
         return Verdict(LIE, asked, asked, truth, f"kept until t = {until:g} s, it says, but it is not")

@@ -9,11 +9,12 @@ from claim import Claim, G
 CLAIMS: dict[str, Claim] = {}
 
 
-def mechanism(name, family, body, pose, *, z, v, stop, start, masses=None, g=G, **more):
+def mechanism(name, family, body, pose, *, z, v, stop, start, masses=None, g=G, begin=0.0, **more):
     text = f"model {name}\n  Ground ground(g = {g!r});\n{body}\ninitial equation\n{start}\n"
-    text += f"  annotation(experiment(StopTime = {float(stop)!r}));\nend {name};\n"
+    start = f"StartTime = {float(begin)!r}, " if begin else ""
+    text += f"  annotation(experiment({start}StopTime = {float(begin + stop)!r}));\nend {name};\n"
     z, v = (list(map(float, x)) for x in (z, v))
-    CLAIMS[name] = Claim(name, family, text, float(stop), pose, z, v, masses=masses, g=g, **more)
+    CLAIMS[name] = Claim(name, family, text, float(stop), pose, z, v, masses=masses, g=g, begin=float(begin), **more)
 
 
 def bell(t, at, width, height=1.0):

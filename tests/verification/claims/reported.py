@@ -132,4 +132,68 @@ for name, angle, stop in (("SwingFar", 2.4, 60), ("SwingOver", 2.8, 30)):
         g=G,
     )
 
+# -- runs far from t = 0: a driven oscillator, and a ball on a spring ------------------------------------------------
+for name, begin in (("LateDrive", 86400.0), ("LatestDrive", 1e6)):
+    phase, size = 3.0 * begin % (2 * pi), 10.0 / 91.0
+
+    def driven(t, phase=phase, size=size):
+        x0, v0 = 0.2 - size * np.sin(phase), -3 * size * np.cos(phase)
+        x = x0 * np.cos(10 * t) + v0 / 10 * np.sin(10 * t) + size * np.sin(3 * t + phase)
+        return x, v0 * np.cos(10 * t) - 10 * x0 * np.sin(10 * t) + 3 * size * np.cos(3 * t + phase)
+
+    mechanism(
+        name,
+        "reported",
+        "  Body A(m = 1, I = 1);\n  Prismatic j(ground, A.c);\n  TranslationalSpringDamper s(j, k = 100);\n"
+        "  Force push(A.c, fx = 10*sin(3*time));",
+        lambda z, t: {"A": (z[0], 0.0, 0.0)},
+        exact=driven,
+        z=[0.2],
+        v=[0.0],
+        stop=10,
+        start="  j.s = 0.2;\n  j.v = 0;",
+        g=0.0,
+        begin=begin,
+        rounding=3.0 * begin * 1e-16,
+    )
+
+
+def bouncing(t):
+    """From 0.5 m onto a spring of 1e5 N/m: parabolas, and y = -g/k + A cos(w t) + B sin(w t) on the spring."""
+    k, t0, y, v, above, y_at, v_at = 1e5, 0.0, 0.5, 0.0, True, np.zeros(len(t)), np.zeros(len(t))
+    w, left = k**0.5, np.arange(len(t))
+    while len(left):
+        if above:
+            lasts = (v + (v * v + 2 * G * y) ** 0.5) / G
+            found = lambda s, y=y, v=v: (y + v * s - G * s * s / 2, v - G * s)  # noqa: E731
+        else:
+            a, b = y + G / k, v / w
+            lasts = (2 * pi - acos(G / k / (a * a + b * b) ** 0.5) + np.arctan2(b, a)) % (2 * pi) / w
+            found = lambda s, a=a, b=b: (  # noqa: E731
+                -G / k + a * np.cos(w * s) + b * np.sin(w * s),
+                w * (b * np.cos(w * s) - a * np.sin(w * s)),
+            )
+        now = left[t[left] <= t0 + lasts]
+        y_at[now], v_at[now] = found(t[now] - t0)
+        (_, v), y, t0, above, left = found(lasts), 0.0, t0 + lasts, not above, left[len(now) :]
+    return y_at, v_at
+
+
+for name, begin in (("Floor", 0.0), ("LateFloor", 86400.0)):
+    mechanism(
+        name,
+        "reported",
+        "  Body A(m = 1, I = 1);\n  Frame rail(ground, phi = 90 deg);\n  Prismatic j(rail, A.c);\n"
+        "  Force floor(A.c, fy = if A.y < 0 then -1e5*A.y else 0);",
+        lambda z, t: {"A": (0.0, z[0], pi / 2)},
+        exact=bouncing,
+        z=[0.5],
+        v=[0.0],
+        stop=2,
+        start="  j.s = 0.5;\n  j.v = 0;",
+        g=G,
+        begin=begin,
+        rounding=5e-9 if begin else 1e-13,  # of times late in a day, 1.5e-11 s, at 100 g in the contact
+    )
+
 __all__ = ["CLAIMS"]
