@@ -30,38 +30,46 @@ def units(spatial: bool) -> dict[str, str]:
 
 def on_port(f: Formulas, port: str) -> tuple[Vector, Vector]:
     """Force and torque of an element on one of its ports, at its origin in world axes: (2), (1), in space (3), (3)."""
-    force, torque = _on_frame_b(f)
-    if port == "frame_b":
-        return force, torque
     assert isinstance(f.kind, PairKind)
-    if not f.kind.reacts:
-        return [const(0.0)] * len(force), [const(0.0)] * len(torque)
-    d = [f.coordinate("frame_b", i) - f.coordinate("frame_a", i) for i in "xyz"[: len(force)]]
-    moment = _cross(d, force)
-    return [-x for x in force], [-(t + m) for t, m in zip(torque, moment, strict=True)]
+    force, torque = _on_frame_b(f)
+    if port == "frame_a":
+        if not f.kind.reacts:
+            return [const(0.0)] * len(force), [const(0.0)] * len(torque)
+        d = [f.coordinate("frame_b", i) - f.coordinate("frame_a", i) for i in "xyz"[: len(force)]]
+        moment = _cross(d, force)
+        force, torque = [-x for x in force], [-(t + m) for t, m in zip(torque, moment, strict=True)]
+    found = [*force, *torque]
+    if not isinstance(f.kind, JointKind) or _rubs(f):
+        # each port by itself: the moments of a bushing in axes of the world do not cancel
+        for size, signal in f.kind.resists:
+            load = formulas.evaluate(size, f)
+            found = [x - load * g for x, g in zip(found, _gradient(f, signal, port), strict=True)]
+    return found[: len(force)], found[len(force) :]
+
+
+def _rubs(f: Formulas) -> bool:
+    """Whether a joint has friction."""
+    return isinstance(f.kind, JointKind) and bool(f.kind.friction and f.given("mu_s"))
 
 
 def _on_frame_b(f: Formulas) -> tuple[Vector, Vector]:
+    """The reactions of a joint, and what a formula says that an element exerts."""
     kind = f.kind
     assert isinstance(kind, PairKind)
     keys = ("fx", "fy", "fz", "tx", "ty", "tz") if kind.spatial else ("fx", "fy", "tau")
     found = dict.fromkeys(keys, const(0.0))
     if isinstance(kind, JointKind):
         found |= {key: f.signal(key) for key in keys if key in kind.reaction}
-    if not isinstance(kind, JointKind) or (kind.friction and f.given("mu_s")):
+    if not isinstance(kind, JointKind) or _rubs(f):
         for key, formula in kind.exerts.items():
             found[key] = found[key] + formulas.evaluate(formula, f)
-        for size, signal in kind.resists:
-            load, gradient = formulas.evaluate(size, f), _gradient(f, signal)
-            for key, g in zip(keys, gradient, strict=True):
-                found[key] = found[key] - load * g
     n = 3 if kind.spatial else 2
     return [found[key] for key in keys[:n]], [found[key] for key in keys[n:]]
 
 
-def _gradient(f: Formulas, signal: str) -> list[Expr]:
-    """The derivatives of a signal with respect to the motion of frame_b."""
-    frame = f.coordinate("frame_b", "x").value[0]  # type: ignore[index]
+def _gradient(f: Formulas, signal: str, port: str) -> list[Expr]:
+    """The derivatives of a signal with respect to the motion of the frame at a port."""
+    frame = f.coordinate(port, "x").value[0]  # type: ignore[index]
     if f.kind.spatial:
         return spatial_coordinates.virtual(f.signal(signal), frame)
     return diff(f.signal(signal), *(coordinate(frame, key) for key in ("x", "y", "phi")))

@@ -295,11 +295,20 @@ def assembled(s, q, v):
 WITH_PORTS = [k for k in PAIRS if k.ports and not (isinstance(k, JointKind) and k.velocity_rows and k.law_parameters)]
 
 
-@pytest.mark.parametrize("kind", WITH_PORTS, ids=lambda kind: kind.variant or kind.name)
-def test_wrenches_on_ports_are_the_forces_of_the_kernels(kind):
+IN_OTHER_AXES = [
+    pytest.param(find("Bushing", True), {"axes": "world"}, id="Bushing-world"),
+    pytest.param(find("Torque", True), {"axes": "frame_b"}, id="Torque-frame_b"),
+]
+
+
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [*(pytest.param(kind, {}, id=kind.variant or kind.name) for kind in WITH_PORTS), *IN_OTHER_AXES],
+)
+def test_wrenches_on_ports_are_the_forces_of_the_kernels(kind, given):
     """For random velocities dv, the power of the wrenches on both ports is that of the generalised forces: those on
     both bodies are right, and opposite. The signal ``power`` is their power at the velocities of the state."""
-    s, empty = system(kind, 2), system(kind, 0)
+    s, empty = system(kind, 2, **given), system(kind, 0)
     rng = np.random.default_rng(0)
     q, v, lam = states(s, rng)
     q, v = assembled(s, q, v) if s.m + s.p else (q, v)
