@@ -9,7 +9,7 @@ pretensioned: no strand becomes slack.
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import belt_drive
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, zero
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, power, zero
 from mbdsl.elements.line_of_centres import rolling, rolling_hessian
 
 DRAWING = "belt"
@@ -42,6 +42,8 @@ KIND = ForceKind(
         *belt_drive.KIND.signals,
     ),
     energy="0.5*k*stretch^2",
+    results=(power("-(force*der(stretch))"),),
+    resists=(("force", "stretch"),),
     derive=lambda v: {**belt_drive.KIND.derive(v), "searched": None},
     table=lambda v: (*v["r"], 0.0),
     laws=("force",),

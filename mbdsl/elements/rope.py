@@ -10,7 +10,7 @@ from math import sqrt
 
 from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, zero
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, power, zero
 from mbdsl.elements.rope_path import Path
 
 DRAWING = "rope"
@@ -105,10 +105,13 @@ KIND = ForceKind(
             "k*max(0, stretch) + max(-(k*max(0, stretch)), min(k*max(0, stretch), c*v))",
             "tension at frame_a",
         ),
+        Signal("taken", "m", "s", "rope that the first span takes up, with what is wound on its discs"),
         Signal("tension_b", "N", "tension", "tension at frame_b"),
         Signal("slack", "1", "0.5 - 0.5*sign(stretch)", "1 where the rope is not stretched"),
     ),
     energy="0.5*k*max(0, stretch)^2",
+    results=(power("-(tension*der(taken))"),),
+    resists=(("tension", "taken"),),
     check=check,
     derive=derive,
     table=lambda v: v["ends"],

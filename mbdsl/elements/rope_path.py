@@ -213,6 +213,7 @@ class Path:
             "v": flow(self.length),
             "stretch": stretch,
             "tension": self.tensions[0],
+            "taken": self.spans[0].g,
             "tension_b": self.tensions[-1],
             "slack": call("le", stretch, 0.0),
         }
@@ -279,7 +280,14 @@ class Path:
     def of_span(self, j: int) -> dict[str, Expr]:
         """The signals of span j alone."""
         s, tension = self.spans[j].straight, self.tensions[j]
-        return {**self.signals, "tension": tension, "tension_b": tension, "s": s, "v": flow(s)}
+        return {
+            **self.signals,
+            "tension": tension,
+            "tension_b": tension,
+            "taken": self.spans[j].g,
+            "s": s,
+            "v": flow(s),
+        }
 
 
 def _sum(terms: Sequence[Expr]) -> Expr:

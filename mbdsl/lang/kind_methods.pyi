@@ -508,7 +508,8 @@ class KindMethods:
             since the start), ``force`` [N] (difference of the tensions of the
             strands), ``theta`` [rad] (angle of the line from frame_a to frame_b),
             ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
-            (relative angular velocity).
+            (relative angular velocity), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1396,6 +1397,7 @@ class KindMethods:
         v: Start | None = None,
         stretch: Start | None = None,
         tension: Start | None = None,
+        taken: Start | None = None,
         tension_b: Start | None = None,
         slack: Start | None = None,
         doc: str = "",
@@ -1438,7 +1440,7 @@ class KindMethods:
         drum : number or str, optional [m]
             Radius of a drum about frame_b, or of drums about both ends, on which it
             is wound; signs as of `radius`.
-        s, v, stretch, tension, tension_b, slack : mapping, optional
+        s, v, stretch, tension, taken, tension_b, slack : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -1451,8 +1453,10 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (length of the path), ``v`` [m/s] (its rate), ``stretch`` [m] (by how
             much the rope is longer than its free length), ``tension`` [N] (tension
-            at frame_a), ``tension_b`` [N] (tension at frame_b), ``slack`` (1 where
-            the rope is not stretched).
+            at frame_a), ``taken`` [m] (rope that the first span takes up, with what
+            is wound on its discs), ``tension_b`` [N] (tension at frame_b),
+            ``slack`` (1 where the rope is not stretched), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------

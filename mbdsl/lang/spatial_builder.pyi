@@ -890,7 +890,8 @@ class SpatialBuilder(Builder):
             line of centres), ``phi_b`` [rad] (angle of frame_b from the line of
             centres), ``stretch`` [m] (by how much the rim of one pulley is ahead of
             that of the other since the start), ``force`` [N] (difference of the
-            tensions of the strands).
+            tensions of the strands), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -2056,6 +2057,7 @@ class SpatialBuilder(Builder):
         v: Start | None = None,
         stretch: Start | None = None,
         tension: Start | None = None,
+        taken: Start | None = None,
         tension_b: Start | None = None,
         slack: Start | None = None,
         doc: str = "",
@@ -2098,7 +2100,7 @@ class SpatialBuilder(Builder):
         drum : number or str, optional [m]
             Radius of a drum about frame_b, or of drums about both ends, on which it
             is wound; signs as of `radius`.
-        s, v, stretch, tension, tension_b, slack : mapping, optional
+        s, v, stretch, tension, taken, tension_b, slack : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
             Description, one line.
@@ -2111,8 +2113,10 @@ class SpatialBuilder(Builder):
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``stretch`` [m] (by
             how much the rope is longer than its free length), ``tension`` [N]
-            (tension at frame_a), ``tension_b`` [N] (tension at frame_b), ``slack``
-            (1 where the rope is not stretched).
+            (tension at frame_a), ``taken`` [m] (rope that the first span takes up,
+            with what is wound on its discs), ``tension_b`` [N] (tension at
+            frame_b), ``slack`` (1 where the rope is not stretched), ``power`` [W]
+            (power delivered to the mechanism).
 
         Raises
         ------

@@ -56,6 +56,7 @@ def component(name, kind, values, **ports):
     friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
     if isinstance(declared, ForceKind) and declared.springs is None:
         values |= {law: formulas.signal(law) for law in declared.laws if values.get(law) is None}
+    values |= {key: formulas.signal(key) for key in declared.computed}
     signals = tuple(declared.formulas)
     more = {
         "relations": relations,
