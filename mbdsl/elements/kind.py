@@ -153,6 +153,11 @@ class Kind:
         """Signal -> its formula, of everything that its components may have."""
         return {x.name: x.formula for x in (*self.signals, *self.results)}
 
+    @property
+    def computed(self) -> tuple[str, ...]:
+        """Names of the signals whose expressions are among the values of a component."""
+        return ()
+
     @cached_property
     def law_parameters(self) -> tuple[str, ...]:
         """Names of the parameters that take expressions."""
@@ -345,6 +350,15 @@ class ForceKind(PairKind):
     laws: tuple[str, ...] = ()
     sign: float = -1.0
     springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None
+    #: of kinds that may run over further frames, the parameter ``over``: (values, coordinates of each frame, spatial)
+    #: -> a :class:`mbdsl.elements.rope_path.Path`. It replaces the formulas of the signals, which are those of a
+    #: component between two points. Every span of the path is a component of the kind
+    path: Callable | None = None
+    misfit: Callable[[Mapping, float], str | None] | None = None  #: as of a JointKind
+
+    @property
+    def computed(self) -> tuple[str, ...]:
+        return () if self.path is None else tuple(x.name for x in self.signals)
 
 
 def _named(name: str, spatial: bool = False) -> Kind:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Protocol
 
-from mbdsl.expressions.symbolic import OPERATIONS, Expr, call, const, der, expr
+from mbdsl.expressions.symbolic import OPERATIONS, Expr, at_start, call, const, der, expr
 
 _OPERATORS: dict[type[ast.operator], Callable[[Expr, Expr], Expr]] = {
     ast.Add: operator.add,
@@ -42,7 +42,8 @@ def evaluate(formula: str, names: Names) -> Expr:
     Parameters
     ----------
     formula : str
-        Numbers, names, ``+ - * / ^``, ``der(...)`` and the operations of :mod:`mbdsl.expressions.symbolic`.
+        Numbers, names, ``+ - * / ^``, ``der(...)``, ``start(...)`` (the value at the start), and the operations
+        of :mod:`mbdsl.expressions.symbolic`.
     names : Names
         Values of the names in it.
 
@@ -84,6 +85,9 @@ def _compiled(node: ast.expr) -> Callable[[Names], Expr]:
         case ast.Call(func=ast.Name(id="der"), args=[argument], keywords=[]):
             value = _compiled(argument)
             return lambda names: der(value(names))
+        case ast.Call(func=ast.Name(id="start"), args=[argument], keywords=[]):
+            value = _compiled(argument)
+            return lambda names: at_start(value(names))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in OPERATIONS:
             values = [_compiled(argument) for argument in arguments]
             return lambda names: call(name, *(value(names) for value in values))

@@ -23,6 +23,8 @@ def text(root: Expr) -> str:
             shown[n] = f"{joint}.lam[{k + 1}]"
         elif n.op == "time":
             shown[n] = "time"
+        elif n.op == "start":
+            shown[n] = f"start({text(n.value)})"  # type: ignore[arg-type]
         elif n.op in _INFIX:
             shown[n] = f"({a[0]}{_INFIX[n.op]}{a[1]})"
         elif n.op == "neg":

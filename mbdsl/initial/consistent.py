@@ -25,6 +25,7 @@ from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.in_plane import InPlane
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.mirrored_poses import mirrored, unmirrored
+from mbdsl.initial.misfits import check_tangents
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
@@ -33,7 +34,7 @@ from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 from mbdsl.numerics.saddle_point import dense, least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.signals import Matrix, gradients, values
+from mbdsl.system.signals import Matrix, begin, gradients, values
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -119,6 +120,8 @@ def state_at(system: System, t: float, q: Array, v: Array) -> InitialState:
     InitialisationError
         If they do not exist.
     """
+    begin(system, t, q, v)
+    check_tangents(system, t, q, v)
     redundant = redundant_rows(system, t, q, v)
     try:
         a, lam = accelerations(system, t, q, v, redundant)
@@ -301,7 +304,9 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     for shape in _shapes(system, graph, t, positions):
         try:
             unknowns, y, _notes = _meant(system, graph, t, given, metric or Metric(system, {}), np.inf, shape)
-            return unknowns.expand(y)
+            q = unknowns.expand(y)
+            begin(system, t, q, np.zeros(system.n))
+            return q
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise

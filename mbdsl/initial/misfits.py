@@ -1,11 +1,13 @@
-"""Joints whose places do not fit their parameters at the start: wheels, and points on surfaces and curves."""
+"""Elements whose places do not fit their parameters at the start: wheels, points on surfaces and curves, ropes."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import coordinate
 from mbdsl.mechanism.scene import Component
@@ -21,10 +23,13 @@ COINCIDENT = 1e-9
 PARALLEL = 1e-6
 #: a gradient is zero if it is below the first part of that at a pose displaced by the second, in the mechanism's size
 ZERO, DISPLACED = 1e-9, 1e-2
+#: strain of a rope at the start above which its length is probably not as intended
+STRETCHED = 1e-3
 
 
 def misfits(system: System, t: float, q: Array, v: Array) -> list[str]:
-    """Warnings about joints with a line of centres, from the consistent state q, v (n,) at the start time t.
+    """Warnings about elements with a line of centres, and about ropes, from the consistent state q, v (n,) at the start
+    time t.
 
     Raises
     ------
@@ -36,9 +41,11 @@ def misfits(system: System, t: float, q: Array, v: Array) -> list[str]:
     scene = system.scene
     state = np.array([t]), q[None], v[None]
     for name, component in scene.components.items():
-        if not isinstance(component.kind, JointKind):
+        if isinstance(component.kind, ForceKind) and component.kind.computed:
+            found += _stretched(system, component, state)
+        if not isinstance(component.kind, JointKind | ForceKind):
             continue
-        if component.kind.crossing:
+        if isinstance(component.kind, JointKind) and component.kind.crossing:
             ends = [coordinate(frame, f"z{key}") for frame in component.ports.values() for key in "xyz"]
             z = np.array([x[0] for x in values(system, ends, *state)])
             if np.linalg.norm(np.cross(z[:3], z[3:])) < PARALLEL:
@@ -47,7 +54,7 @@ def misfits(system: System, t: float, q: Array, v: Array) -> list[str]:
                     component.span,
                     hint="wheels with parallel axes: GearPair",
                 )
-        if scene.spatial and component.kind.functions:
+        if scene.spatial and isinstance(component.kind, JointKind) and component.kind.functions:
             _check_gradients(system, component, [f for f, _ in component.kind.functions], t, q)
         if component.kind.misfit is None:
             continue
@@ -67,6 +74,36 @@ def misfits(system: System, t: float, q: Array, v: Array) -> list[str]:
         if (misfit := component.kind.misfit(component.values, distance)) is not None:
             found.append(f"{component.kind.name} {name}: {misfit}")
     return found
+
+
+def check_tangents(system: System, t: float, q: Array, v: Array) -> None:
+    """Raise an error if a span of a rope between two discs has no tangent at the state q, v (n,) at time t."""
+    for component in system.scene.components.values():
+        if not component.kind.computed:
+            continue
+        ((straight,),) = values(system, [component.values["straight"]], np.array([t]), q[None], v[None])
+        if not np.isfinite(straight):
+            a, b = component.ports.values()
+            ra, rb = (abs(r) for r in component.values["ends"])
+            raise InitialisationError(
+                f"{component.kind.name} {component.name}: no line between the discs of {ra:g} m at {a} and of {rb:g} m "
+                f"at {b} touches both",
+                component.span,
+                hint="the discs have to be apart, and a point outside of the disc (radius 0)",
+            )
+
+
+def _stretched(system: System, component: Component, state: tuple[Array, Array, Array]) -> Iterator[str]:
+    """A warning if a rope is shorter than its path."""
+    if "stretch" not in component.signals:
+        return  # a further span
+    roots = [component.values[key] for key in ("s", "stretch", "tension")]
+    s, stretch, tension = (float(x[0]) for x in values(system, roots, *state))
+    if stretch > STRETCHED * s:
+        yield (
+            f"{component.kind.name} {component.name}: its path is {s:.6g} m at the start, longer than its free length "
+            f"by {stretch:.3g} m, and its tension is {tension:.3g} N; without `length`, it begins without tension"
+        )
 
 
 def _check_gradients(system: System, component: Component, names: list[str], t: float, q: Array) -> None:

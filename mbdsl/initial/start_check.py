@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from time import process_time
 
+import numpy as np
+
 from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
@@ -58,7 +60,7 @@ def check_start(graph: MechanismGraph) -> list[str]:
     if number > MOST:
         return [f"not assembled: {number} unknowns, more than {MOST}; mbdsl simulate assembles the model"]
     try:
-        with code_cache.uncompiled():
+        with code_cache.uncompiled(), np.errstate(all="ignore"):  # as compiled code, which gives nan
             return _assembled(graph.scene, graph)
     except TimeoutError as late:
         best: InitialisationError = late.args[0]

@@ -187,10 +187,10 @@ class RunState:
 
     @property
     def counters(self) -> list[int]:
-        """Offsets in ``numbers`` of the angles whose turns are counted."""
+        """Offsets in ``numbers`` of the angles whose turns are counted, and of values at the start."""
         tables = self.system.tables
         counted = [at for places in tables.angles.values() for at in places]
-        return [*(body.counter for body in tables.models.values() if body.counter >= 0), *counted]
+        return [*(b.counter for b in tables.models.values() if b.counter >= 0), *counted, *tables.starts.values()]
 
     @property
     def turns(self) -> Turns:

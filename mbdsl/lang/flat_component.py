@@ -30,6 +30,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
+from mbdsl.lang.paths import frames_over, path_of, spans
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
@@ -40,6 +41,7 @@ from mbdsl.mechanism.signal_names import accelerations
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
+    from mbdsl.elements.rope_path import Path
     from mbdsl.lang.evaluate import Scope
     from mbdsl.lang.flat_model import Assembly
 
@@ -132,6 +134,7 @@ class Part:
         "_formulas",
         "_frames",
         "_laws",
+        "_path",
         "_signal_names",
         "_values",
         "assembly",
@@ -164,6 +167,7 @@ class Part:
         self._laws: dict[str, Expr] = {}
         self._formulas: signals.Formulas | None = None
         self._signal_names: tuple[str, ...] | None = None
+        self._path: Path | None = None
         self.drawn: list[tuple[tuple[s.Argument, ...], Scope]] = []  #: annotations with shapes
         self.lacks: set[str] = set()  #: effects in ``assembly.without`` that it would have otherwise
 
@@ -206,6 +210,9 @@ class Part:
                 if parameter.default is REQUIRED:
                     raise self._missing(parameter)
                 found[parameter.name] = parameter.default
+                continue
+            if parameter.name == "over":
+                found["over"] = tuple(x.name for x in frames_over(modifier))
                 continue
             value = modifier.evaluate()
             try:
@@ -449,7 +456,16 @@ class Part:
         return self._formulas
 
     def _given(self, name: str) -> object:
+        if name in self.kind.computed:
+            return self.path.signals[name]
         return self.law(name) if name in self.kind.law_parameters else self.values[name]
+
+    @property
+    def path(self) -> Path:
+        """The path of a component that may run over further frames."""
+        if self._path is None:
+            self._path = path_of(self, self._modifier("over"))
+        return self._path
 
     def _coordinate(self, port: str, key: str) -> Expr:
         frame = self.frames["c"] if port == "c" else self.own_frame(port)
@@ -515,7 +531,7 @@ class Part:
     def forget(self) -> None:
         """Discard values and signals, because the effects to leave out have changed."""
         self._values, self._formulas, self._laws, self.template.shared, self.lacks = None, None, {}, None, set()
-        self._signal_names = None
+        self._signal_names, self._path = None, None
 
     def known_names(self) -> list[str]:
         """The names for the hint "did you mean"."""
@@ -524,6 +540,12 @@ class Part:
         return [*frames, *self.signal_names(), *self.nodes, *parameters]
 
     # -- the result --------------------------------------------------------------------------------------------
+
+    def components(self) -> list[Component]:
+        """The component, and those of the further spans of its path."""
+        if self.kind.computed:
+            return spans(self, self._modifier("over"))
+        return [self.component()]
 
     def component(self) -> Component:
         kind = self.kind

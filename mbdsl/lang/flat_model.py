@@ -308,7 +308,7 @@ class Assembly:
             where = span_of(first.at) if first is not None else None
             raise ModelError(message, where, "declare it: `Ground ground;`")
         parameters, variables, descriptions, inputs = self._slots(root)
-        components: dict[str, Component] = {part.name: part.component() for part in self.parts.values()}
+        components: dict[str, Component] = {c.name: c for part in self.parts.values() for c in part.components()}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
         if self.spatial:
             turned = (part.own_frame(port) for part in self.parts.values() for port in part.nodes)

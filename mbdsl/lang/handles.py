@@ -100,4 +100,5 @@ Law: TypeAlias = SupportsFloat | str | Handle | Expr
 Vector: TypeAlias = Sequence[SupportsFloat | str | Handle] | Convertible | str | Handle
 #: a frame or port, as a handle or by its name
 Place: TypeAlias = Handle | str
+Places: TypeAlias = Place | Sequence[Place]
 Frames: TypeAlias = Mapping[str, Vector | Mapping[str, Number | Vector]]

@@ -78,13 +78,15 @@ def signature(kind: Kind) -> inspect.Signature:
 def _type(p: Parameter) -> str:
     if p.name == "frames":
         return "Frames"
+    if p.name == "over":
+        return "Places"
     if p.law:
         return "Law"
     if p.choices:
         return f"Literal[{', '.join(map(_quoted, p.choices))}] | Handle"
     if isinstance(p.default, bool):
         return "bool | str | Handle"
-    return "Vector" if p.shape else "Number"
+    return "Vector" if p.shape else "Number | Vector" if p.or_shapes else "Number"
 
 
 def documentation(name: str, kind: Kind) -> str:
@@ -127,8 +129,8 @@ def _parts(names: list[str], size: int) -> list[list[str]]:
 
 
 def _words(p: Parameter) -> str:
-    if p.name == "frames":
-        return "mapping"
+    if p.name in ("frames", "over"):
+        return "mapping" if p.name == "frames" else "Handle, str or sequence of them"
     if p.choices or isinstance(p.default, bool):
         return "{" + ", ".join(map(_quoted, p.choices)) + "}" if p.choices else "bool"
     if p.law:

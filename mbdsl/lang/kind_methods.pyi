@@ -4,7 +4,7 @@ from inspect import Signature
 from typing import Literal
 
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
+from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
 
 def known(spatial: bool = False) -> dict[str, Kind]: ...
 def missing(spatial: bool) -> list[str]: ...
@@ -444,6 +444,72 @@ class KindMethods:
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``force``
             [N] (axial force, positive in tension), ``power`` [W] (power delivered
             to the mechanism).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def ElasticBelt(
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        r_a: Number,
+        r_b: Number,
+        crossed: bool | str | Handle = False,
+        k: Number,
+        c: Number = 0.0,
+        stretch: Start | None = None,
+        force: Start | None = None,
+        theta: Start | None = None,
+        phi: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add an ElasticBelt: a belt or chain around two pulleys about the frame
+        origins, which stretches and does not slip; without force at the start.
+        The ratio of the radii is that of the speeds.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        r_a : number or str [m]
+            Radius about frame_a; positive.
+        r_b : number or str [m]
+            Radius about frame_b; positive.
+        crossed : bool, optional
+            Whether the strands cross, so that the pulleys turn in opposite senses.
+        k : number or str [N/m]
+            Stiffness: twice that of one strand; positive.
+        c : number or str, optional [N.s/m]
+            Damping; at least 0.
+        stretch, force, theta, phi, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``stretch``
+            [m] (by how much the rim of one pulley is ahead of that of the other
+            since the start), ``force`` [N] (difference of the tensions of the
+            strands), ``theta`` [rad] (angle of the line from frame_a to frame_b),
+            ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
+            (relative angular velocity), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -1305,6 +1371,92 @@ class KindMethods:
             frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``tau``
             [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def Rope(
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        k: Number,
+        c: Number = 0.0,
+        length: Number | None = None,
+        over: Places = (),
+        radius: Number | Vector | None = None,
+        turns: Number | Vector = 0.0,
+        mu: Number | None = None,
+        v_s: Number = 0.001,
+        drum: Number | Vector = 0.0,
+        s: Start | None = None,
+        v: Start | None = None,
+        stretch: Start | None = None,
+        tension: Start | None = None,
+        taken: Start | None = None,
+        tension_b: Start | None = None,
+        slack: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a Rope: a rope, cable or chain that pulls its ends together and
+        never pushes. It may run over discs, and be wound on drums.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        k : number or str [N/m]
+            Stiffness of the whole rope; positive.
+        c : number or str, optional [N.s/m]
+            Damping; at least 0.
+        length : number or str, optional [m]
+            Free length at the start, without what is wound on drums; default: that
+            of the path at the start; positive.
+        over : Handle, str or sequence of them, optional
+            Frames, or bodies with their centres of mass, at the centres of the
+            discs that it runs over, from frame_a to frame_b: `{wheel,
+            block.sheave}`.
+        radius : number or str, optional [m]
+            Radius of each disc, or of all of them; positive if the rope turns to
+            the left around the disc (in space: counter-clockwise about the z axis
+            of its frame), negative if it turns to the right.
+        turns : number or str, optional
+            Full turns around each disc, in addition to less than one.
+        mu : number or str, optional
+            Coefficient of friction between rope and discs (0: none); without it,
+            the rope does not slide: the discs turn with it; at least 0.
+        v_s : number or str, optional [m/s]
+            Speed over which this friction changes its sign: tanh(v/v_s); positive.
+        drum : number or str, optional [m]
+            Radius of a drum about frame_b, or of drums about both ends, on which it
+            is wound; signs as of `radius`.
+        s, v, stretch, tension, taken, tension_b, slack : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (length of the path), ``v`` [m/s] (its rate), ``stretch`` [m] (by how
+            much the rope is longer than its free length), ``tension`` [N] (tension
+            at frame_a), ``taken`` [m] (rope that the first span takes up, with what
+            is wound on its discs), ``tension_b`` [N] (tension at frame_b),
+            ``slack`` (1 where the rope is not stretched), ``power`` [W] (power
+            delivered to the mechanism).
 
         Raises
         ------

@@ -21,7 +21,7 @@ from inspect import Signature
 from typing import Literal
 
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
+from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
 
 def known(spatial: bool = False) -> dict[str, Kind]: ...
 def missing(spatial: bool) -> list[str]: ...
@@ -38,7 +38,7 @@ _HEAD_IN_SPACE = '''"""The Builder of models in space: made by ``python -m mbdsl
 from typing import Literal
 
 from mbdsl.lang.builder import Builder
-from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Start, Vector
+from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
 
 class SpatialBuilder(Builder):
     """Collects the components of a model in space and makes a ``Scene`` of them."""

@@ -386,32 +386,33 @@ class Scope:
 
     # -- frames ------------------------------------------------------------------------------------------------
 
-    def frame(self, e: s.Expression) -> Frame | Node | Part | Many | Disabled:
-        """The frame that an argument denotes; a joint denotes its two frames."""
+    def frame(self, e: s.Expression, centred: bool = False) -> Frame | Node | Part | Many | Disabled:
+        """The frame that an argument denotes; a joint denotes its two frames, and if ``centred`` a body its centre of
+        mass."""
         if not isinstance(e, s.Reference):
             raise ModelError(f"found `{write(e)}`, expected a frame", span_of(e.at), "e.g. `rod.b`, or `ground`")
         try:
-            return as_frame(self.resolve(e), e)
+            return as_frame(self.resolve(e), e, centred)
         except ModelError as problem:
             if problem.span is None:
                 problem.span = span_of(e.at)
             raise
 
 
-def as_frame(entity: Entity, e: s.Expression) -> Frame | Node | Part | Many | Disabled:
-    """The frame that ``entity``, written as ``e``, denotes."""
+def as_frame(entity: Entity, e: s.Expression, centred: bool = False) -> Frame | Node | Part | Many | Disabled:
+    """The frame that ``entity``, written as ``e``, denotes; see :meth:`Scope.frame`."""
     if isinstance(entity, Frame | Node | Disabled):
         return entity
     if isinstance(entity, FrameMember):
         return entity.target()
     if isinstance(entity, Many):
-        return Many([as_frame(item, e) for item in entity.items])
+        return Many([as_frame(item, e, centred) for item in entity.items])
     if isinstance(entity, Array):
-        return Many([as_frame(item, e) for item in entity.in_order()])
+        return Many([as_frame(item, e, centred) for item in entity.in_order()])
     if isinstance(entity, Part):
         if not is_body(entity):
             return entity
-        if entity.kind.is_frame:  # type: ignore[attr-defined]
+        if entity.kind.is_frame or centred:  # type: ignore[attr-defined]
             return entity.frames["c"]
         name = write(e)
         frames = ", ".join(f"{name}.{f}" for f in entity.frames)

@@ -119,7 +119,7 @@ class Trial:
             part.frames  # noqa: B018
         for law in part.kind.law_parameters:
             self._when_connected(partial(part.law, law))
-        self._when_connected(part.component)
+        self._when_connected(part.components)
         self._when_connected(lambda: self._fix(InitialValues([part], [], self._assembly.warn)))
         for arguments, _ in part.drawn:
             self._check_shapes(arguments)

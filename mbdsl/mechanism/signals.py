@@ -89,7 +89,8 @@ class Formulas:
 
     def law(self, name: str) -> Expr | None:
         """The law given for the parameter ``name``; None if none is given, or if this is not a law parameter."""
-        given = self.given(name) if name in self.kind.law_parameters else None
+        known = name in self.kind.law_parameters or name in self.kind.computed
+        given = self.given(name) if known else None
         return None if given is None else expr(given)  # type: ignore[arg-type]
 
     # -- names in formulas -------------------------------------------------------------------------------------

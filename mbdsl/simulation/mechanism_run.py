@@ -38,6 +38,7 @@ from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build
 from mbdsl.system.bending import first_bend
+from mbdsl.system.signals import begin
 from mbdsl.system.tables import gravity
 
 if TYPE_CHECKING:
@@ -185,6 +186,10 @@ class Motion:
         self.left_out = tuple(row[name] for name in self.redundant)
         solved = [p.method != KINEMATIC for p in self.parts]
         self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved, solved_as)
+        if self.system.tables.starts and self.parts[0].system is not self.system:
+            first = [(p.initial.q[None], p.initial.v[None], p.initial.lam[None]) for p in self.parts]
+            q, v, _ = self.whole.state(np.array([self.plan.start]), first)
+            begin(self.system, self.plan.start, q[0], v[0])
 
     def _solve_in_space(self, flat: Flattened) -> None:
         """Solve all parts in space, because ``flat`` is assembled in another plane than its joints say."""

@@ -195,6 +195,8 @@ class PresentSignals:
     def _leaf(self, leaf: Expr) -> Expr | None:
         if leaf.op == "time":
             return self._time()
+        if leaf.op == "start":
+            return const(self._motion.system.tables.first_angles.get(leaf, 0.0))
         if leaf.op == "input":
             return _buffer("u", self._input[str(leaf.value)])
         if leaf.op == "multiplier":

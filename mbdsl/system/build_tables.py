@@ -118,6 +118,9 @@ def _fill(tables: Tables, size: float | None) -> None:
         _search(tables, c, c.velocity_constraints, by_rate)
     for c in [c for b in tables.blocks if b.related for c in b.components]:
         _search(tables, c, c.relations, by_motion)
+    for c in (c for b in tables.blocks if b.role == "law" for c in b.components if "searched" in c.values):
+        first, *others = law_expressions(c)
+        tables.row_laws |= {**dict.fromkeys(others), first: c.values["searched"]}
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # All values are on the tape now, and with them all switches; derivatives have the same ones.
@@ -130,6 +133,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     _fill_tape(buffers, tape, later)
     for node, register in tape.angles.items():
         tables.angles.setdefault(node, []).append(layout[buffer_layout.REGISTERS] + register)
+    tables.starts = {node: layout[buffer_layout.REGISTERS] + register for node, register in tape.begun.items()}
     counted = [at for places in tables.angles.values() for at in places]
     layout[buffer_layout.OF_MULTIPLIERS] = int(tables.of_multipliers)
     layout[buffer_layout.COUNTED], layout[buffer_layout.N_COUNTED] = buffers.ints(counted), len(counted)

@@ -44,6 +44,7 @@ class Tape:
     registers: list[float] = field(default_factory=lambda: [0.0])  #: register 0 is time
     tables: list = field(default_factory=list)
     roots: list[Expr] = field(default_factory=list)  #: the expressions requested by ``add``
+    begun: dict[Expr, int] = field(default_factory=dict)  #: value at the start -> its register
     angles: dict[Expr, int] = field(default_factory=dict)  #: angle that counts turns -> register of its last value
     _where: dict[Expr, int] = field(default_factory=dict)
 
@@ -67,6 +68,9 @@ class Tape:
             self._where[node] = target = len(self.registers)
             self.registers.append(float(node.value) if node.op == "const" else 0.0)  # type: ignore[arg-type]
             if node.op == "const":
+                continue
+            if node.op == "start":
+                self.begun[node] = target
                 continue
             if node.op == "input":
                 name = str(node.value)

@@ -22,6 +22,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     couplings: list[list[int]] = []
+    slopes: dict[tuple[Expr, str], list[Expr]] = {}
     slots, no_hessian = buffers.slots, [0.0] * layout_of(tables.scene.spatial).SQUARE
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
@@ -78,7 +79,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 elif role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
-                    leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
+                    leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later, slopes)
                     details.append((len(ints) + buffer_layout.DETAIL, leaf))
                 hessian = buffers.floats(no_hessian) if curved else -1
                 ints += [a, b, first, hessian, detail, 0]
@@ -144,9 +145,10 @@ def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None
     return fill
 
 
-def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
+def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later, slopes) -> list[int]:
     """Record of a law: register of s, sign, number of frames that s depends on; per frame its row and the registers of
-    ds/dz; number of multipliers that s depends on, and the registers of ds/dlam."""
+    ds/dz; number of multipliers that s depends on, and the registers of ds/dlam. ``slopes`` keeps the expressions ds/dz
+    of laws that several rows have."""
     law = law_expressions(c)[j]
     used = frames_in(law)
     reactions = [x for x in leaves(law) if x.op == "multiplier"]
@@ -161,8 +163,10 @@ def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
 
     def fill() -> None:
         for name in used:
-            partials = [*by_motion(law, name, tables.scene.spatial), *by_rate(law, name, tables.scene.spatial)]
-            leaf.extend([tables.frames[name], *(tape.add(g) for g in partials)])
+            if (law, name) not in slopes:
+                spatial = tables.scene.spatial
+                slopes[law, name] = [*by_motion(law, name, spatial), *by_rate(law, name, spatial)]
+            leaf.extend([tables.frames[name], *(tape.add(g) for g in slopes[law, name])])
         leaf.extend([len(reactions), *(tape.add(diff(law, x)[0]) for x in reactions)])
 
     later.append(fill)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES, Pose
 from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, counted, table_value
-from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, der, diff, evaluate, leaves
+from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, der, diff, evaluate, leaves, walk
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system.body_models import at_rest, body_pose
 from mbdsl.system.system import DENSE_LIMIT, System
@@ -74,6 +74,8 @@ def values(
         if node.op == "multiplier":
             assert lam is not None, "reactions need multipliers"
             return lam[:, system.tables.multipliers[node.value] - system.n]  # type: ignore[index]
+        if node.op == "start":
+            return np.full(len(t), system.tables.first_angles.get(node, 0.0))
         if node.op == "input":
             name = str(node.value)
             return inputs[name] if inputs and name in inputs else np.full(len(t), system.scene.inputs[name].start)
@@ -91,6 +93,17 @@ def values(
     with np.errstate(all="ignore"):
         results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle)  # type: ignore[arg-type]
     return [np.broadcast_to(np.asarray(r, float), (len(t),)) for r in results]
+
+
+def begin(system: System, t: float, q: Array, v: Array) -> None:
+    """Make q, v (n,) at time t the start from which expressions take their values at the start."""
+    nodes = list(system.tables.starts)
+    found = values(system, [n.value for n in nodes], np.array([t]), q[None], v[None]) if nodes else []  # type: ignore[misc]
+    for node, value in zip(nodes, found, strict=True):
+        system.set_first_angle(node, float(value[0]))
+    for node in system.tables.angles if nodes else ():
+        if any(n.op == "start" for n in walk(node)):  # it is measured from the start
+            system.set_first_angle(node, 0.0)
 
 
 def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Array) -> tuple[Array, Matrix, Matrix]:

@@ -248,9 +248,13 @@ class System:
         return self.tangent(t, q, v, cW=1.0)[self.n + self.m :, : self.n]
 
     def set_first_angle(self, node: Expr, value: float) -> None:
-        """Set the value at the start of an angle that counts turns."""
+        """Set the value at the start of an angle that counts turns, or of an expression."""
         self.tables.first_angles[node] = value
-        for at in self.tables.angles.get(node, ()):
+        if node in self.tables.starts:
+            for name in ("laws", "searched_laws", "searched_angles"):
+                vars(self).pop(name, None)
+        places = [self.tables.starts[node]] if node in self.tables.starts else self.tables.angles.get(node, ())
+        for at in places:
             self.tables.numbers[at] = value
             self.set_number(at, value)
 
@@ -534,7 +538,9 @@ class System:
         return {substitute(node, self._at_rest): places[0] for node, places in self.tables.angles.items()}
 
     def _at_rest(self, x: Expr) -> Expr | None:
-        """The value of a coordinate of a frame that does not move."""
+        """The value of a coordinate of a frame that does not move, or of an expression at the start."""
+        if x.op == "start":
+            return const(self.tables.first_angles.get(x, 0.0))
         if x.op != "coordinate":
             return None
         name, key = x.value  # type: ignore[misc]

@@ -53,11 +53,13 @@ class Tables:
     rotations: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 2), np.int64))  #: see Buffers
     #: angle in space that counts turns -> offsets in numbers of its values at the last accepted step
     angles: dict[Expr, list[int]] = field(default_factory=dict)
-    #: such an angle -> its value at the start, up to less than half a turn
+    starts: dict[Expr, int] = field(default_factory=dict)  #: value at the start -> offset in numbers
+    #: such an angle -> its value at the start, up to less than half a turn; and values at the start
     first_angles: dict[Expr, float] = field(default_factory=dict)
     switches: list[switches.Switch] = field(default_factory=list)
     values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
-    #: of those of constraints by expression: the sum of the user's laws in them
+    #: what is searched for peaks instead of some of them: of constraints by expression, the sum of the user's laws in
+    #: them; of components along a path, ``searched`` of their values
     row_laws: dict[Expr, Expr | None] = field(default_factory=dict)
 
     def resize(self, size: float) -> None:

@@ -1,4 +1,4 @@
-"""Gears, cams, rings and belts in pictures of pixels; the same as ``gears.js``."""
+"""Gears, cams, rings, belts and ropes in pictures of pixels; the same as ``gears.js``."""
 
 from __future__ import annotations
 
@@ -43,4 +43,12 @@ def _belt(p: Pixels, shape: Shape, a: Place, b: Place) -> None:
         p.line([at(centre + radius * np.cos(u), radius * np.sin(u)) for u in arc], width, FORCE)
 
 
-DRAWN: dict[str, Callable[..., Any]] = {"plate": _plate, "ring": _ring, "belt": _belt}
+def _rope(p: Pixels, shape: Shape, a: Place, b: Place, middle: Place | None = None) -> None:
+    """A parabola through its middle."""
+    ends, width = np.array([a[:2], b[:2]]), max(1.5, 0.14 * p.U)
+    sag = np.zeros(2) if middle is None else np.array(middle[:2]) - ends.mean(axis=0)
+    s = np.linspace(0.0, 1.0, 13 if sag.any() else 2)[:, None]
+    p.line((ends[0] + s * (ends[1] - ends[0]) + 4.0 * s * (1.0 - s) * sag).tolist(), width, FORCE)
+
+
+DRAWN: dict[str, Callable[..., Any]] = {"plate": _plate, "ring": _ring, "belt": _belt, "rope": _rope}

@@ -1,4 +1,4 @@
-// Gears, cams, rings and belts; further methods of Painter. The same as gear_pictures.py.
+// Gears, cams, rings, belts and ropes; further methods of Painter. The same as gear_pictures.py.
 Object.assign(Painter.prototype, {
   outline(points) {
     const k = this.view.scale;
@@ -49,5 +49,16 @@ Object.assign(Painter.prototype, {
         this.g.stroke();
       }
     });
+  },
+
+  // A parabola through its middle.
+  draw_rope(shape, [p, q, m]) {
+    const [x, y] = m ? [2 * m[0] - (p[0] + q[0]) / 2, 2 * m[1] - (p[1] + q[1]) / 2] : q;
+    this.g.beginPath();
+    this.g.moveTo(p[0], p[1]);
+    this.g.quadraticCurveTo(x, y, q[0], q[1]);
+    this.g.lineWidth = Math.max(1.5, 0.14 * this.U);
+    this.g.strokeStyle = this.theme.force;
+    this.g.stroke();
   },
 });

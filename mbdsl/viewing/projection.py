@@ -42,7 +42,7 @@ RIM = 24  #: number of points of a disc's edge
 PINS = ("Revolute", "Spherical", "Universal", "ConstantVelocity")
 HIDDEN = ("Force", "Torque", "RotationalDriver", "RotationalVelocityDriver", "VelocityConstraint", "RollingDisc")
 HIDDEN += ("FreeMotion", "RotationalStop")
-BETWEEN = {"Distance": "rod", "DistanceDriver": "actuator"}
+BETWEEN = {"Rope": "rope", "Distance": "rod", "DistanceDriver": "actuator"}
 AT_B = {"Bushing": "bushing"}
 
 

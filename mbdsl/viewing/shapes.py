@@ -24,7 +24,22 @@ GOES_FAR = 0.1  #: length of a body relative to the extent of its motion
 #: shapes in the order in which they are drawn; all others come last
 ORDER = (
     *("backdrop", "ring", "floor", "guide", "wall", "support", "spring", "damper", "spring-damper", "dashed", "plate"),
-    *("wheel", "belt", "link", "outline", "beam", "actuator", "rod", "block", "hub", "slot", "mass", "weld", "spiral"),
+    *(
+        "wheel",
+        "belt",
+        "rope",
+        "link",
+        "outline",
+        "beam",
+        "actuator",
+        "rod",
+        "block",
+        "hub",
+        "slot",
+        "mass",
+        "weld",
+        "spiral",
+    ),
 )
 
 

@@ -15,6 +15,7 @@ from mbdsl.elements.kind import ForceKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing import gear_shapes
 from mbdsl.viewing.motion import GROUND, Motion, Spot
+from mbdsl.viewing.rope_shapes import rope
 from mbdsl.viewing.shape import Shape
 
 Symbol = Callable[[Component, Spot, Spot, Motion], Iterator[Shape]]
@@ -155,6 +156,7 @@ SYMBOLS: dict[str, Symbol] = {
     "dashed": _dashed,
     "mark": _mark,
     "nothing": _nothing,
+    "rope": rope,
     **gear_shapes.SYMBOLS,
 }
 KNOWN = {

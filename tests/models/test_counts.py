@@ -36,6 +36,8 @@ COUNTS = {
     ("flexible_slider_crank", "hht-i3"): (20000, 53524, 187),
     ("four_bar", "hht-si2"): (10000, 20591, 445),
     ("four_bar", "hht-i3"): (10000, 28444, 609),
+    ("hoist", "hht-si2"): (10000, 10233, 8),
+    ("hoist", "hht-i3"): (10000, 19024, 9),
     ("pendulum", "hht-si2"): (10000, 18256, 136),
     ("pendulum", "hht-i3"): (10000, 25937, 287),
     ("rolling_disc", "hht-si2"): (2000, 2029, 1),

@@ -14,6 +14,7 @@ import numpy as np
 from mbdsl.elements import declaring
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.motion import GROUND
+from mbdsl.viewing.rope_shapes import rope_in_space
 from mbdsl.viewing.space import wheel_symbols
 from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
 from mbdsl.viewing.space.solid import BODY, DRIVE, FORCE, JOINT, SUPPORT, Solid
@@ -173,6 +174,7 @@ SYMBOLS: dict[str, Symbol] = {
     "track": _track,
     "cam": _track,
     "dashed": _between(("cylinder", 0.1)),
+    "rope": rope_in_space,
     **wheel_symbols.SYMBOLS,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,

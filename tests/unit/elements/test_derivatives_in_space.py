@@ -31,6 +31,7 @@ T = 0.7  #: time [s]
 LINEAR = ("SpringDamper", "RotationalSpringDamper")
 #: values whose random choice would not fit; limits within the range of the motion
 CHOSEN = {
+    "Rope": {"length": 0.3, "drum": 0.0},  # over discs: test_rope.py
     "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7},
     "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5},
 }
@@ -55,6 +56,7 @@ def component(name, kind, values, **ports):
     friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
     if isinstance(declared, ForceKind) and declared.springs is None:
         values |= {law: formulas.signal(law) for law in declared.laws if values.get(law) is None}
+    values |= {key: formulas.signal(key) for key in declared.computed}
     signals = tuple(declared.formulas)
     more = {
         "relations": relations,

@@ -48,6 +48,7 @@ CIRCLES = {
     ("mbdsl.lang.entities", "mbdsl.lang.scope"): "type: an entity's modifiers are read in a scope",
     ("mbdsl.lang.flat_component", "mbdsl.lang.flat_model"): "type: a component belongs to a flat model",
     ("mbdsl.lang.function_calls", "mbdsl.lang.scope"): "type: a function is called in a scope",
+    ("mbdsl.lang.paths", "mbdsl.lang.flat_component"): "type: a path is that of a component",
     ("mbdsl.lang.modifiers", "mbdsl.lang.scope"): "type: modifiers are read in the scope that they were written in",
 }
 #: part of the package -> modules that it reaches by no number of imports, not even inside functions

@@ -42,6 +42,7 @@ EXPECTED = {
     "flexible_pendulum": ("joints, mass matrix", "ancf_cable_kernels revolute"),
     "flexible_slider_crank": ("joints, mass matrix", "rigid_body_kernels floating_beam_kernels revolute point_on_line"),
     "four_bar": ("joints", "rigid_body_kernels revolute"),
+    "hoist": ("joints, laws, expressions", "rigid_body_kernels revolute rope torque"),
     "pendulum": ("joints", "point_mass_kernels distance"),
     "rolling_disc": ("joints, velocity rows, springs, expressions", "rigid_body_kernels rolling_disc spring_damper"),
     "seven_body": ("joints, springs, laws, expressions", "rigid_body_kernels revolute spring_damper torque"),

@@ -1,0 +1,39 @@
+"""ElasticBelt: a belt around two pulleys with axes along n that stretches: a spring and damper along the coordinate of
+a BeltDrive.
+
+    g = r_a phi_a + r_b phi_b,  force  k (g - g_0) + c dg/dt
+
+with the angles from the line of centres, see line_of_centres.py, and g_0 at the start.
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import elastic_belt
+from mbdsl.elements.in_space.gear_pair import SIGNALS
+from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES, rolling, rolling_hessian
+from mbdsl.elements.in_space.revolute import AXIS
+from mbdsl.elements.in_space.vectors import both, direction
+
+DRAWING = "belt"
+
+KIND = in_space(
+    elastic_belt.KIND,
+    parameters=(*elastic_belt.KIND.parameters, AXIS),
+    signals=(*SIGNALS, *elastic_belt.along("r[1]*(phi_a - start(phi_a)) + r[2]*(phi_b - start(phi_b))")),
+    check=direction,
+    table=lambda v: (0.0, 0.0, 0.0, 0.0, *v["r"], 0.0),
+    axes=both("z"),
+    counts_turns=True,
+    counted=("phi_a", "phi_b"),
+    first_angles=FIRST_ANGLES,
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    rolling(frames, a, b, p, G)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    rolling_hessian(frames, a, b, p, s, H)
