@@ -55,6 +55,7 @@ verification/test_drift.py*radau9*
 !verification/test_free_rotation.py*
 !verification/test_friction_in_space.py*
 !verification/test_gears_in_space.py*
+!verification/test_how_to.py*
 !verification/test_invariance.py*
 !verification/test_joint_friction.py*
 !verification/test_jumps_at_steps.py*
@@ -80,6 +81,9 @@ unit/compilation/test_code_cache.py::*numba*
 unit/compilation/test_optimisation.py*
 unit/editor/test_server.py::test_without_the_extra
 unit/elements/test_new_kind.py*
+unit/house/test_docs_commands.py::*cam-spring.md*
+unit/house/test_docs_commands.py::*door-closer.md*
+unit/house/test_docs_commands.py::*press-flywheel.md*
 unit/house/test_docs_commands.py::*report.md*
 unit/house/test_docs_commands.py::*space.md*
 unit/house/test_docs_commands.py::*studies.md*

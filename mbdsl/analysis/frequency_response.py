@@ -31,6 +31,7 @@ from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.lang.quantities import unit_text
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
+from mbdsl.numerics.saddle_point import largest, scaled
 from mbdsl.results.selection import split
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ Complex = NDArray[np.complex128]
 AMPLITUDES = {"1": 0, "w": 1, "w^2": 2, "1/w": -1, "1/w^2": -2}
 MOST = 500  #: largest number of pairs of an output and an input
 NOTHING = 1e-11  #: response, relative to the terms that cancel in it, that is zero
+STRETCHED = 1e-4  #: change of length of springs at a state, relative to the size of the mechanism, at least
 TAKES_PART = 0.01  #: least part of a mode in a response, relative to the largest one, to give its name to a resonance
 WIDER = 30.0  #: default range: from the slowest pole divided by this to the fastest one times this
 _ROTATING = re.compile(r"rotating\s*\(([^(),]+),([^(),]+)\)")
@@ -230,11 +232,20 @@ class _Computation:
 
     def _of_the_state(self) -> Array:
         """Values of the outputs over those of the inputs (o, i) at the state, which is known but for rounding."""
-        size, load = self.point.system.tables.size, float(np.abs(self.point.lam).max(initial=0.0))
+        size, load = self.point.system.tables.size, self._load()
         known = {"m": size, "rad": 1.0, "": 1.0, "N": load, "N.m": load * size}
         inputs = np.array([known.get(e.unit, 0.0) for e in self.inputs.sources]) @ np.abs(self.inputs.matrix)
         values = np.abs(np.where(np.isfinite(self.y0), self.y0, 0.0))
         return np.divide(values[:, None], inputs, where=inputs > 0.0, out=np.zeros((len(values), len(inputs))))
+
+    def _load(self) -> float:
+        """The size of the forces at the state [N]. Those of springs may balance weights and leave rounding."""
+        point, scale = self.point, self.point.system.tables.scale
+        q, v, lam, n = point.q, point.v, point.lam, point.system.n
+        K = point.system.tangent(point.t, q, v, lam, cK=1.0)[:n, :n]
+        springs = STRETCHED * largest(scaled(K, 1.0 / scale, 1.0 / scale))
+        applied = float(np.abs(point.system.Q(point.t, q, v) / scale).max(initial=0.0))
+        return max(float(np.abs(lam).max(initial=0.0)), max(springs, applied) / point.system.tables.size)
 
     def _limits(self) -> tuple[float, float]:
         size = np.abs(self.poles) / (2.0 * np.pi)

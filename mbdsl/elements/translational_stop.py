@@ -46,7 +46,8 @@ def energy(s):
 
 KIND = ForceKind(
     "TranslationalStop",
-    doc="End stops of a sliding joint: beyond its limits a stiff spring pushes back; it never pulls.",
+    doc="End stops of a sliding joint, or one-sided contact of a point with a line: beyond its limits a stiff spring "
+    "pushes back; it never pulls.",
     rows=1,
     parameters=(
         *limits("s_min", "s_max", "m"),

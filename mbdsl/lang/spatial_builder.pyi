@@ -2921,8 +2921,9 @@ class SpatialBuilder(Builder):
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a TranslationalStop: end stops of a sliding joint: beyond its limits
-        a stiff spring pushes back; it never pulls.
+        """Add a TranslationalStop: end stops of a sliding joint, or one-sided
+        contact of a point with a line: beyond its limits a stiff spring pushes
+        back; it never pulls.
 
         Parameters
         ----------

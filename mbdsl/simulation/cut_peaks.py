@@ -14,6 +14,8 @@ from mbdsl.simulation.state_signals import StateSignals
 CUT = 0.02  #: part of the range of a signal by which a peak is above the outputs
 ROUNDING = 1e-4  #: excess, relative to signals of the same unit, that may be an error of rounding or interpolation
 
+STILL = 1e-6  #: way in a run, relative to the size of the mechanism, of a mechanism at rest
+
 
 class CutPeak(NamedTuple):
     """A largest or least value of a signal that no output shows.
@@ -75,5 +77,7 @@ def outside(
 def _sizes(shown: StateSignals) -> dict[str, float]:
     """Unit -> size of such signals in a motion, beside which others are rounding errors."""
     length, rate = shown.system.tables.size, float(np.abs(shown.v * shown.system.tables.scale).max(initial=0.0))
+    if len(shown.t) > 1:
+        rate = max(rate, STILL / abs(float(shown.t[-1] - shown.t[0])))
     found = {"m": length, "m/s": length * rate, "m/s2": length * rate**2}
     return found | {"rad": 1.0, "rad/s": rate, "rad/s2": rate**2, "": 1.0}

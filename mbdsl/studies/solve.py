@@ -193,7 +193,12 @@ class Solution:
         found = zip(self.parameters, answer.values, answer.errors, strict=True)
         values = ", ".join(f"{p.name} = {_with_error(x, error, p.unit)}" for p, x, error in found)
         reached = zip(self.conditions, answer.measures, strict=True)
-        return f"{values}, where {' and '.join(f'{c.measure} = {c.shown(y)}' for c, y in reached)}"
+        return f"{values}, where {' and '.join(f'{c.measure} = {c.shown(self._reached(c, y))}' for c, y in reached)}"
+
+    def _reached(self, c: Condition, y: float) -> float:
+        """The value of a measure in an answer; the required one but for the width of the last bracket."""
+        spread = _spread(self.sweep[str(c.measure)], c.value)
+        return c.value if math.isclose(y, c.value, rel_tol=0.0, abs_tol=1e-6 * spread) else y
 
     def _lacking(self) -> list[str]:
         """That there is no answer, and what the measures reach over the range."""

@@ -125,9 +125,9 @@ def loads(trajectory: Trajectory, motion: Motion) -> list[Vector]:
 
 
 def _direction(kind: str, motion: Motion, a: Spot, b: Spot) -> Array | None:
-    """Unit vectors (N, 2) along which the force of a spring grows with its length; None for other kinds."""
+    """Unit vectors (N, 2) along which a spring or a stop resists; None for other kinds."""
     pa, pb = motion.pose(a), motion.pose(b)
-    if kind == "TranslationalSpringDamper":
+    if kind in ("TranslationalSpringDamper", "TranslationalStop"):
         return np.stack([np.cos(pa[:, 2]), np.sin(pa[:, 2])], axis=1)
     if kind != "SpringDamper":
         return None

@@ -136,6 +136,21 @@ def test_vibration_absorber():
     assert (first.mode, second.mode, first.damping) == (1, 2, 0.0)
 
 
+def test_upright_oscillator_on_a_stiff_spring():
+    """1/(k + c s + m s^2) with a weight that the spring carries, so that the reactions of the guide are zero."""
+    text = """model Upright
+      Ground ground;
+      Frame up(ground, phi = 90 deg);
+      PointMass mass(m = 100 kg);
+      Prismatic guide(up, mass);
+      TranslationalSpringDamper mount(guide, k = 400 kN/m, c = 500 N.s/m, s0 = 0.3 m);
+      Force push(frame_b = mass);
+    end Upright;"""
+    found = mbdsl.response(mbdsl.parse(text), "push.fy", "mass.y", "1:30 Hz")
+    assert found.at_frequency(F)[:, 0, 0] == pytest.approx(1.0 / (4e5 + 500.0 * S + 100.0 * S**2), rel=1e-9)
+    assert [peak.mode for peak in found.peaks] == [1] and not found.notes
+
+
 def test_pendulum_on_a_driven_support():
     """phi/X = w^2/(L (w0^2 - w^2)) about hanging down: m L^2 phi'' + m g L phi = -m L X''."""
     text = """model Pendulum

@@ -24,7 +24,7 @@ def test_patterns_match_tests(pattern):
     assert files and all(file.exists() for file in files)
     words = re.findall(r"[a-z_0-9-]{4,}", rest.replace("::", " "))
     text = files[0].read_text(encoding="utf-8")
-    methods_and_pages = [*compiled(), *(page.stem for page in (TESTS.parent / "docs").glob("*.md"))]
+    methods_and_pages = [*compiled(), *(page.stem for page in (TESTS.parent / "docs").rglob("*.md"))]
     known = [*re.findall(r"def (test_\w+)", text), *methods_and_pages, *text.split()]
     assert [word for word in words if not any(word in name for name in known)] == []
 

@@ -70,6 +70,15 @@ def test_what_has_no_cut_peaks(scene):
     assert mbdsl.simulate(mbdsl.parse(text), stop=1.0, step=1e-3).cut_peaks("A.f") == []
 
 
+def test_rounding_at_rest_is_no_peak():
+    """A body that rests on two stops, where a run begins, moves by rounding only."""
+    stops = "".join(f"TranslationalStop s{x}(ground.up, b.{x}, s_min = 0 m, k = 1e5 N/m);" for x in "ab")
+    text = "model P Ground ground(frames(up = {0, 0, 70 deg})); Body b(m = 20 kg, I = 2 kg.m2, length = 1 m);"
+    block = "TranslationalStop t(ground, b.b, s_max = 1 m, k = 1e5 N/m);"
+    scene = mbdsl.parse(f"{text} {stops} {block} initial equation b.phi = -20 deg; end P;")
+    assert mbdsl.simulate(scene, stop=2.0, initial="static").cut_peaks() == []
+
+
 def test_texts():
     assert str(CutPeak("a.f", "N", -1234.5678, 0.25, -0.0)) == (
         "a.f is -1235 N at t = 0.25 s, and outputs show at least 0 N"

@@ -47,6 +47,21 @@ def scale(tmp_path):
     return path
 
 
+def test_a_measure_that_is_zero_is_shown_as_zero(store):
+    """A lift exp(b) carries a weight of 2 at b = ln 2, and leaves rounding; the text has the required value."""
+    model = """model Zero
+      parameter Real b = 0;
+      Ground ground(g = 1);
+      PointMass mass(m = 2 kg);
+      Prismatic guide(ground, mass);
+      TranslationalSpringDamper spring(guide, k = 1 N/m);
+      Force lift(mass, fy = exp(b)*1 N);
+    end Zero;"""
+    found = mbdsl.solve(mbdsl.parse(model), {"b": "-1:1.3"}, "static(guide.fy) = 0 mN", store=store, workers=1)
+    assert abs(found["b"] - math.log(2.0)) < 1e-7
+    assert "where static(guide.fy) = 0 mN\n" in str(found)
+
+
 # -- closed forms ------------------------------------------------------------------------------------------------------
 
 

@@ -199,14 +199,22 @@ def test_the_pale_positions_have_no_second_support(tmp_path):
 
 
 def test_forces_of_springs_and_weights(trajectory_of):
-    """A mass at (3, 4) on a spring of 2 N/m without free length: it is pulled by 2 N/m times (3, 4) to the origin."""
+    """A mass at (3, 4) on a spring of 2 N/m without free length is pulled by 2 N/m times (3, 4) to the origin. A
+    stop into which it is pressed by 2 m pushes with 7 N/m times this depth; one without contact has no arrow."""
     from mbdsl.viewing.motion import motion
     from mbdsl.viewing.vectors import loads
 
     scene = parse(
         "model S Ground ground(g = 10); PointMass m(m = 3 kg); SpringDamper s(ground, m, k = 2 N/m, s0 = 0);"
-        " TranslationalSpringDamper t(ground, m, k = 5 N/m); end S;"
+        " TranslationalSpringDamper t(ground, m, k = 5 N/m);"
+        " TranslationalStop u(ground, m, s_min = 5 m, k = 7 N/m);"
+        " TranslationalStop free(ground, m, s_min = 0, k = 1); end S;"
     )
     trajectory = trajectory_of(scene, [0.0], {"m": np.array([[3.0, 4.0]])})
     found = {v.name: v.values[0].tolist() for v in loads(trajectory, motion(trajectory))}
-    assert found == {"m": [0.0, -30.0], "s": pytest.approx([-6.0, -8.0]), "t": pytest.approx([-15.0, 0.0])}
+    assert found == {
+        "m": [0.0, -30.0],
+        "s": pytest.approx([-6.0, -8.0]),
+        "t": pytest.approx([-15.0, 0.0]),
+        "u": pytest.approx([14.0, 0.0]),
+    }
