@@ -159,6 +159,9 @@ class LinearEquations:
         y0[plain] = slopes.value
         for k in set(range(len(names))) - set(plain):
             owner, _, key = names[k].rpartition(".")
+            if owner not in system.tables.coordinates:
+                message = f"`{names[k]}` cannot be an output of a linear model: `{owner}` is not a body"
+                raise UsageError(message, hint="accelerations of centres of mass can be, such as `crank.ax`")
             first = system.tables.coordinates[owner]
             if system.scene.spatial:
                 row, y0[k] = self._acceleration(first, key)

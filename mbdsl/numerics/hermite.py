@@ -9,6 +9,8 @@ from mbdsl.numerics.rotation_arrays import from_spin, to_spin, turned
 
 Array = NDArray[np.float64]
 NO_ROTATIONS = np.empty(0, np.int64)
+#: times closer than this part of the largest one, as on both sides of an event: the change of q is rounding there
+AT_ONCE = 1e-9
 
 
 def between(
@@ -22,7 +24,8 @@ def between(
 ) -> tuple[Array, Array, Array]:
     """q, v (N, n) and lam (N, m) at times t (N,) from those at ``known`` times (K,), ascending, which enclose t.
 
-    With the accelerations ``a`` (K, n), q has degree 5, where these are finite.
+    With the accelerations ``a`` (K, n), q has degree 5, where these are finite. Between two times so close that the
+    change of q is rounding, v is linear.
 
     ``rotations`` (R,) are the first of the three coordinates of each rotation in space, a rotation vector; they are
     interpolated relative to the attitude at the earlier of two times, and their v are angular velocities in body axes.
@@ -37,7 +40,10 @@ def between(
     base, q0[:, own] = q0[:, own], 0.0
     q1[:, own] = turned(-base, q1[:, own])
     v1[:, own] = from_spin(q1[:, own], v1[:, own])
-    c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
+    way, at_once = q1 - q0, h <= AT_ONCE * np.abs(known[[0, -1]]).max()
+    lost = at_once & (np.abs(way) <= AT_ONCE * np.maximum(np.abs(q0), np.abs(q1)))
+    way = np.where(lost, 0.5 * (v0 + v1), way)
+    c2, c3 = 3.0 * way - 2.0 * v0 - v1, -2.0 * way + v0 + v1
     found_q, found_v = q0 + x * (v0 + x * (c2 + x * c3)), (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
     if a is not None:
         a0, a1 = h * h * a[k], h * h * a[k + 1]

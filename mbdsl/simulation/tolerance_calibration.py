@@ -266,6 +266,8 @@ class Ladder:
         three = len(trials) > 3 and all(x.done for x in trials[-3:])
         # long steps may still be too large for a motion that amplifies errors, but not rounding, beyond the tolerance
         growing = self.few and last.differs > SATURATED and self.growth is not None and self.growth.log.max() > GROWN
+        # nor do errors of backends fall steadily, which pass corners
+        growing = growing or (self.irregular and not self.few)
         if decided and three and not growing and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
             self.reason = NO_CONVERGENCE
             if last.differs < SATURATED:
@@ -294,7 +296,7 @@ class Ladder:
         The order that a few runs show may be far too low, and the ``goal`` orders of magnitude too small: the rung
         between is tried, unless errors that decrease as fast as eps would not become small enough.
         """
-        least = (LEAST_OF_HIGH_ORDER if self.few else LEAST) * self.tol
+        least = (LEAST_OF_HIGH_ORDER if self.few or self.irregular else LEAST) * self.tol
         afforded = last.eps * (last.steps / MOST_STEPS) ** self.order
         if self._runs >= MOST or min(eps, goal) < afforded:
             # two runs alone do not show the order: their difference is stated, which may be much larger than the error

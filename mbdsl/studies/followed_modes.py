@@ -157,8 +157,9 @@ def followed(
     """The modes of each row in the order in which they are followed, and the rows where it is not certain.
 
     ``rows`` are the indices of the values of the parameters, ``points`` these values. A row follows its neighbour with
-    the next lower value of the last parameter that is not at its first value; if that run has no modes, the row before
-    it.
+    the next lower value of the first parameter that is not at its first value; if that run has no modes, the row before
+    it. Curves over the first parameter are thus followed each by itself; a way around a crossing, with other values of
+    the others, may lead to another order.
     """
     places = {row: k for k, row in enumerate(rows)}
     found: list[Shapes | None] = []
@@ -167,11 +168,11 @@ def followed(
         b, before = shapes_of(runs[k]), row
         source: int | None = None
         while b is not None and any(before) and source is None:
-            last = len(before) - 1 if not paired else 0
-            while not before[last]:
-                last -= 1
-            lower = (before[last] - 1,)
-            before = lower * len(before) if paired else (*before[:last], *lower, *before[last + 1 :])
+            first = 0
+            while not before[first]:
+                first += 1
+            lower = (before[first] - 1,)
+            before = lower * len(before) if paired else (*before[:first], *lower, *before[first + 1 :])
             source = places[before] if found[places[before]] is not None else None
         if b is None or source is None:
             found.append(b)

@@ -298,3 +298,15 @@ def test_command(tmp_path, capsys):
             assert np.array_equal(np.asarray(found[letter], float), getattr(wanted, letter))
     assert cli.main(["linearise", str(model), "--output", str(tmp_path / "linear.txt")]) == 2
     assert "known suffixes are .json, .mat, .npz" in capsys.readouterr().err
+
+
+def test_accelerations_of_sensors_are_refused():
+    text = """model M
+      Ground ground;
+      Rod rod(m = 1 kg, length = 1 m);
+      Revolute pin(ground, rod.a);
+      Sensor imu(rod.b);
+      Torque brake(pin, tau = -(0.2 N.m.s/rad)*imu.w);
+    end M;"""
+    with pytest.raises(mbdsl.UsageError, match=r"`imu\.ax` cannot be an output of a linear model: `imu` is not a body"):
+        mbdsl.linearise(mbdsl.parse(text), inputs=["brake.tau"], signals=["imu.ax"])

@@ -40,3 +40,13 @@ def test_known_states_are_returned_to_the_bit():
 def test_a_single_state():
     q, v, lam = between(np.array([0.0, 1.0]), np.array([0.0]), np.ones((1, 2)), np.zeros((1, 2)), np.ones((1, 1)))
     assert q.tolist() == [[1.0, 1.0]] * 2 and v.tolist() == [[0.0, 0.0]] * 2 and lam.tolist() == [[1.0]] * 2
+
+
+@pytest.mark.parametrize("q0", [0.375, 1000.0])
+def test_velocities_within_the_width_of_an_event(q0):
+    """Both sides of an event have the same q, or one that differs by rounding; v changes by nothing between them."""
+    t = np.array([0.0, 0.5, 0.5 + 2e-14, 1.0])
+    q, v = np.array([[0.0], [q0], [q0], [q0 + 1.0]]), np.array([[0.0], [1.5], [1.5 - 1e-13], [1.0]])
+    found = between(np.array([0.5 + 1e-14]), t, q, v, np.zeros((4, 0)))
+    assert found[0][0, 0] == pytest.approx(q0, rel=1e-12)
+    assert found[1][0, 0] == pytest.approx(1.5, rel=1e-9)

@@ -63,6 +63,16 @@ def test_two_parameters(tmp_path):
     assert found["frequency(1)"] == pytest.approx(hertz(found["k"]), rel=1e-9)
 
 
+def test_curves_do_not_depend_on_the_other_values(tmp_path):
+    """Without the spring between them frequencies cross, with it they veer: each curve is followed by itself."""
+    found = swept(tmp_path, {"k": "50:150:4 N/m", "link": "0, 2 N/m"}, "frequency(1), frequency(2)")
+    veer = found["link"] == 2.0
+    expected = np.array([np.linalg.eigvalsh([[102.0, -2.0], [-2.0, k + 2.0]]) for k in found["k"][veer]])
+    for j in range(2):
+        assert found[f"frequency({j + 1})"][veer] == pytest.approx(hertz(expected[:, j]), rel=1e-9)
+    assert found["frequency(2)"][~veer] == pytest.approx(hertz(100.0), rel=1e-9)
+
+
 def test_paired_parameters(tmp_path):
     found = swept(tmp_path, {"k": "50:150:4 N/m", "c": "0:0.6:4 N.s/m"}, "frequency(1)", paired=True)
     assert found["frequency(1)"] == pytest.approx(hertz(found["k"]), rel=1e-9)
