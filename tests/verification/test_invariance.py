@@ -210,8 +210,13 @@ def allowed(name: str, method: str, trajectory) -> dict[str, float]:
     return {k: rounding * units[k.rsplit(".", 1)[1]] + 1e-4 * error[k] for k in of}
 
 
+#: the sides on which a rope passes its discs are in the formulas of its spans, which this change of axes leaves as they
+#: are
+MIRRORED = [name for name in RUNS if name != "hoist"]
+
+
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", MIRRORED)
 @pytest.mark.parametrize("change", CHANGES)
 def test_other_axes(name, method, change):
     """The start is given in the new axes: assembly places undetermined coordinates along the axes."""

@@ -6,7 +6,8 @@ from scipy.linalg import expm
 
 import mbdsl
 from mbdsl.analysis import operating_points
-from mbdsl.analysis.linearisation import _Equations
+from mbdsl.analysis.excitations import columns
+from mbdsl.analysis.linear_equations import LinearEquations
 from mbdsl.analysis.named_basis import Named
 from mbdsl.system.accelerations import accelerations
 
@@ -197,7 +198,8 @@ def test_linear_model_of_a_motion(model):
     point = operating_points.find(mbdsl.parse(model), "start", (), None, None)
     system, t, q, v, a = point.system, point.t, point.q, point.v, point.a
     basis = Named(system, t, q, v, a)
-    linear = _Equations(point, basis, np.zeros((system.n, 0)))
+    linear = LinearEquations(point, [], columns(system, [], t, q, v, point.lam))
+    assert isinstance(linear.basis, Named)
     before, after = (basis._at(s)[0] for s in (-1e-5, 1e-5))
     np.testing.assert_allclose((after - before) / 2e-5, basis.Z1, atol=1e-6 * np.abs(basis.Z1).max())
     for k in range(linear.A.shape[0]):

@@ -24,6 +24,7 @@ FACTS = {
     "flexible_pendulum": ("joints, gravity, flexibility, mass matrix", (68, 2, 0), (68, 2, 0)),
     "flexible_slider_crank": ("joints, gravity, flexibility, mass matrix", (10, 5, 0), (10, 5, 0)),
     "four_bar": ("joints, gravity", (15, 14, 0), (15, 14, 0)),
+    "hoist": ("joints, gravity, forces by expression, velocity-dependent forces", (9, 4, 0), (9, 4, 0)),
     "pendulum": ("joints, gravity", (2, 1, 0), (2, 1, 0)),
     "rolling_disc": ("joints, nonholonomic rows, gravity, SpringDamper", (3, 1, 1), (3, 1, 1)),
     "seven_body": ("joints, SpringDamper, forces by expression", (21, 20, 0), (21, 20, 0)),
