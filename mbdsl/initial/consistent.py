@@ -29,9 +29,10 @@ from mbdsl.initial.misfits import check_tangents
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
+from mbdsl.mechanism.display_unit import DisplayUnit
 from mbdsl.mechanism.given_attitudes import for_assembly
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.scene import DisplayUnit, InitialValue
+from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import dense, least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, begin, gradients, values

@@ -17,8 +17,9 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism.display_unit import DisplayUnit
 from mbdsl.mechanism.given_attitudes import given_attitudes
-from mbdsl.mechanism.scene import DisplayUnit, InitialValue
+from mbdsl.mechanism.scene import InitialValue
 
 STATES = {"steady": True, "given": False}  #: values of ``initial(state = ...)``
 

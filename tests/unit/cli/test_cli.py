@@ -17,7 +17,8 @@ from mbdsl import cli, results
 from mbdsl.cli import _progress, _values, simulate
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
 from mbdsl.initial.consistent import Moved
-from mbdsl.mechanism.scene import DisplayUnit, Scene
+from mbdsl.mechanism.display_unit import DisplayUnit
+from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.code_preparation import Progress as Prepared
 from mbdsl.simulation.extremes import Extreme, Extremes
 from mbdsl.simulation.progress import Progress, Purpose

@@ -5,8 +5,8 @@ import pytest
 from mbdsl.initial.consistent import Moved
 from mbdsl.initial.start_check import check_start
 from mbdsl.lang.load import parse_text
+from mbdsl.mechanism.display_unit import DisplayUnit
 from mbdsl.mechanism.graph import build
-from mbdsl.mechanism.scene import DisplayUnit
 
 TEXT = """model M
   Ground ground;
