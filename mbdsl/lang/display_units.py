@@ -13,14 +13,19 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cache
+from typing import TYPE_CHECKING
 
+from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import quantities, units
 from mbdsl.lang.units import Dimension
-from mbdsl.mechanism.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.messages import did_you_mean
+
+if TYPE_CHECKING:
+    from mbdsl.mechanism.scene import Scene
 
 #: dimension, exponent of angles, and whether it is an energy
 Kind = tuple[Dimension, int, bool]
@@ -28,6 +33,7 @@ Kind = tuple[Dimension, int, bool]
 EXAMPLE = '--units "deg, rpm, kN, mm"'
 _ENERGY = units.dimension("J")
 _ENERGIES = (_ENERGY, units.dimension("W"))
+INDEX = re.compile(r"\[[^\[\]]*\]")  #: of elements; `joint[:].tau` is displayed as the elements are
 _PART = re.compile(r"[./()]|([A-Za-zµ]+)(?:\^?\(?(-?\d)\)?)?")
 
 
@@ -81,7 +87,7 @@ class DisplayUnits(UnitsOfSignals):
         own = kind(unit)
         if own is None:
             return DisplayUnit(unit)
-        shown = self.asked.get(own) or self.declared.get(name)
+        shown = self.asked.get(own) or self.declared.get(INDEX.sub("[:]", name) if ":" in name else name)
         if shown is None or units.dimension(shown) != own[0]:
             return DisplayUnit(unit)
         return DisplayUnit(shown, factor(shown, unit))
@@ -154,7 +160,8 @@ def _unknown(text: str) -> UsageError:
 
 def declare(declared: Mapping[str, str]) -> UnitsOfSignals:
     """The units of ``displayUnit`` by the names of signals and parameters."""
-    return DisplayUnits({}, dict(declared)) if declared else OWN
+    along = {INDEX.sub("[:]", name): unit for name, unit in declared.items() if "[" in name}
+    return DisplayUnits({}, {**along, **declared}) if declared else OWN
 
 
 def declared_text(known: UnitsOfSignals, names: Iterable[str]) -> str:
@@ -183,3 +190,29 @@ def turn(text: str) -> float:
     """A full turn in a unit of angles."""
     found = units.parse(text)
     return 2.0 * math.pi / found.factor if found is not None else 2.0 * math.pi
+
+
+def in_units(scene: Scene, given: str | Iterable[str] | None) -> Scene:
+    """The scene, of which values are displayed in the units that are asked for; see :func:`asked`."""
+    if not given:
+        return scene
+    found = copy(scene)
+    object.__setattr__(found, "display", asked(given, scene.display))
+    return found
+
+
+def only_asked(display: UnitsOfSignals) -> UnitsOfSignals:
+    """The units that were asked for, without those of ``displayUnit``, for files of numbers."""
+    return DisplayUnits(display.asked) if isinstance(display, DisplayUnits) and display.asked else OWN
+
+
+_SI = {kind(unit): unit for unit in reversed(quantities.TYPES.values())}
+
+
+def si(text: str) -> str:
+    """The SI unit of the quantity that a unit belongs to."""
+    of = kind(text)
+    if of is None or of in _SI:
+        return text if of is None else _SI[of]
+    own = quantities.unit_text(of[0])
+    return f"{own}{'.rad' * of[1] if of[1] > 0 else '/rad' * -of[1]}"

@@ -10,10 +10,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot, pi, sqrt
 
+from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError
 from mbdsl.expressions.spatial_coordinates import CARDAN, QUATERNION, named
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
-from mbdsl.mechanism.display_unit import DisplayUnit
 from mbdsl.mechanism.poses_in_space import of_quaternion, turned_successively
 from mbdsl.mechanism.scene import InitialValue, Scene
 

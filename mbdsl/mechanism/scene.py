@@ -15,13 +15,13 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
+from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, SensorKind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, expr, is_const, substitute
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
-from mbdsl.mechanism.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.frozen_dict import freeze
 from mbdsl.mechanism.signals import Formulas

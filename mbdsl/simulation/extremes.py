@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.expressions.symbolic import walk
 from mbdsl.lang.asked_signals import AskedSignals
@@ -20,6 +21,9 @@ from mbdsl.numerics.quadrature import weights
 from mbdsl.simulation.state_signals import StateSignals
 from mbdsl.simulation.step_ranges import Range, joined, ranges
 from mbdsl.simulation.steps import Steps
+
+if TYPE_CHECKING:
+    from mbdsl.plotting.figures import Table
 
 STEPS, ROWS = "steps", "rows"  #: what extremes are those of
 FOLDED, LEAST_FOLDED = 400_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
@@ -113,10 +117,12 @@ class Extremes(Mapping[str, Extreme]):
     ----------
     entries : iterable of Extreme
         One for each signal.
+    display : UnitsOfSignals, optional
+        The units of the table.
     """
 
-    def __init__(self, entries: Iterable[Extreme]) -> None:
-        self._entries = {entry.signal: entry for entry in entries}
+    def __init__(self, entries: Iterable[Extreme], display: UnitsOfSignals = OWN) -> None:
+        self._entries, self.display = {entry.signal: entry for entry in entries}, display
 
     def __getitem__(self, name: str) -> Extreme:
         return self._entries[name]
@@ -131,25 +137,35 @@ class Extremes(Mapping[str, Extreme]):
         return f"<Extremes of {count(len(self), 'signal')}>"
 
     def __str__(self) -> str:
-        return "\n".join(lines(self.values()))
+        return "\n".join(lines(self.values(), self.display))
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
-        return fragment("Extremes", (), [Table("", HEAD, [cells(x) for x in self.values()])], remarks(self.values()))
+        return fragment("Extremes", (), [self.table()], remarks(self.values()))
+
+    def table(self, note: str = "") -> Table:
+        """The table, in the units in which values are displayed."""
+        from mbdsl.plotting.figures import Table
+
+        return Table("", head(self.display), [cells(x, self.display) for x in self.values()], note)
 
 
-HEAD = ("signal", "unit", "least", "at [s]", "largest", "at [s]", "mean", "rms")
+def head(display: UnitsOfSignals) -> tuple[str, ...]:
+    """The heads of the columns of a table."""
+    at = f"at [{display.of('s', 'time').symbol}]"
+    return "signal", "unit", "least", at, "largest", at, "mean", "rms"
 
 
 LONG = 24  #: letters of a name up to which the others are aligned with it
 
 
-def cells(x: Extreme) -> tuple[str, ...]:
+def cells(x: Extreme, display: UnitsOfSignals) -> tuple[str, ...]:
     """A row of a table."""
-    numbers = (x.least, x.time_of_least, x.largest, x.time_of_largest, x.mean, x.rms)
-    return x.signal, x.unit, *(f"{value:.4g}" for value in numbers)
+    unit, second = display.of(x.unit, x.signal), display.of("s", "time")
+    numbers = [(x.least, unit), (x.time_of_least, second), (x.largest, unit), (x.time_of_largest, second)]
+    numbers += [(x.mean, unit), (x.rms, unit)]
+    return x.signal, unit.symbol, *(f"{value / own.factor:.4g}" for value, own in numbers)
 
 
 def remarks(found: Iterable[Extreme]) -> list[str]:
@@ -158,11 +174,11 @@ def remarks(found: Iterable[Extreme]) -> list[str]:
     return [f"{few(names)}: of {REMARKS.get(of, of)}" for of, names in by.items() if of != STEPS]
 
 
-def lines(found: Iterable[Extreme]) -> list[str]:
+def lines(found: Iterable[Extreme], display: UnitsOfSignals = OWN) -> list[str]:
     """A table as text; long names are in lines of their own."""
     found = list(found)
-    rows = [HEAD, *map(cells, found)]
-    wide = [max(len(row[k]) for row in rows if k or len(row[0]) <= LONG) for k in range(len(HEAD))]
+    rows = [head(display), *(cells(x, display) for x in found)]
+    wide = [max(len(row[k]) for row in rows if k or len(row[0]) <= LONG) for k in range(len(rows[0]))]
     shown = []
     for name, unit, *numbers in rows:
         if len(name) > wide[0]:

@@ -18,7 +18,7 @@ from mbdsl.messages import count
 from mbdsl.plotting import heat_maps
 from mbdsl.plotting.figures import Figure, HeatMap, Outcome, Page, Series, Table
 from mbdsl.plotting.series_styles import looks
-from mbdsl.plotting.signal_panels import ASPECTS, FLAT
+from mbdsl.plotting.signal_panels import ASPECTS, FLAT, labelled
 from mbdsl.plotting.signal_plots import Plot, suffix_of
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.sweep_values import Varied
@@ -157,7 +157,7 @@ class _Layout:
     def figure(self, measure: Measure, fixed: dict[int, int], k: int) -> Figure:
         """Curves of a measure."""
         p = self.sweep.parameters[self.x]
-        x, column = _places(p), self.sweep[str(measure)]
+        x, (column, unit) = _places(p), self.sweep.shown(measure)
         order = sorted(range(len(p)), key=x.__getitem__)
         style = "both" if len(p) <= MANY else "line"
         series, outcomes = [], []
@@ -176,7 +176,7 @@ class _Layout:
             f"panel-{k}",
             "",
             _label(p),
-            f"{measure}{where}{f' [{measure.unit}]' if measure.unit else ''}",
+            labelled(f"{measure}{where}", unit),
             series,
             x_log=_log(p),
             y_log=False,
@@ -189,12 +189,13 @@ class _Layout:
         """A measure over two parameters."""
         assert self.second is not None
         p, q = self.sweep.parameters[self.x], self.sweep.parameters[self.second]
-        x, y, column = _places(p), _places(q), self.sweep[str(measure)]
+        x, y, (column, unit) = _places(p), _places(q), self.sweep.shown(measure)
         along, up = sorted(range(len(p)), key=x.__getitem__), sorted(range(len(q)), key=y.__getitem__)
         z = [[column[self._row({**fixed, self.x: i, self.second: j})] for i in along] for j in up]
         title = self._said(fixed)
+        head = labelled(str(measure), unit)
         return HeatMap(
-            title, _label(p), _label(q), measure.head, [x[i] for i in along], [y[j] for j in up], z, _log(p), _log(q)
+            title, _label(p), _label(q), head, [x[i] for i in along], [y[j] for j in up], z, _log(p), _log(q)
         )
 
     def notes(self, frames: int) -> Iterator[str]:

@@ -22,7 +22,7 @@ MANY_COMPONENTS = 300
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal at the page's times (P,); ``low`` and ``high`` are its extremes over all times."""
+    """A signal at the page's times (P,) in its displayed unit; ``low`` and ``high`` are its extremes over all times."""
 
     name: str
     unit: str
@@ -82,7 +82,9 @@ def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None)
     values = np.asarray(trajectory[name], float)
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
-    return Signal(name, trajectory.unit(name), extremes(values, limits), low, high)
+    unit = trajectory.display.of(trajectory.unit(name), name)
+    f = unit.factor
+    return Signal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f)
 
 
 def _changing(found: Iterable[Signal]) -> Iterator[Signal]:

@@ -20,7 +20,17 @@ ROOMS = (
     *("simulation", "statics", "initial", "integrators", "editor", "lang", "system", "mechanism"),
     *("elements", "bodies"),
     *("plotting", "results"),
-    *("expressions", "numerics", "compilation", "storage", "errors", "messages", "collection", "version"),
+    *(
+        "expressions",
+        "numerics",
+        "compilation",
+        "storage",
+        "errors",
+        "messages",
+        "display_unit",
+        "collection",
+        "version",
+    ),
 )
 #: the imports that run upwards, with the reason
 UPWARD = {

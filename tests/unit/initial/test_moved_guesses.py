@@ -2,10 +2,10 @@
 
 import pytest
 
+from mbdsl.display_unit import DisplayUnit
 from mbdsl.initial.consistent import Moved
 from mbdsl.initial.start_check import check_start
 from mbdsl.lang.load import parse_text
-from mbdsl.mechanism.display_unit import DisplayUnit
 from mbdsl.mechanism.graph import build
 
 TEXT = """model M
