@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     content = _content(result, chosen)
     stored = of_result(result)
     kept = Extremes((stored[name] for name in chosen if name in stored), result.display)
-    for line in [*_head(args.result, result, content), _units(opened), *_table(result, content)]:
+    for line in [*_head(args.result, result, content, _units(opened)), *_table(result, content)]:
         print(line)
     if kept:
         print(f"over all steps of the run:\n{kept}")
@@ -121,7 +121,7 @@ def _add(known: Range, values: np.ndarray, first: bool) -> None:
     known.greatest = max(known.greatest, float(values.max(initial=-np.inf)))
 
 
-def _head(path: str, result: Result, content: Content) -> list[str]:
+def _head(path: str, result: Result, content: Content, units: str) -> list[str]:
     meta = result.layout.meta
     status = "complete" if meta.get("complete", True) else f"incomplete: {meta.get('status', 'the run has not ended')}"
     lines = [f"{visible(path, line=True)}: {_bytes(os.path.getsize(path))}, {status}"]
@@ -137,7 +137,7 @@ def _head(path: str, result: Result, content: Content) -> list[str]:
         lines.append(f"{'time':<12}{span}{_steps(content)}")
     else:
         lines.append(f"{'time':<12}no rows")
-    lines.append(f"{'signals':<12}{len(result.names)}")
+    lines.append(f"{'signals':<12}{len(result.names)}, {units}")
     return lines
 
 
@@ -147,8 +147,8 @@ def _units(file: Result) -> str:
 
     own = dict.fromkeys(unit for unit in file.layout.units.values() if unit not in ("", "1"))
     others = [unit for unit in own if (found := units.parse(unit)) is not None and found.factor != 1.0]
-    said = "SI" if own else "SI, if mbdsl has written it: the file names none"
-    return f"{'units':<12}{f'{few(others)}, others SI' if others else said}"
+    said = "in SI units" if own else "in SI units if mbdsl has written them; the file names none"
+    return f"in {few(others)}, others in SI units" if others else said
 
 
 def _steps(content: Content) -> str:

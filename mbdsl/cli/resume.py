@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     former.stats = args.stats or (former.stats and _beside(args.checkpoint, former.stats, (".json",)))
     _check_method(former, args)
     former.checkpoint, former.quiet, former.verbose = args.checkpoint, args.quiet, args.verbose
-    former.units = former.units if args.units is None else args.units
+    former.units = former.units if args.units in (None, False) else args.units
     return simulate.run(former, resumed=True)
 
 

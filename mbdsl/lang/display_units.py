@@ -1,8 +1,8 @@
 """The units in which values are displayed: those that the user asks for, then those of ``displayUnit`` in the model.
 
 Numbers are kept in SI units. Every text, table, plot and page that shows a value asks :meth:`DisplayUnits.of` for the
-unit. A unit that is asked for replaces that of all values of its quantity. Quantities with the same exponents of the SI
-base units are told apart by their units:
+unit. A unit that is asked for replaces that of all values of its quantity. Some quantities have the same
+exponents of the SI base units; these are distinguished as follows:
 
 - an angle [rad] and a pure number; an angular velocity [rad/s] and a frequency [Hz, 1/s]: by the exponent of angles;
 - a torque [N.m] and an energy [J]: units of energies contain J or W.

@@ -43,7 +43,16 @@ class CutPeak(NamedTuple):
         return self.text(OWN)
 
     def text(self, display: UnitsOfSignals) -> str:
-        """A sentence with the values in the units in which they are displayed."""
+        """Return a sentence with the values in the units in which they are displayed.
+
+        Parameters
+        ----------
+        display : UnitsOfSignals
+
+        Returns
+        -------
+        str
+        """
         most, unit = "most" if self.value > self.shown else "least", display.of(self.unit, self.signal)
         value, shown = unit.text(self.value, 4), unit.text(self.shown + 0.0, 4)
         at = display.of("s", "time").text(self.time)

@@ -145,7 +145,17 @@ class Extremes(Mapping[str, Extreme]):
         return fragment("Extremes", (), [self.table()], remarks(self.values()))
 
     def table(self, note: str = "") -> Table:
-        """The table, in the units in which values are displayed."""
+        """Return the extremes as a table, in the units in which values are displayed.
+
+        Parameters
+        ----------
+        note : str, optional
+            A sentence below the table.
+
+        Returns
+        -------
+        Table
+        """
         from mbdsl.plotting.figures import Table
 
         return Table("", head(self.display), [cells(x, self.display) for x in self.values()], note)

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mbdsl import results
 from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import display_units, units
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from mbdsl.results.stored import Result
 
 KEY = "display_units"  #: name of the text in the metadata
@@ -29,6 +29,8 @@ class Scaled:
         return len(self._column)
 
     def __getitem__(self, rows: slice) -> np.ndarray:
+        import numpy as np
+
         return np.asarray(self._column[rows], float) / self._factor
 
 
@@ -87,6 +89,8 @@ def in_si(result: Result) -> Result:
 
 def read(path: str | PathLike) -> dict[str, np.ndarray]:
     """The columns (N,) of a result file in SI units, by their names."""
+    import numpy as np
+
     from mbdsl.results.stored import open_result
 
     result = in_si(open_result(path))

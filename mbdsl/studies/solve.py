@@ -191,7 +191,13 @@ class Solution:
 
     def _line(self, answer: Answer) -> str:
         found = zip(self.parameters, answer.values, answer.errors, strict=True)
-        values = ", ".join(f"{p.name} = {_with_error(x, error, p.unit)}" for p, x, error in found)
+        display = only_asked(self.sweep.display)
+        units = [display.of(p.unit, p.name) for p in self.parameters]
+        shown = zip(units, found, strict=True)
+        values = ", ".join(
+            f"{p.name} = {_with_error(x / unit.factor, error / unit.factor, unit.symbol)}"
+            for unit, (p, x, error) in shown
+        )
         reached = zip(self.conditions, answer.measures, strict=True)
         return f"{values}, where {' and '.join(f'{c.measure} = {c.shown(self._reached(c, y))}' for c, y in reached)}"
 
@@ -202,7 +208,8 @@ class Solution:
 
     def _lacking(self) -> list[str]:
         """That there is no answer, and what the measures reach over the range."""
-        ranges = " and ".join(f"{p.said(0)} to {p.shown(1)}{f' {p.unit}' if p.unit else ''}" for p in self.parameters)
+        limits = [p.displayed(only_asked(self.sweep.display)) for p in self.parameters]
+        ranges = " and ".join(f"{p.said(0)} to {p.shown(1)}{f' {p.unit}' if p.unit else ''}" for p in limits)
         lines = [f"no answer for {' and '.join(map(str, self.conditions))} from {ranges}"]
         columns = [self.sweep[str(c.measure)] for c in self.conditions]
         for c, y in zip(self.conditions, columns, strict=True):

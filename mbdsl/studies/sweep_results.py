@@ -79,6 +79,12 @@ class Sweep:
         self.indices, self.runs, self.paired, self.limit = list(indices), tuple(runs), paired, limit
         self.found, self.notes, self.display = found, list(notes), display
 
+    @property
+    def varied(self) -> tuple[Varied, ...]:
+        """The parameters in the units that were asked for, for tables and pictures."""
+        display = only_asked(self.display)
+        return tuple(p.displayed(display) for p in self.parameters)
+
     def shown(self, measure: Measure) -> tuple[Array, str]:
         """A measure (N,) in the unit in which it is displayed, and that unit.
 
@@ -204,7 +210,7 @@ class Sweep:
         -------
         str
         """
-        return ", ".join(p.said(j) for p, j in zip(self.parameters, self.indices[k], strict=True))
+        return ", ".join(p.said(j) for p, j in zip(self.varied, self.indices[k], strict=True))
 
     def to_pandas(self, units: str | Iterable[str] | None = None) -> pandas.DataFrame:
         """Return parameters, measures and outcomes as a data frame; requires pandas.
@@ -239,12 +245,12 @@ class Sweep:
         """
         failed = bool(self.failed)
         columns = [self.shown(m) for m in self.measures]
-        heads = [p.head for p in self.parameters]
+        heads = [p.head for p in self.varied]
         heads += [labelled(str(m), unit) for m, (_, unit) in zip(self.measures, columns, strict=True)]
         heads += ["outcome"] if failed else []
         rows = []
         for k, run in enumerate(self.runs):
-            row = [p.shown(j, digits) for p, j in zip(self.parameters, self.indices[k], strict=True)]
+            row = [p.shown(j, digits) for p, j in zip(self.varied, self.indices[k], strict=True)]
             row += [number(column[k], digits) for column, _ in columns]
             rows.append([*row, *([DONE if run.done else LATE if run.late else FAILED] if failed else [])])
         return Table("", heads, rows)
@@ -356,13 +362,13 @@ class Sweep:
             Column with its unit -> number or text. The column "outcome" is "done" or the reason of the failure.
         """
         display = asked(units, only_asked(self.display))
+        varied = [p.displayed(display) for p in self.parameters]
         found_of = [self._in(m, display) for m in self.measures]
         columns = {labelled(str(m), unit): x.tolist() for m, (x, unit) in zip(self.measures, found_of, strict=True)}
         found = []
         for k, row in enumerate(self.indices):
             record: dict = {
-                p.head: p.texts[j] if p.numbers is None else p.numbers[j]
-                for p, j in zip(self.parameters, row, strict=True)
+                p.head: p.texts[j] if p.numbers is None else p.numbers[j] for p, j in zip(varied, row, strict=True)
             }
             record |= {head: column[k] for head, column in columns.items()}
             found.append(record | {"outcome": self.reason(k) or DONE})
