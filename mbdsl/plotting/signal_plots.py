@@ -14,7 +14,7 @@ from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Page, Panels
-from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
+from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, of_variables, short_labels
 from mbdsl.plotting.signal_panels import Horizontal, panels, with_peaks
 from mbdsl.results.selection import matching, select, unknown
 from mbdsl.results.stored import Result
@@ -186,7 +186,7 @@ def plot(
         figures, marked = with_peaks(figures, results, labels, chosen, display)
         looks |= marked
     notes = [] if patterns else list(of_choice(chosen, constant, same, known))
-    notes += [*of_results(results, labels, chosen), *of_curves(found)]
+    notes += [*of_variables(results, chosen), *of_results(results, labels, chosen, display), *of_curves(found)]
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
 
 

@@ -18,7 +18,6 @@ from mbdsl.reporting.findings import Findings
 from mbdsl.reporting.highlighting import highlighted
 from mbdsl.reporting.mode_pictures import mode_pictures
 from mbdsl.simulation.extremes import Extremes
-from mbdsl.simulation.extremes import remarks as remarks_on
 from mbdsl.version import __version__
 from mbdsl.viewing import structure_files, structure_svg
 from mbdsl.viewing.animation import animate
@@ -114,7 +113,7 @@ def _extremes(report: Findings, panels: Sequence[Figure]) -> Section:
     known = report.trajectory
     names = dict.fromkeys(s.name for panel in panels for s in panel.series if s.name in known)
     found = known.extremes([*names]) if names else Extremes([])
-    note = "; ".join(remarks_on(found.values()))
+    note = "; ".join(found.remarks())
     return Section("extremes", "Extremes over all steps", [found.table(note)] if found else [])
 
 

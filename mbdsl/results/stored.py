@@ -79,6 +79,8 @@ class Result:
         Whether it may lack signals of the model.
     display : UnitsOfSignals
         The units in which values are displayed.
+    descriptions : mapping of str to str
+        Variable of the model -> its description, if it has one; empty for files.
     """
 
     def __init__(self, label: str, layout: Layout) -> None:
@@ -95,6 +97,7 @@ class Result:
         self.cut_peaks: Callable[[Sequence[str]], Sequence[Any]] = lambda names: ()
         self.is_file = True
         self.display = OWN
+        self.descriptions: Mapping[str, str] = {}
 
     def unit(self, name: str) -> str:
         """Return the unit of a signal.
@@ -183,6 +186,7 @@ def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> 
     found.groups, found.is_file, found.display = trajectory.shown_names, False, trajectory.display
     found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}
     found.cut_peaks = trajectory.cut_peaks
+    found.descriptions = trajectory.descriptions
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found
 
@@ -222,7 +226,7 @@ def with_columns(result: Result, made: Mapping[str, Made]) -> Result:
     names = [*result.layout.names, *made]
     found = Result(result.label, Layout(names, _Units(names, unit), chunks, result.layout.meta))
     found.groups, found.sizes, found.is_file = result.groups, result.sizes, result.is_file
-    found.display = result.display
+    found.display, found.descriptions = result.display, result.descriptions
     found.cut_peaks = lambda names: result.cut_peaks([name for name in names if name not in made])
     return found
 

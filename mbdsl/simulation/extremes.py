@@ -119,10 +119,15 @@ class Extremes(Mapping[str, Extreme]):
         One for each signal.
     display : UnitsOfSignals, optional
         The units of the table.
+    descriptions : mapping of str to str, optional
+        Variable of the model -> its description, for a line below the table.
     """
 
-    def __init__(self, entries: Iterable[Extreme], display: UnitsOfSignals = OWN) -> None:
+    def __init__(
+        self, entries: Iterable[Extreme], display: UnitsOfSignals = OWN, descriptions: Mapping[str, str] = {}
+    ) -> None:
         self._entries, self.display = {entry.signal: entry for entry in entries}, display
+        self._descriptions = {name: descriptions[name] for name in self._entries if name in descriptions}
 
     def __getitem__(self, name: str) -> Extreme:
         return self._entries[name]
@@ -137,12 +142,21 @@ class Extremes(Mapping[str, Extreme]):
         return f"<Extremes of {count(len(self), 'signal')}>"
 
     def __str__(self) -> str:
-        return "\n".join(lines(self.values(), self.display))
+        return "\n".join([*lines(self.values(), self.display), *self.remarks()])
 
     def _repr_html_(self) -> str:
         from mbdsl.plotting.html_tables import fragment
 
-        return fragment("Extremes", (), [self.table()], remarks(self.values()))
+        return fragment("Extremes", (), [self.table()], self.remarks())
+
+    def remarks(self) -> list[str]:
+        """Return descriptions of variables, and what the values are those of, unless it is all steps.
+
+        Returns
+        -------
+        list of str
+        """
+        return [*(f"{name}: {said}" for name, said in self._descriptions.items()), *remarks(self.values())]
 
     def table(self, note: str = "") -> Table:
         """Return the extremes as a table, in the units in which values are displayed.
@@ -196,7 +210,7 @@ def lines(found: Iterable[Extreme], display: UnitsOfSignals = OWN) -> list[str]:
             name = ""
         right = "".join(f"  {x:>{w}}" for x, w in zip(numbers, wide[2:], strict=True))
         shown.append(f"{name:<{wide[0]}}  {unit:<{wide[1]}}{right}")
-    return [*shown, *remarks(found)]
+    return shown
 
 
 def _extreme(found: Range, signal: str, unit: str, of: str) -> Extreme:

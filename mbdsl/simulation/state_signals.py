@@ -75,6 +75,11 @@ class StateSignals:
         return self.scene.display if self._display is None else self._display
 
     @property
+    def descriptions(self) -> dict[str, str]:
+        """Variable of the model -> its description, if it has one."""
+        return {name: found.doc for name, found in self.scene.descriptions.items() if found.doc}
+
+    @property
     def status(self) -> str:
         """One of "done", "interrupted", "failed", or "inaccurate" if the tolerance was not reached."""
         return self.stats["status"]

@@ -228,7 +228,7 @@ class Trajectory(StateSignals):
         chosen = [name for name in chosen if name != "time"]
         if missing := [name for name in chosen if name not in self._extremes]:
             self._extremes.update(extremes(self, missing))
-        return Extremes((self._extremes[name] for name in chosen), display)
+        return Extremes((self._extremes[name] for name in chosen), display, self.descriptions)
 
     def cut_peaks(self, patterns: str | Iterable[str] | None = None) -> list[CutPeak]:
         """Return the peaks of signals that the outputs cut.

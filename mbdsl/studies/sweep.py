@@ -21,7 +21,7 @@ from mbdsl.lang.load import load
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.overrides import merged
 from mbdsl.mechanism.canonical_text import canonical_text
-from mbdsl.mechanism.scene import ParameterValue, Scene
+from mbdsl.mechanism.scene import Description, ParameterValue, Scene
 from mbdsl.simulation.plan import DEFAULT_METHOD, Plan, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
@@ -138,7 +138,10 @@ def sweep(
     if of.asks_for(MODES):
         rows, notes = _followed(of, kept, cases[0], ranges, indices, rows, paired, longest, announce)
     shown = [with_unit(p, of.scene) for p in ranges]
-    display = asked_units(units, of.scene.display)
+    display, known = asked_units(units, of.scene.display), of.scene.descriptions
+    notes += dict.fromkeys(
+        f"{m.signal}: {known[m.signal].doc}." for m in of.measures if known.get(m.signal, Description()).doc
+    )
     return Sweep(of.scene.name, shown, of.measures, indices, rows, paired, longest, number, notes, display)
 
 

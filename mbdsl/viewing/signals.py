@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.mechanism.scene import ENERGIES
+from mbdsl.mechanism.scene import ENERGIES, Description
 from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -29,6 +29,7 @@ class Signal:
     values: Array
     low: float
     high: float
+    doc: str = ""  #: description of a variable
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None)
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
     unit = trajectory.display.of(trajectory.unit(name), name)
     f = unit.factor
-    return Signal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f)
+    said = trajectory.scene.descriptions.get(name, Description()).doc
+    return Signal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f, said)
 
 
 def _changing(found: Iterable[Signal]) -> Iterator[Signal]:

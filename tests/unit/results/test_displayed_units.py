@@ -18,7 +18,7 @@ MODEL = """model M
   Rod rod(m = 2 kg, length = a);
   Revolute pin(ground, rod.a, phi(displayUnit = "deg"));
   RotationalDriver drive(pin, phi = 2*3.141592653589793*time/(1 s));
-  Real F(unit = "N", displayUnit = "kN") = 2000 N*(time/(1 s));
+  Real F(unit = "N", displayUnit = "kN") = 2000 N*(time/(1 s)) "in the actuator";
   annotation(experiment(StopTime = 0.25, Step = 0.001, Interval = 0.0625));
 end M;
 """
@@ -99,7 +99,8 @@ def test_plots(model, say, run):
     figure = run.plot("rod.x", against="rod.y", units="mm").panels[0]
     assert figure.equal and (figure.x_label, figure.y_label) == ("rod.y [mm]", "rod.x [mm]")
     assert max(figure.series[0].x) == pytest.approx(250.0, rel=1e-9)
-    assert run.plot("F", spectrum=True, units="ms, lbf").panels[0].x_label == "frequency [Hz]"
+    waves = mbdsl.simulate(run.scene, interval=0.01).plot("rod.x", spectrum=True, units="ms, mm").panels[0]
+    assert (waves.x_label, waves.y_label) == ("frequency [Hz]", "rod.x [mm]")
     assert mbdsl.plot(run, "F", units="lbf").panels[0].series[0].y[-1] == pytest.approx(500.0 / LBF, rel=1e-12)
     _, out, _ = say("plot", "m.mbd", "--signals", "F", "--units", "N", "--out", "f.svg")
     assert out.startswith("f.svg: F [N]")
@@ -116,6 +117,15 @@ def test_tables_of_a_notebook(run):
     assert ">deg<" in run[["pin.phi"]]._repr_html_() and ">500<" in run.scene._repr_html_()
     assert ">rev<" in run.extremes("pin.phi", units="rev")._repr_html_()
     assert run.extremes("pin.phi", units="rev")["pin.phi"].largest == pytest.approx(np.pi / 2)
+
+
+def test_descriptions_of_variables(model, say, run):
+    assert "F: in the actuator." in str(run.plot(["F", "pin.phi"])) and "actuator" not in str(run.plot("pin.phi"))
+    assert "F: in the actuator" in str(run.extremes(["F", "pin.phi"])).splitlines()
+    assert "F: in the actuator" in mbdsl.report(run, "F").html
+    assert json.dumps("in the actuator") in run.animate(signals="F").html
+    _, out, _ = say("sweep", "m.mbd", "--vary", "a=0.25,0.5", "--measure", "max(F),final(F)")
+    assert out.count("F: in the actuator.") == 1
 
 
 def test_pages(model, say, run):
@@ -141,13 +151,10 @@ end H;
 
 def test_statics_modes_and_responses(say, tmp_path):
     (tmp_path / "h.mbd").write_text(HANGING, encoding="utf-8")
-    _, out, _ = say(
-        "static", "h.mbd", "--units", "in, lbf, deg", "--output", "e.csv", "--signals", "rod.y,rod.phi,pin.fy"
-    )
-    assert cells(out, "  rod.y")[1:] == [f"{-0.25 / 0.0254:.6g}", "in"] and cells(out, "  rod.phi")[1:] == [
-        "-90",
-        "deg",
-    ]
+    asked = ["--units", "in, lbf, deg", "--signals", "rod.y,rod.phi,pin.fy"]
+    _, out, _ = say("static", "h.mbd", *asked, "--output", "e.csv")
+    assert cells(out, "  rod.y")[1:] == [f"{-0.25 / 0.0254:.6g}", "in"]
+    assert cells(out, "  rod.phi")[1:] == ["-90", "deg"]
     assert cells(out, "  pin.fy")[1:] == [f"{2.0 * 9.81 / LBF:.6g}", "lbf"]
     assert (tmp_path / "e.csv").read_text().splitlines()[1] == "s,in,deg,lbf"
     f = np.sqrt(1.5 * 9.81 / 0.5) / (2.0 * np.pi)  # of a rod about its end [Hz]
