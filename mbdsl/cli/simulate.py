@@ -138,7 +138,7 @@ def _with_inputs(args: argparse.Namespace, scene: Scene) -> Scene:
         name, equals, path = word.partition("=")
         if not (equals and name and path):
             raise UsageError(f"--input {word}: expected NAME=FILE", hint="e.g. --input u=torque.csv")
-        columns = result_units.read(path)
+        columns, _about = result_units.read(path)
         others = [key for key in columns if key != "time"]
         column = name if name in columns else others[0] if len(others) == 1 else None
         if "time" not in columns or column is None:

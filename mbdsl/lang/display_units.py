@@ -10,7 +10,6 @@ exponents of the SI base units; these are distinguished as follows:
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from copy import copy
@@ -184,12 +183,6 @@ def of_text(text: str, names: Iterable[str]) -> dict[str, str]:
 def is_angle(text: str) -> bool:
     """Whether a unit is one of angles."""
     return kind(text) == (units.NUMBER, 1, False)
-
-
-def turn(text: str) -> float:
-    """A full turn in a unit of angles."""
-    found = units.parse(text)
-    return 2.0 * math.pi / found.factor if found is not None else 2.0 * math.pi
 
 
 def in_units(scene: Scene, given: str | Iterable[str] | None) -> Scene:

@@ -70,12 +70,9 @@ def in_si(result: Result) -> Result:
 
     layout = result.layout
     declared = display_units.of_text(str(layout.meta.get(KEY, "")), result.names)
-    factors: dict[str, float] = {}
-    for name, unit in layout.units.items():
-        found = units.parse(unit) if unit not in ("", "1") else None
-        if found is not None and found.factor != 1.0:
-            factors[name], declared[name] = found.factor, unit
+    factors = _factors(layout.units)
     if factors:
+        declared |= {name: layout.units[name] for name in factors}
         own = {name: display_units.si(unit) if name in factors else unit for name, unit in layout.units.items()}
 
         def chunks(asked: Sequence[str], rows: int) -> Iterator:
@@ -87,12 +84,16 @@ def in_si(result: Result) -> Result:
     return result
 
 
-def read(path: str | PathLike) -> dict[str, np.ndarray]:
-    """The columns (N,) of a result file in SI units, by their names."""
-    import numpy as np
-
+def read(path: str | PathLike) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """The columns (N,) of a result file in SI units by their names, and its metadata, as ``mbdsl.results.read``."""
     from mbdsl.results.stored import open_result
 
-    result = in_si(open_result(path))
-    parts = [columns for _, columns in result.chunks(result.names)]
-    return {name: np.concatenate([np.empty(0), *(part[name] for part in parts)]) for name in result.layout.names}
+    columns, meta = results.read(path)
+    factors = _factors(open_result(path).layout.units) if "time" in columns else {}
+    return {name: x * factors[name] if name in factors else x for name, x in columns.items()}, meta
+
+
+def _factors(own: Mapping[str, str]) -> dict[str, float]:
+    """The sizes of units that are no SI units, by the names of their signals."""
+    found = {name: units.parse(unit) for name, unit in own.items() if unit not in ("", "1")}
+    return {name: unit.factor for name, unit in found.items() if unit is not None and unit.factor != 1.0}

@@ -11,6 +11,7 @@ import pytest
 import mbdsl
 from mbdsl import results
 from mbdsl.errors import UsageError
+from mbdsl.simulation import result_units
 
 MODEL = """model M
   parameter Length a(displayUnit = "mm") = 0.5;
@@ -83,6 +84,26 @@ def test_a_csv_file_in_other_units_names_them_and_is_read_in_si(model, say):
     assert results.read("r.npz")[0]["time"][-1] == pytest.approx(0.25, rel=1e-12)
     say("convert", "r.npz", "--out", "s.csv", "--units", "rev")
     assert (model / "s.csv").read_text().splitlines()[1] == "s,rev,rad/s,N"
+
+
+def test_inputs_and_references_in_other_units_are_converted(model, say):
+    (model / "p.mbd").write_text(PUSHED, encoding="utf-8")
+    (model / "push.csv").write_text("time,u\nms,kN\n0,2\n1000,2\n", encoding="utf-8")
+    say("simulate", "p.mbd", "--input", "u=push.csv", "--signals", "ball.x", "--output", "r.csv", "--quiet")
+    assert results.read("r.csv")[0]["ball.x"][-1] == pytest.approx(0.5 * 2000.0 / 4.0 * 0.1**2, rel=1e-6)  # F t^2/(2 m)
+    columns, meta = result_units.read("push.csv")
+    assert columns["time"].tolist() == [0.0, 1.0] and columns["u"].tolist() == [2000.0, 2000.0] and meta["complete"]
+
+
+PUSHED = """model P
+  input Force u;
+  Ground ground;
+  PointMass ball(m = 4 kg);
+  FreeMotion free(ground, ball);
+  Force push(ball, fx = u);
+  annotation(experiment(StopTime = 0.1, Step = 0.001));
+end P;
+"""
 
 
 def test_the_flag_without_a_list_stands_before_a_model(model, say):
