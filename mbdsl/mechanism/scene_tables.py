@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.display_unit import UnitsOfSignals
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import ANY, JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
@@ -37,12 +37,14 @@ def rounded(x: float) -> str:
     return f"{x:.6g}"
 
 
-def with_unit(c: Component, name: str, v: Any, number: Callable[[float], str] = repr) -> str:
+def with_unit(
+    c: Component, name: str, v: Any, number: Callable[[float], str] = repr, display: UnitsOfSignals = OWN
+) -> str:
     """The value of a parameter of a component with its unit."""
     parameter = c.kind.parameter(name)
     unit = c.units.get(name) or (parameter.unit if parameter else "")
-    unit = "" if unit in ("1", ANY) else unit
-    return f"{value(v, number)} {unit}".rstrip()
+    found, shown = displayed(v, "" if unit == ANY else unit, f"{c.name}.{name}", display)
+    return f"{value(found, number)} {shown}".rstrip()
 
 
 def displayed(v: Any, unit: str, name: str, display: UnitsOfSignals) -> tuple[Any, str]:
@@ -71,10 +73,10 @@ def tables(scene: Scene) -> list[Table]:
     Returns
     -------
     list of Table
-        Numbers are in the units in which the scene displays them, those of components in SI units.
+        Numbers are in the units in which the scene displays them.
     """
     units = {"phi": "rad", "w": "rad/s", "vx": "m/s", "vy": "m/s", "x": "m", "y": "m"}
-    rows = [_row(c) for c in scene.components.values()]
+    rows = [_row(c, scene.display) for c in scene.components.values()]
 
     def number(name: str, v: Any, unit: str) -> tuple[str, str]:
         found, shown = displayed(v, unit, name, scene.display)
@@ -113,10 +115,10 @@ def tables(scene: Scene) -> list[Table]:
     ]
 
 
-def _row(c: Component) -> tuple[str, ...]:
+def _row(c: Component, display: UnitsOfSignals) -> tuple[str, ...]:
     usual = _defaults(c)
     given = {name: v for name, v in c.values.items() if not (v is None or v == () or _same(v, usual.get(name)))}
-    values = [f"{name} = {_short(with_unit(c, name, v, rounded))}" for name, v in given.items()]
+    values = [f"{name} = {_short(with_unit(c, name, v, rounded, display))}" for name, v in given.items()]
     return c.name, c.kind.name, ", ".join(c.ports.values()), ", ".join(values), c.doc
 
 

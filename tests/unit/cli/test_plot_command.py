@@ -151,6 +151,7 @@ class Trajectory:
     status, message = "done", "the tolerance was not reached"
     undetermined = ()
     display = OWN
+    descriptions = {}  # noqa: RUF012
     stats = {"warnings": ["a pulse may be passed over"]}  # noqa: RUF012
     unit = staticmethod(UNITS.__getitem__)
 
