@@ -19,7 +19,7 @@ differences along the motion. Eigenvalues of an unsteady motion hold at that ins
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,8 @@ from mbdsl.analysis.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.analysis.tangent_bases import Moving, Still, of_positions
 from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
-from mbdsl.lang.model_argument import blame_model
+from mbdsl.lang.display_units import in_units
+from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
@@ -243,12 +244,13 @@ class Modes(Sequence[Mode]):
 
     def _rows(self) -> list[tuple[str, str, str, str, str]]:
         """Number, frequency, damped frequency, damping ratio, and the bodies that move, of each mode."""
-        rows = []
+        rows, hertz = [], self.scene.display.of("Hz")
         for k, mode in enumerate(self.modes, 1):
             parts = [f"{name} {part:.0%}" for name, part in mode.bodies.items() if part >= 0.05]
             mark = "  unstable" if mode.unstable else "  moves freely" if mode.omega == 0.0 else ""
             damping = mode.damping if abs(mode.damping) > 1e-9 else 0.0
-            numbers = f"{mode.frequency:.6g}", f"{mode.damped_frequency:.6g}", f"{damping:.4g}"
+            frequency, damped = mode.frequency / hertz.factor, mode.damped_frequency / hertz.factor
+            numbers = f"{frequency:.6g}", f"{damped:.6g}", f"{damping:.4g}"
             rows.append((str(k), *numbers, few(parts, 4) + mark))
         return rows
 
@@ -262,10 +264,13 @@ class Modes(Sequence[Mode]):
         """
         from mbdsl.plotting.figures import Table
 
-        return Table("", ("#", "f [Hz]", "damped [Hz]", "damping", "moving bodies"), self._rows())
+        unit = self.scene.display.of("Hz").symbol
+        return Table("", ("#", f"f [{unit}]", f"damped [{unit}]", "damping", "moving bodies"), self._rows())
 
     def __str__(self) -> str:
-        lines = [self._head(), *(["    #      f [Hz]  damped [Hz]     damping  moving bodies"] if self.modes else [])]
+        unit = self.scene.display.of("Hz").symbol
+        heads = f"    # {f'f [{unit}]':>11}  {f'damped [{unit}]':>11}     damping  moving bodies"
+        lines = [self._head(), *([heads] if self.modes else [])]
         lines += [f"{k:>5} {f:>11}  {damped:>11} {ratio:>11}  {what}" for k, f, damped, ratio, what in self._rows()]
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes)])
 
@@ -286,6 +291,7 @@ def eigen(
     *,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
+    units: str | Iterable[str] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Modes:
     """Compute the eigenmodes of a model about a state.
@@ -300,6 +306,8 @@ def eigen(
         ``{"pin.phi": "80 deg"}``: the initial state with these values.
     count : int, optional
         Number of modes, from the lowest frequency; None computes all.
+    units : str or iterable of str, optional
+        A unit of frequencies for the printed table: "kHz", "1/min"; arrays are in SI units.
     without, parameters, announce : optional
         As for ``mbdsl.simulate``.
 
@@ -316,7 +324,9 @@ def eigen(
     """
     if count is not None and (not isinstance(count, (int, np.integer)) or count < 1):
         raise UsageError(f"count = {count!r}: the number of modes is 1 or more")
-    return modes_about(operating_points.find(model, at, without, parameters, announce), count)
+    scene = in_units(as_scene(model, parameters, without), units) if units else None
+    given = (model, at, without, parameters) if scene is None else (scene, at, (), None)
+    return modes_about(operating_points.find(*given, announce), count)
 
 
 def modes_about(point: operating_points.OperatingPoint, count: int | None) -> Modes:

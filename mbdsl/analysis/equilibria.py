@@ -13,7 +13,7 @@ equilibrium depends on the initial position.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
@@ -21,10 +21,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.consistent import initial_position
+from mbdsl.lang.display_units import in_units
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
@@ -188,7 +190,9 @@ class Equilibrium:
         return [(name, self[name], self.trajectory.unit(name)) for name in (*self.poses, *self.reactions)]
 
     def __str__(self) -> str:
-        return "\n".join([self._head(), *listed(self._values()), *(f"note: {text}" for text in self.notes)])
+        return "\n".join(
+            [self._head(), *listed(self._values(), self.scene.display), *(f"note: {text}" for text in self.notes)]
+        )
 
     def __repr__(self) -> str:
         return f"<Equilibrium of {self._head()}>"
@@ -197,25 +201,32 @@ class Equilibrium:
         from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
-        rows = [(name, f"{value:.6g}", unit) for name, value, unit in rounded(self._values())]
+        rows = [(name, f"{value:.6g}", unit) for name, value, unit in rounded(self._values(), self.scene.display)]
         found = Table("", ("signal", "value", "unit"), rows)
         return fragment(self._head(), (), [found], [f"note: {text}" for text in self.notes])
 
 
-def listed(rows: Sequence[tuple[str, float, str]], most: int = 120) -> list[str]:
-    """Lines ``name value unit``, at most ``most``."""
+def listed(rows: Sequence[tuple[str, float, str]], display: UnitsOfSignals, most: int = 120) -> list[str]:
+    """Lines ``name value unit`` in the units in which they are displayed, at most ``most``."""
     width = max((len(name) for name, *_ in rows), default=0)
-    rows = rounded(rows)
+    rows = rounded(rows, display)
     lines = [f"  {name:{width}} {value:13.6g} {unit}".rstrip() for name, value, unit in rows[:most]]
     return lines + ([f"  ... ({len(rows)} in all)"] if len(rows) > most else [])
 
 
-def rounded(rows: Sequence[tuple[str, float, str]]) -> list[tuple[str, float, str]]:
-    """The rows, with 0 for values at the rounding level of the largest in the same unit; files have all digits."""
+def rounded(rows: Sequence[tuple[str, float, str]], display: UnitsOfSignals) -> list[tuple[str, float, str]]:
+    """The rows in the units in which they are displayed.
+
+    Values at the rounding level of the largest in the same unit are 0; files have all digits.
+    """
     size = dict[str, float]()
     for _, value, unit in rows:
         size[unit] = max(size.get(unit, 0.0), abs(value))
-    return [(name, value if abs(value) > 1e-13 * size[unit] else 0.0, unit) for name, value, unit in rows]
+    found = []
+    for name, value, unit in rows:
+        shown = display.of(unit, name)
+        found.append((name, value / shown.factor if abs(value) > 1e-13 * size[unit] else 0.0, shown.symbol))
+    return found
 
 
 def prepare(
@@ -223,9 +234,10 @@ def prepare(
     parameters: Mapping[str, str | float] | None,
     without: Sequence[str],
     announce: Callable[[str], None] | None,
+    units: str | Iterable[str] | None = None,
 ) -> tuple[System, mechanism_graph.MechanismGraph]:
     """The System of a model as written, with its code loaded or compiled, and its graph."""
-    return prepared(as_scene(model, parameters, without), announce)
+    return prepared(in_units(as_scene(model, parameters, without), units), announce)
 
 
 @blame_model
@@ -235,6 +247,7 @@ def static(
     start: float | str | None = None,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
+    units: str | Iterable[str] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Equilibrium:
     """Find the static equilibrium that overdamped motion reaches from the initial positions of a model.
@@ -245,6 +258,8 @@ def static(
         The mechanism.
     start : float or str, optional [s]
         Time at which drivers and forces are evaluated. Default: the model's start time.
+    units : str or iterable of str, optional
+        Units such as "deg, kN, mm" in which the Equilibrium is printed; its arrays are in SI units.
     without, parameters, announce : optional
         As for ``mbdsl.simulate``.
 
@@ -262,7 +277,7 @@ def static(
         If no equilibrium is reached; the message names the bodies that keep moving.
     """
     given = seconds(start, "start")
-    system, mechanism = prepare(model, parameters, without, announce)
+    system, mechanism = prepare(model, parameters, without, announce, units)
     t = float(system.scene.experiment.start) if given is None else given
     if not np.isfinite(t):
         raise UsageError(f"start = {t} is not a finite number")

@@ -10,7 +10,7 @@ computed by themselves, so that narrow peaks are not cut.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING
 
@@ -27,6 +27,7 @@ from mbdsl.analysis.response_results import Peak, Response
 from mbdsl.errors import UsageError
 from mbdsl.lang import units
 from mbdsl.lang.asked_signals import AskedSignals
+from mbdsl.lang.display_units import in_units
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.lang.quantities import unit_text
 from mbdsl.mechanism.scene import Scene
@@ -61,6 +62,7 @@ def response(
     amplitude: str = "1",
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
+    units: str | Iterable[str] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Response:
     """Compute the frequency response of signals to inputs about a state: amplitudes, phases and resonances.
@@ -85,6 +87,8 @@ def response(
         The amplitude of the inputs over the angular frequency: "1", "w", "w^2", "1/w" or "1/w^2", times a constant,
         for a unit of which the response is. "w^2" is that of an unbalance, m e w^2; with "1/w^2" a driver oscillates
         with a constant amplitude of its acceleration.
+    units : str or iterable of str, optional
+        Units such as "deg, kN, mm" of printed tables and plots; arrays are in SI units.
     without, parameters, announce : optional
         As for ``mbdsl.simulate``.
 
@@ -102,7 +106,7 @@ def response(
     if amplitude not in AMPLITUDES:
         raise UsageError(f"amplitude: found `{amplitude}`, expected one of {', '.join(AMPLITUDES)}")
     limits = None if range is None else frequency_ranges.read(range)
-    scene = as_scene(model, parameters, without)
+    scene = in_units(as_scene(model, parameters, without), units)
     chosen = _Inputs(scene, input, amplitude)
     if output is not None:
         _check_outputs(scene, output, chosen.sources)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.analysis.eigenmodes import Modes
+from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
@@ -53,6 +54,13 @@ class Peak(NamedTuple):
     mode: int | None
     damping: float
     Q: float
+
+
+def _ratio(y: str, u: str) -> str:
+    """The unit of a quotient; "" for a pure number."""
+    if y == u or not u:
+        return "" if y == u else y
+    return f"{f'({y})' if '/' in y else y or '1'}/{f'({u})' if set(u) & set('./') else u}"
 
 
 @dataclass(eq=False)
@@ -153,10 +161,24 @@ class Response:
         -------
         str
         """
-        y, u = self.output_units[output], self.input_units[input]
-        if y == u or not u:
-            return "" if y == u else y
-        return f"{f'({y})' if '/' in y else y or '1'}/{f'({u})' if set(u) & set('./') else u}"
+        return _ratio(self.output_units[output], self.input_units[input])
+
+    def shown(self, output: int, input: int) -> DisplayUnit:
+        """The unit in which output / input is displayed.
+
+        Parameters
+        ----------
+        output, input : int
+            Indices, from 0.
+
+        Returns
+        -------
+        DisplayUnit
+            With its size in the unit of ``unit``.
+        """
+        y = self.scene.display.of(self.output_units[output], self.outputs[output])
+        u = self.scene.display.of(self.input_units[input], self.inputs[input])
+        return DisplayUnit(_ratio(y.symbol, u.symbol), y.factor / u.factor)
 
     def to_dict(self) -> dict[str, Array]:
         """Return the response as columns.

@@ -17,6 +17,7 @@ from mbdsl.plotting.terminal_text import text_width
 
 if TYPE_CHECKING:
     from mbdsl.analysis.response_results import Peak, Response
+    from mbdsl.display_unit import DisplayUnit
 
 WIDTH = 80  #: columns where the width of the terminal is not known
 PAIRS = 12  #: largest number of pairs of outputs and inputs whose values are printed
@@ -38,7 +39,7 @@ def text(response: Response, width: int = 0) -> str:
 
 
 def _named(response: Response, j: int, k: int) -> str:
-    return labelled(f"{response.outputs[j]} / {response.inputs[k]}", response.unit(j, k))
+    return labelled(f"{response.outputs[j]} / {response.inputs[k]}", response.shown(j, k).symbol)
 
 
 def _of(response: Response, j: int, k: int) -> list[Peak]:
@@ -50,12 +51,13 @@ def _peak_lines(response: Response, j: int, k: int, width: int) -> list[str]:
     found = _of(response, j, k)
     if not found:
         return ["no resonance in this range" if response.H[:, j, k].any() else "no response"]
-    lines = ["                 f [Hz]  amplitude phase [deg] mode damping      Q  moves"]
+    hertz, factor = _hertz(response), response.shown(j, k).factor
+    lines = [f"{f'f [{hertz.symbol}]':>23}  amplitude phase [deg] mode damping      Q  moves"]
     for peak in found:
         what = "resonance" if peak.highest else "antiresonance"
         mode, damping, quality, bodies = _mode_cells(response, peak)
-        row = f"{what:13} {peak.frequency:>9.6g} {_size(peak):>10} {_degrees(peak.phase):>11} {mode:>4}"
-        row += f" {damping:>7} {quality:>6}  "
+        row = f"{what:13} {peak.frequency / hertz.factor:>9.6g} {_size(peak, factor):>10} {_degrees(peak.phase):>11}"
+        row += f" {mode:>4} {damping:>7} {quality:>6}  "
         lines.append((row + textwrap.shorten(bodies, max(8, width - len(row)), placeholder="...")).rstrip())
     return lines
 
@@ -69,8 +71,13 @@ def _mode_cells(response: Response, peak: Peak) -> tuple[str, str, str, str]:
     return str(peak.mode), f"{peak.damping:.3g}", f"{peak.Q:.3g}", bodies
 
 
-def _size(peak: Peak) -> str:
-    return "infinite" if np.isinf(peak.amplitude) else f"{peak.amplitude:.5g}"
+def _size(peak: Peak, factor: float) -> str:
+    return "infinite" if np.isinf(peak.amplitude) else f"{peak.amplitude / factor:.5g}"
+
+
+def _hertz(response: Response) -> DisplayUnit:
+    """The unit in which frequencies are displayed."""
+    return response.scene.display.of("Hz")
 
 
 def _degrees(phase: float) -> str:
@@ -79,11 +86,13 @@ def _degrees(phase: float) -> str:
 
 def peaks(response: Response) -> Table:
     """The resonances and antiresonances as a table."""
-    heads = ("output", "input", "", "f [Hz]", "amplitude", "phase [deg]", "mode", "damping", "Q", "moving bodies")
-    rows = []
+    hertz, rows = _hertz(response), []
+    f = f"f [{hertz.symbol}]"
+    heads = ("output", "input", "", f, "amplitude", "phase [deg]", "mode", "damping", "Q", "moving bodies")
     for peak in response.peaks:
         what = "resonance" if peak.highest else "antiresonance"
-        cells = f"{peak.frequency:.6g}", _size(peak), _degrees(peak.phase)
+        unit = response.shown(response.outputs.index(peak.output), response.inputs.index(peak.input))
+        cells = f"{peak.frequency / hertz.factor:.6g}", _size(peak, unit.factor), _degrees(peak.phase)
         rows.append((peak.output, peak.input, what, *cells, *_mode_cells(response, peak)))
     return Table("Resonances", heads, rows)
 
@@ -101,11 +110,12 @@ def values(response: Response, pairs: Sequence[tuple[int, int]]) -> Table:
     f = shown_frequencies(response)
     H = response.at_frequency(f)
     phase = _along(response, f)
-    heads, columns = ["f [Hz]"], [[f"{x:.6g}" for x in f]]
+    hertz = _hertz(response)
+    heads, columns = [f"f [{hertz.symbol}]"], [[f"{x / hertz.factor:.6g}" for x in f]]
     for j, k in pairs:
-        name = _named(response, j, k) if len(pairs) > 1 else labelled("amplitude", response.unit(j, k))
+        name = _named(response, j, k) if len(pairs) > 1 else labelled("amplitude", response.shown(j, k).symbol)
         heads += [name, "phase [deg]"]
-        size = np.abs(H[:, j, k])
+        size = np.abs(H[:, j, k]) / response.shown(j, k).factor
         columns.append([f"{x:.5g}" for x in size])
         columns.append([_degrees(p) if x else "-" for x, p in zip(size, phase[:, j, k], strict=True)])
     return Table("Values", heads, list(zip(*columns, strict=True)))
@@ -139,7 +149,8 @@ def _values(response: Response, pairs: Sequence[tuple[int, int]], width: int) ->
 
 def plot(response: Response) -> Plot:
     """Amplitudes, one panel a unit, and phases over the frequency."""
-    f, size, phase = response.f.tolist(), response.amplitude, np.degrees(response.phase)
+    hertz, size, phase = _hertz(response), response.amplitude, np.degrees(response.phase)
+    f, along = (response.f / hertz.factor).tolist(), f"frequency [{hertz.symbol}]"
     by_unit: dict[str, list[Series]] = {}
     phases, looks = [], {}
     several = len(response.inputs) > 1
@@ -149,29 +160,29 @@ def plot(response: Response) -> Plot:
                 continue
             label = f"{output} / {name}" if several else output
             looks[label] = look(len(looks) % len(OTHERS), len(looks) // len(OTHERS))
-            shown = np.where(size[:, j, k] > 0.0, size[:, j, k], np.nan).tolist()
-            by_unit.setdefault(response.unit(j, k), []).append(Series(label, f, shown, style="line"))
+            unit = response.shown(j, k)
+            shown = np.where(size[:, j, k] > 0.0, size[:, j, k] / unit.factor, np.nan).tolist()
+            by_unit.setdefault(unit.symbol, []).append(Series(label, f, shown, style="line"))
             phases.append(Series(label, f, phase[:, j, k].tolist(), style="line"))
     ends, aspect = (f[0], f[-1]), ASPECTS.get(len(by_unit) + 1, FLAT)
     per = "" if several else f" / {response.inputs[0]}"
     panels = []
-    for n, (unit, series) in enumerate(by_unit.items()):
-        label = labelled(f"{series[0].name if len(series) == 1 else 'amplitude'}{per}", unit)
-        panels.append(Figure(f"amplitude-{n}", "", "frequency [Hz]", label, series, x_ends=ends, aspect=aspect))
+    for n, (symbol, series) in enumerate(by_unit.items()):
+        label = labelled(f"{series[0].name if len(series) == 1 else 'amplitude'}{per}", symbol)
+        panels.append(Figure(f"amplitude-{n}", "", along, label, series, x_ends=ends, aspect=aspect))
     if phases:
-        panels.append(
-            Figure("phase", "", "frequency [Hz]", "phase [deg]", phases, y_log=False, x_ends=ends, aspect=aspect)
-        )
+        panels.append(Figure("phase", "", along, "phase [deg]", phases, y_log=False, x_ends=ends, aspect=aspect))
     return Plot(response._head(), tuple(panels), looks, (*_resonances(response, several), *response.notes))
 
 
 def _resonances(response: Response, several: bool) -> list[str]:
     """A sentence about the resonances of each pair, for a plot."""
     found: dict[str, list[str]] = {}
+    hertz = _hertz(response)
     for peak in response.peaks:
         mode = f" (mode {peak.mode})" if peak.mode is not None else ""
         if peak.highest:
             name = f"{peak.output} / {peak.input}" if several else peak.output
-            found.setdefault(name, []).append(f"{peak.frequency:.4g} Hz{mode}")
+            found.setdefault(name, []).append(f"{hertz.text(peak.frequency, 4)}{mode}")
     lines = [f"{name}: resonance{'s' * (len(f) > 1)} at {few(f)}" for name, f in found.items()]
     return lines[:PAIRS]

@@ -6,11 +6,13 @@ import argparse
 import os
 import re
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any, NoReturn
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import did_you_mean
 
+FILE = re.compile(r"\.(mbd|csv|npz|mat|nc|ckpt)$", re.IGNORECASE)  #: names of models, results and checkpoints
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
 
 
@@ -21,12 +23,24 @@ class Parser(argparse.ArgumentParser):
         raise UsageError(message, hint=f"see {self.prog} --help")
 
     def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> tuple[Any, list[str]]:  # type: ignore[override]
-        words = list(args or ())
+        words = self._with_flags(list(args or ()))
         nested = any(isinstance(action, argparse._SubParsersAction) for action in self._actions)
         if not nested and not {"-h", "--help"} & set(words):  # otherwise the nested parser checks
             self._check_options(words)
             self._check_units(words)
-        return super().parse_known_args(args, namespace)
+        return super().parse_known_args(words, namespace)
+
+    def _with_flags(self, words: list[str]) -> list[str]:
+        """The words, where `--units` before the name of a file has no list of units: `--units model.mbd`."""
+        action = self._option_string_actions.get("--units")
+        if action is None or action.nargs != "?":
+            return words
+        found = list(words)
+        for k, (option, following) in enumerate(pairwise(words)):
+            is_file = os.path.exists(following) or FILE.search(following)
+            if option == "--units" and is_file and not _is_unit(following):
+                found[k] = "--units="
+        return found
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

@@ -278,9 +278,34 @@ def add_times(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_units(parser: argparse.ArgumentParser) -> None:
-    """The row of units of a ``.csv`` file."""
-    parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
+def display_units(text: str) -> str:
+    """Units in which values are displayed, checked."""
+    from mbdsl.lang.display_units import asked
+
+    asked(text)
+    return text
+
+
+def add_units(parser: argparse.ArgumentParser, of_file: bool = False) -> None:
+    """The units in which values are displayed, and the row of units of a ``.csv`` file."""
+    shown = 'show values in these units, each for its quantity: "deg, rpm, kN, mm"'
+    if not of_file:
+        parser.add_argument("--units", metavar="UNIT,...", type=display_units, help=f"{shown}; default: the model's")
+        return
+    parser.add_argument(
+        "--units",
+        metavar="UNIT,...",
+        type=display_units,
+        nargs="?",
+        const="",
+        help=f"{shown}; a .csv file has these units and names them in its second row. Without a list: SI units in a "
+        "second row",
+    )
+
+
+def row_of_units(args: argparse.Namespace) -> bool:
+    """Whether a ``.csv`` file has a row of units; False in checkpoints of earlier versions."""
+    return getattr(args, "units", None) not in (None, False)
 
 
 def add_table(parser: argparse.ArgumentParser) -> None:
@@ -374,7 +399,12 @@ def load_model(args: argparse.Namespace) -> Scene:
         raise first from problem.__cause__
     for warning in scene.warnings:
         print(warning.render(), file=sys.stderr)
-    return scene
+    units = getattr(args, "units", None)
+    if not isinstance(units, str) or not units:
+        return scene
+    from mbdsl.lang.display_units import in_units
+
+    return in_units(scene, units)
 
 
 def _all_errors(problem: MbdslError, args: argparse.Namespace) -> list[MbdslError]:

@@ -37,6 +37,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="signals to plot with the motion (globs, expressions); default: coordinates, velocities, "
         "signals of elements",
     )
+    values.add_units(parser)
     parser.add_argument("--trace", metavar="FRAME,...", help="frames and bodies whose path is drawn")
     parser.add_argument(
         "--arrows",
@@ -103,7 +104,9 @@ def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | 
 
     patterns = values.patterns(args.signals) if args.signals else names
     traces = values.names(args.trace) if args.trace else ()
-    page = animate(trajectory, patterns, traces, pale(args.ghost, trajectory.scene), args.arrows, args.view)
+    page = animate(
+        trajectory.in_units(args.units), patterns, traces, pale(args.ghost, trajectory.scene), args.arrows, args.view
+    )
     page.save(out, values.size_of(args, out))
     if not args.quiet:
         motion = page.motion

@@ -40,7 +40,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     thin.add_argument(
         "--most", metavar="N", type=_whole, help="write at most N rows, with the least and greatest values of signals"
     )
-    values.add_units(parser)
+    values.add_units(parser, of_file=True)
     return parser
 
 
@@ -51,9 +51,12 @@ def _whole(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
+    from mbdsl.lang.display_units import asked, declared_text
     from mbdsl.results.rows_file import RowsFile
     from mbdsl.results.stored import open_result
     from mbdsl.simulation.result_expressions import with_expressions
+    from mbdsl.simulation.result_units import KEY as SHOWN
+    from mbdsl.simulation.result_units import converted
     from mbdsl.simulation.stored_extremes import KEY
 
     results.format_of(args.out)
@@ -69,12 +72,15 @@ def run(args: argparse.Namespace) -> int:
     about = dict(result.layout.meta)
     if not getattr(results.format_of(args.out), "KEEPS_MODEL", False):
         about.pop("source", None)
+    if declared := declared_text(result.display, names):
+        about[SHOWN] = declared
     if args.start is not None or args.stop is not None:
         about.pop(KEY, None)  # they are those of the whole run
     with RowsFile(["time", *names], args.out) as file:
         for columns in _rows(args, result, names):
             file.append([columns[result.time], *(columns[name] for name in names)])
-        results.write(args.out, file.columns(), units, about, row_of_units=args.units)
+        columns, units = converted(args.out, file.columns(), units, asked(args.units, result.display))
+        results.write(args.out, columns, units, about, row_of_units=values.row_of_units(args))
         print(f"{visible(args.out, line=True)}: {count(file.count, 'row')}, time and {count(len(names), 'signal')}")
     return 0
 

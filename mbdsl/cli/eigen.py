@@ -36,6 +36,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     values.add_model(parser)
     values.add_at(parser)
     parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
+    values.add_units(parser)
     parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json), or "
                         "a table of the modes (.md, .tex)")  # fmt: skip
     parser.add_argument("--animate", action="store_true", help="write a page that animates the mode shapes")

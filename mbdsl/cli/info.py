@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
-from mbdsl.messages import count, duration, visible
+from mbdsl.messages import count, duration, few, visible
 from mbdsl.plotting.terminal_text import text_width
 from mbdsl.results.selection import select
 
@@ -35,6 +35,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         metavar="PATTERN,...",
         help=f"signals to list (globs, expressions); default: the first {MOST}; '*' lists all",
     )
+    values.add_units(parser)
     return parser
 
 
@@ -61,20 +62,23 @@ class Content:
 
 
 def run(args: argparse.Namespace) -> int:
+    from mbdsl.lang.display_units import asked
     from mbdsl.results.stored import open_result
     from mbdsl.simulation.extremes import Extremes
     from mbdsl.simulation.result_expressions import with_expressions
     from mbdsl.simulation.stored_extremes import of_result
 
     patterns = values.patterns(args.signals) if args.signals else []
-    result = with_expressions(open_result(args.result), patterns)
+    opened = open_result(args.result)
+    result = with_expressions(opened, patterns)
     chosen = result.names[:MOST]
     if args.signals:
         chosen = [x for x in select(patterns, result.names, args.result, of_file=True) if x != result.time]
+    result.display = asked(args.units, result.display)
     content = _content(result, chosen)
     stored = of_result(result)
-    kept = Extremes(stored[name] for name in chosen if name in stored)
-    for line in [*_head(args.result, result, content), *_table(result, content)]:
+    kept = Extremes((stored[name] for name in chosen if name in stored), result.display)
+    for line in [*_head(args.result, result, content, _units(opened)), *_table(result, content)]:
         print(line)
     if kept:
         print(f"over all steps of the run:\n{kept}")
@@ -117,7 +121,7 @@ def _add(known: Range, values: np.ndarray, first: bool) -> None:
     known.greatest = max(known.greatest, float(values.max(initial=-np.inf)))
 
 
-def _head(path: str, result: Result, content: Content) -> list[str]:
+def _head(path: str, result: Result, content: Content, units: str) -> list[str]:
     meta = result.layout.meta
     status = "complete" if meta.get("complete", True) else f"incomplete: {meta.get('status', 'the run has not ended')}"
     lines = [f"{visible(path, line=True)}: {_bytes(os.path.getsize(path))}, {status}"]
@@ -127,12 +131,24 @@ def _head(path: str, result: Result, content: Content) -> list[str]:
             text += ", its text is in the file" if key == "model" and meta.get("source") else ""
             lines += _wrapped(key, text)
     if content.rows:
-        span = f"{content.time.first:.9g} ... {content.time.last:.9g} s, {count(content.rows, 'row')}"
+        unit = result.display.of("s", result.time)
+        first, last = content.time.first / unit.factor, content.time.last / unit.factor
+        span = f"{first:.9g} ... {last:.9g} {unit.symbol}, {count(content.rows, 'row')}"
         lines.append(f"{'time':<12}{span}{_steps(content)}")
     else:
         lines.append(f"{'time':<12}no rows")
-    lines.append(f"{'signals':<12}{len(result.names)}")
+    lines.append(f"{'signals':<12}{len(result.names)}, {units}")
     return lines
+
+
+def _units(file: Result) -> str:
+    """The units of the numbers in a file."""
+    from mbdsl.lang import units
+
+    own = dict.fromkeys(unit for unit in file.layout.units.values() if unit not in ("", "1"))
+    others = [unit for unit in own if (found := units.parse(unit)) is not None and found.factor != 1.0]
+    said = "in SI units" if own else "in SI units if mbdsl has written them; the file names none"
+    return f"in {few(others)}, others in SI units" if others else said
 
 
 def _steps(content: Content) -> str:
@@ -179,7 +195,8 @@ def _table(result: Result, content: Content) -> list[str]:
             text = ""
         empty = known.least > known.greatest
         numbers = (known.first, known.last, *((float("nan"),) * 2 if empty else (known.least, known.greatest)))
-        row = f"{text:<{wide}}  {result.unit(name)[:7]:<7}" + "".join(f"{x:>11.4g}" for x in numbers)
+        unit = result.display.of(result.unit(name), name)
+        row = f"{text:<{wide}}  {unit.symbol[:7]:<7}" + "".join(f"{x / unit.factor:>11.4g}" for x in numbers)
         lines.append(f"{row} *" if known.missing else row)
     if any(known.missing for known in content.signals.values()):
         lines.append("* has values that are not finite; least and greatest are those of the others")

@@ -58,6 +58,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--at", metavar="TIME,...", type=values.list_of(values.seconds), help="times of --along; default: the end"
     )
+    values.add_units(parser)
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--out", metavar="FILE", help="picture or page: .png, .pdf (extra `plot`), .svg, .html")
     what.add_argument("--list", action="store_true", help="print the names and units of the signals")
@@ -76,6 +77,7 @@ def run(args: argparse.Namespace) -> int:
         return _along(args)
     from mbdsl.cli._runs import kept
     from mbdsl.cli.simulate import print_warnings
+    from mbdsl.lang.display_units import asked
     from mbdsl.reporting.views import check_plotted, source
     from mbdsl.results.stored import of_trajectory
 
@@ -93,6 +95,7 @@ def run(args: argparse.Namespace) -> int:
             failure = failure or problem
             print_warnings(trajectory, quiet=True)
             found = of_trajectory(trajectory, name, patterns or ())
+        found.display = asked(args.units, found.display)
         opened.append(found)
     if args.list:
         _list(opened)
@@ -114,6 +117,7 @@ def _along(args: argparse.Namespace) -> int:
     from mbdsl.cli._runs import kept
     from mbdsl.cli.simulate import print_warnings
     from mbdsl.lang.asked_signals import AskedSignals
+    from mbdsl.lang.display_units import asked
     from mbdsl.plotting.profiles import of_result
     from mbdsl.reporting.views import source
     from mbdsl.simulation import profiles
@@ -133,8 +137,9 @@ def _along(args: argparse.Namespace) -> int:
         if isinstance(failure, KeyboardInterrupt):
             raise failure
         print_warnings(trajectory, quiet=True)
-        shown = profiles.along(trajectory, patterns, args.at)
+        shown = profiles.along(trajectory.in_units(args.units), patterns, args.at)
     else:
+        found.display = asked(args.units, found.display)
         shown = of_result(found, patterns, args.at)
     if args.out:
         _save(shown, args.out)
@@ -150,7 +155,7 @@ def _list(opened: list[Result]) -> None:
     units: dict[str, str] = {}
     for result in opened:
         for name in result.names:
-            units[name] = units.get(name) or result.unit(name)
+            units[name] = units.get(name) or result.display.of(result.unit(name), name).symbol
     for name, unit in units.items():
         print(f"{name} [{unit}]" if unit else name)
 

@@ -30,6 +30,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         metavar="PATTERN,...",
         help="signals to plot (globs, expressions); default: changing coordinates of joints, drivers, bodies",
     )
+    values.add_units(parser)
     parser.add_argument("--eigen", action="store_true", help="include the eigenmodes and their shapes")
     parser.add_argument(
         "--at",
@@ -78,7 +79,7 @@ def repeated(args: argparse.Namespace) -> str:
         from mbdsl.integrators.method_files import spelled
 
         words.append(f"--method={spelled(args.method)}")
-    for name in ("step", "tol", "start", "stop", "interval", "signals", "at", "out"):
+    for name in ("step", "tol", "start", "stop", "interval", "signals", "units", "at", "out"):
         if (value := getattr(args, name)) is not None:
             words.append(f"--{name}={value if isinstance(value, str) else repr(value)}")
     words += [f"--{name.replace('_', '-')}" for name in ("eigen", "allow_imports") if getattr(args, name)]

@@ -42,6 +42,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="the amplitude of the input over the angular frequency: w^2 for an unbalance, 1/w^2 for a driver with a "
         "constant amplitude of its acceleration; default 1",
     )
+    values.add_units(parser)
     parser.add_argument("--plot", action="store_true", help="draw amplitude and phase in characters")
     parser.add_argument(
         "--out",

@@ -28,7 +28,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("--output", metavar="FILE", help="result file; default: its former name beside the checkpoint")
     parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times; default: as --output")
-    values.add_units(parser)
+    values.add_units(parser, of_file=True)
     talk = parser.add_mutually_exclusive_group()
     talk.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     talk.add_argument("--verbose", action="store_true", help="print more details")
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     former.stats = args.stats or (former.stats and _beside(args.checkpoint, former.stats, (".json",)))
     _check_method(former, args)
     former.checkpoint, former.quiet, former.verbose = args.checkpoint, args.quiet, args.verbose
-    former.units = args.units or former.units
+    former.units = former.units if args.units in (None, False) else args.units
     return simulate.run(former, resumed=True)
 
 
@@ -57,7 +57,8 @@ TYPES: dict[str, tuple[type, ...]] = {
     **dict.fromkeys(("model", "output"), (str,)),
     **dict.fromkeys(("method", "signals", "stats", "method_file", "model_name", "initial"), (str, NoneType)),
     **dict.fromkeys(("step", "tol", "accuracy", "budget", "start", "stop", "interval"), (int, float, NoneType)),
-    **dict.fromkeys(("force", "general", "verify", "units"), (bool,)),
+    **dict.fromkeys(("force", "general", "verify"), (bool,)),
+    "units": (bool, str, NoneType),
     **dict.fromkeys(("set", "option", "without"), (list,)),
     "checkpoint_every": (int, float),
 }

@@ -17,7 +17,7 @@ from mbdsl.cli._arguments import Parser
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.messages import count, once, visible
-from mbdsl.simulation import result_file
+from mbdsl.simulation import result_file, result_units
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
@@ -81,7 +81,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         action="append",
         default=[],
         help="values of an input over time: the columns `time` and NAME (or the only other one) of a result file or "
-        "CSV, in SI units; linear between the rows",
+        "CSV, in SI units or those of its row of units; linear between the rows",
     )
     parser.add_argument(
         "--signals",
@@ -90,7 +90,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")
-    values.add_units(parser)
+    values.add_units(parser, of_file=True)
     parser.add_argument(
         "--checkpoint",
         metavar="FILE",
@@ -138,7 +138,7 @@ def _with_inputs(args: argparse.Namespace, scene: Scene) -> Scene:
         name, equals, path = word.partition("=")
         if not (equals and name and path):
             raise UsageError(f"--input {word}: expected NAME=FILE", hint="e.g. --input u=torque.csv")
-        columns, _about = results.read(path)
+        columns, _about = result_units.read(path)
         others = [key for key in columns if key != "time"]
         column = name if name in columns else others[0] if len(others) == 1 else None
         if "time" not in columns or column is None:
@@ -224,7 +224,7 @@ def _run(
 
     begun = perf_counter()
     with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
-        names = write(trajectory, output, args.signals, dict(args.set), stream, getattr(args, "units", False))
+        names = write(trajectory, output, args.signals, dict(args.set), stream, values.row_of_units(args))
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
     over = over or bool(heard)
     if over:
@@ -380,7 +380,7 @@ def write(
     else:
         names = chosen_names(trajectory, output, signals)
         columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
-    units = result_file.units(trajectory, names)
+    columns, units = result_units.converted(output, columns, result_file.units(trajectory, names), trajectory.display)
     said = result_file.about(trajectory, output, names)
     if result_file.keeps_model(output):
         said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
@@ -431,7 +431,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         f"{visible(output, line=True)}: {count(rows, 'row')}, time and {count(len(names), 'signal')}",
     ]
     peaks = trajectory.cut_peaks(names)
-    lines += [f"note: {peak} (--interval 0 writes every step)" for peak in peaks[:MOST_PEAKS]]
+    lines += [f"note: {peak.text(trajectory.display)} (--interval 0 writes every step)" for peak in peaks[:MOST_PEAKS]]
     if len(peaks) > MOST_PEAKS:
         lines.append(f"note: outputs cut {len(peaks) - MOST_PEAKS} more peaks")
     if chosen := stats.get("chosen"):
@@ -453,9 +453,9 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         refused = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
         lines.append(f"{sizes}; {refused}, {counts}")
         lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
-        lines += [_moved(m) for m in trajectory.moved]
+        lines += [_moved(m.shown(trajectory.display)) for m in trajectory.moved]
     elif trajectory.moved:
-        lines.append(guesses(trajectory.moved))
+        lines.append(guesses([m.shown(trajectory.display) for m in trajectory.moved]))
     return "\n".join(lines)
 
 

@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     given = {
         name: getattr(args, name) for name in ("after", "method", "step", "tol", "start", "stop", "interval", "at")
     }
-    given |= {name: getattr(args, name) for name in ("without", "limit", "fresh")}
+    given |= {name: getattr(args, name) for name in ("without", "limit", "fresh", "units")}
     try:
         found = solve(
             args.model,

@@ -30,7 +30,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument("--signals", metavar="PATTERN,...", help="signals to print or write (globs)")
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"write one row to a result file ({suffixes})")
-    values.add_units(parser)
+    values.add_units(parser, of_file=True)
     parser.add_argument(
         "--show", action="store_true", help="draw the equilibrium, its forces and the initial positions as a page"
     )
@@ -56,6 +56,7 @@ def run(args: argparse.Namespace) -> int:
 
     from mbdsl.analysis.equilibria import listed, static
     from mbdsl.simulation.result_file import about
+    from mbdsl.simulation.result_units import converted
 
     found = static(scene, start=args.start, announce=lambda text: print(text, file=sys.stderr))
     point = found.trajectory
@@ -65,10 +66,12 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         columns = {"time": point.t, **{name: point[name] for name in names}}
         units = {"time": "s", **{name: point.unit(name) for name in names}}
-        results.write(args.output, columns, units, about(point) | {"stability": found.stability}, args.units)
+        columns, units = converted(args.output, columns, units, scene.display)
+        said = about(point) | {"stability": found.stability}
+        results.write(args.output, columns, units, said, values.row_of_units(args))
     if args.output or args.signals:
         notes = [f"note: {text}" for text in found.notes]
-        rows = listed([(name, found[name], point.unit(name)) for name in names]) if args.signals else []
+        rows = listed([(name, found[name], point.unit(name)) for name in names], scene.display) if args.signals else []
         lines = [lines[0], *rows, *notes]
     if args.output:
         lines.append(f"{args.output}: 1 row, time and {len(names)} signals")

@@ -67,6 +67,7 @@ def add_runs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--at", metavar="STATE", type=values.state, default="static",
                         help="state about which modes are computed: static (default), start or a time, as for "
                         "`mbdsl eigen`")  # fmt: skip
+    values.add_units(parser)
     parser.add_argument("--limit", metavar="S", type=values.positive_seconds, help="time limit of a run")
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
 
@@ -87,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 
     counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("paired", "after", "method", "step", "tol", "start", "stop")}
-    given |= {name: getattr(args, name) for name in ("interval", "at", "without", "limit", "fresh")}
+    given |= {name: getattr(args, name) for name in ("interval", "at", "without", "limit", "fresh", "units")}
     try:
         found = sweep(
             args.model,

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.collection import uncollected
+from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial import gaps, telescopes, upside_down
@@ -31,7 +32,7 @@ from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.given_attitudes import for_assembly
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.scene import DisplayUnit, InitialValue
+from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import dense, least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, begin, gradients, values
@@ -57,6 +58,11 @@ class Moved:
     guess: float
     value: float
     unit: DisplayUnit = SI
+
+    def shown(self, display: UnitsOfSignals) -> Moved:
+        """The same in the unit in which it is displayed."""
+        unit = display.of(self.unit.symbol, self.name)
+        return replace(self, unit=DisplayUnit(unit.symbol, unit.factor * self.unit.factor))
 
     def texts(self, digits: int) -> tuple[str, str]:
         """Guess and value with their unit, by at least ``digits`` digits, and by so many that they differ."""

@@ -111,7 +111,9 @@ class Builder(Declarations):
             raise ModelError(f"there is no kind of component called `{kind}`{where}", hint=hint)
         return self._declare(name, kind, of, doc, frames, values, replace)
 
-    def parameter(self, name: str, value: Any, doc: str = "", type: str = "", *, replace: bool = False) -> Handle:
+    def parameter(
+        self, name: str, value: Any, doc: str = "", type: str = "", *, display_unit: str = "", replace: bool = False
+    ) -> Handle:
         """Declare a parameter, a named constant for use in texts.
 
         Parameters
@@ -123,6 +125,8 @@ class Builder(Declarations):
             Description, one line.
         type : str, optional
             A quantity of the language, such as "Mass"; the unit of the value is checked against it.
+        display_unit : str, optional
+            Unit in which it is displayed, as ``displayUnit`` in a text: "mm".
         replace : bool, optional
             True: replaces the declaration of this name, if there is one.
 
@@ -132,9 +136,19 @@ class Builder(Declarations):
         """
         type_name = python_values.text(type, "type")
         node = self._node(value, str(name))
-        return self._enter(name, frozenset({"parameter"}), type_name, doc, replace, value=node)
+        shown = _display(name, display_unit)
+        return self._enter(name, frozenset({"parameter"}), type_name, doc, replace, value=node, arguments=shown)
 
-    def input(self, name: str, start: Number = 0.0, unit: str = "", doc: str = "", *, replace: bool = False) -> Handle:
+    def input(
+        self,
+        name: str,
+        start: Number = 0.0,
+        unit: str = "",
+        doc: str = "",
+        *,
+        display_unit: str = "",
+        replace: bool = False,
+    ) -> Handle:
         """Declare an input, a value that the caller sets between the steps of a ``mbdsl.Simulation``.
 
         Parameters
@@ -146,6 +160,8 @@ class Builder(Declarations):
             Unit of the signal, such as "N.m".
         doc : str, optional
             Description, one line.
+        display_unit : str, optional
+            Unit in which it is displayed, as ``displayUnit`` in a text: "mm".
         replace : bool, optional
             True: replaces the declaration of this name, if there is one.
 
@@ -156,9 +172,12 @@ class Builder(Declarations):
         arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
         if python_values.text(unit, f"{name}.unit"):
             arguments.append(s.Argument("unit", s.String(unit)))
+        arguments += _display(name, display_unit)
         return self._enter(name, frozenset({"input"}), "Real", doc, replace, arguments=tuple(arguments))
 
-    def variable(self, name: str, value: Law, doc: str = "", *, replace: bool = False) -> Handle:
+    def variable(
+        self, name: str, value: Law, doc: str = "", *, display_unit: str = "", replace: bool = False
+    ) -> Handle:
         """Declare a variable, a named expression of time and signals; it becomes a signal of the model.
 
         Parameters
@@ -168,6 +187,8 @@ class Builder(Declarations):
             The expression.
         doc : str, optional
             Description, one line.
+        display_unit : str, optional
+            Unit in which it is displayed, as ``displayUnit`` in a text: "mm".
         replace : bool, optional
             True: replaces the declaration of this name, if there is one.
 
@@ -175,7 +196,8 @@ class Builder(Declarations):
         -------
         Handle
         """
-        return self._enter(name, frozenset(), "Real", doc, replace, value=self._node(value, str(name)))
+        node, shown = self._node(value, str(name)), _display(name, display_unit)
+        return self._enter(name, frozenset(), "Real", doc, replace, value=node, arguments=shown)
 
     def frame(
         self, name: str, base: Place, r: Vector = (0.0, 0.0), phi: Number = 0.0, *, replace: bool = False
@@ -404,6 +426,12 @@ class Builder(Declarations):
             If the model is invalid.
         """
         return self._draft.scene(self.name, self.doc, {} if parameters is None else parameters, without)
+
+
+def _display(name: str, unit: str) -> tuple[s.Argument, ...]:
+    """The attribute ``displayUnit`` of a declaration."""
+    text = python_values.text(unit, f"{name}.display_unit")
+    return (s.Argument("displayUnit", s.String(text)),) if text else ()
 
 
 def _flag(replace: object) -> bool:

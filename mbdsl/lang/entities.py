@@ -140,6 +140,7 @@ class Slot:
         self.unit = unit
         self.constant = True
         self.inputs: tuple[Input, ...] = ()  # the inputs with this name
+        self.display: tuple[Modifier, str] | None = None  # the attribute and the unit in which it is displayed
         self._make = make
         self._value: Value | None = None
 

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.elements.kind import BodyKind, Kind, PairKind
 from mbdsl.errors import ModelError, ModelNote, ModelWarning
 from mbdsl.expressions import spatial_coordinates, symbolic
-from mbdsl.lang import doubts, limits, quantities, units
+from mbdsl.lang import declared_display, doubts, limits, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected, connect
+from mbdsl.lang.display_units import declare
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget, place
 from mbdsl.lang.flat_component import Part, is_body
@@ -307,7 +308,7 @@ class Assembly:
             message = "the model has no ground" if first or self.parts else "the model has no components"
             where = span_of(first.at) if first is not None else None
             raise ModelError(message, where, "declare it: `Ground ground;`")
-        parameters, variables, descriptions, inputs = self._slots(root)
+        parameters, variables, descriptions, inputs, display = self._slots(root)
         components: dict[str, Component] = {c.name: c for part in self.parts.values() for c in part.components()}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
         if self.spatial:
@@ -345,6 +346,7 @@ class Assembly:
             warnings=tuple(self._warnings.values()),
             spatial=self.spatial,
             steady=self._steady is not None,
+            display=declare(display | declared_display.of_signals(self.parts.values())),
         )
 
     def _doubt_names(self) -> None:
@@ -372,15 +374,18 @@ class Assembly:
 
     def _slots(
         self, root: Namespace
-    ) -> tuple[dict[str, ParameterValue], dict[str, symbolic.Expr], dict[str, Description], dict[str, Input]]:
-        parameters, variables, described, inputs = {}, {}, {}, {}
+    ) -> tuple[
+        dict[str, ParameterValue], dict[str, symbolic.Expr], dict[str, Description], dict[str, Input], dict[str, str]
+    ]:
+        parameters, variables, described, inputs, display = {}, {}, {}, {}, {}
         own = {id(m) for m in root.members.values() if isinstance(m, Slot)}
         for slot in self.slots:
             value = slot.value()
+            unit, shown = declared_display.of_value(slot, slot.unit or _unit_of(value))
             inputs |= {x.name: x for x in slot.inputs}
             if slot.constant:
                 if id(slot) in own:
-                    unit = slot.unit or _unit_of(value)
+                    display |= {slot.name: shown} if shown else {}
                     parameters[slot.name] = ParameterValue(slot.name, _plain(value), unit, slot.doc, span_of(slot.at))
             else:
                 for suffix, q in _scalars(value):
@@ -392,8 +397,10 @@ class Assembly:
                                 f"give the sub-model `{slot.name.split('.')[0]}` or the variable another name",
                             )
                         variables[slot.name + suffix] = symbolic.expr(q.value)
-                        described[slot.name + suffix] = Description(slot.unit or _unit_of(q), slot.doc)
-        return parameters, variables, described, inputs
+                        own_unit = unit if shown else slot.unit or _unit_of(q)
+                        described[slot.name + suffix] = Description(own_unit, slot.doc)
+                        display |= {slot.name + suffix: shown} if shown else {}
+        return parameters, variables, described, inputs, display
 
 
 def _unit_of(value: Value) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
+from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, doubts, values
@@ -18,7 +19,7 @@ from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.given_attitudes import given_attitudes
-from mbdsl.mechanism.scene import DisplayUnit, InitialValue
+from mbdsl.mechanism.scene import InitialValue
 
 STATES = {"steady": True, "given": False}  #: values of ``initial(state = ...)``
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, doubts, functions, quantities, units, values
+from mbdsl.lang import argument_checks, declared_display, doubts, functions, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import Namespace, Slot
 from mbdsl.lang.evaluate import evaluate, place
@@ -118,7 +118,12 @@ def _attributes(slot: Slot, attributes: Modifiers, unit: str) -> str:
     if written is not None and written.value is not None:
         unit = slot.unit = _unit_attribute(written)
         if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
-            slot.unit = quantities.unit_text(units.dimension(unit)).replace("1", "rad")  # values are kept in SI
+            si = quantities.unit_text(units.dimension(unit))  # values are kept in SI units
+            slot.unit = "rad" if si == "1" else si
+            slot.display = written, unit
+    shown = attributes.get("displayUnit")
+    if shown is not None and (text := declared_display.read(shown)):
+        slot.display = shown, text
     for name, modifier in attributes.items():
         read = modifier.evaluate() if modifier.value is not None else None
         if name == "fixed" and not (isinstance(read, tuple) or (read is not None and isinstance(read.value, bool))):

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
+from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, SensorKind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import spatial_coordinates
@@ -135,18 +136,6 @@ class Component:
 
 
 @dataclass(frozen=True)
-class DisplayUnit:
-    """A unit in which messages give a value: its symbol, and its size in SI units."""
-
-    symbol: str = ""
-    factor: float = 1.0
-
-    def text(self, value: float, digits: int = 6) -> str:
-        """A value in SI units with this unit: 30 deg."""
-        return f"{value / self.factor:.{digits}g} {self.symbol}".rstrip()
-
-
-@dataclass(frozen=True)
 class InitialValue:
     """``target`` = ``value`` at the start: exactly if ``fixed``, else as a guess that the assembly may change."""
 
@@ -256,6 +245,8 @@ class Scene:
         Whether simulations start at the static equilibrium that is reached from the initial positions.
     deformed : mapping of str to float
         Coordinates at which bodies that deform begin, by the names of a System; without them they begin undeformed.
+    display : UnitsOfSignals
+        The units in which values are displayed.
     """
 
     name: str
@@ -276,6 +267,7 @@ class Scene:
     spatial: bool = False  #: whether it is a model in space; its frames are of the type SpatialFrame
     steady: bool = False
     deformed: Mapping[str, float] = field(default_factory=dict)
+    display: UnitsOfSignals = field(default=OWN, compare=False)
     #: None for scenes of other origin; ``dataclasses.replace`` does not copy it, as it would not describe the result
     _origin: Origin | None = field(default=None, init=False, compare=False)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import ANY, JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
@@ -36,12 +37,29 @@ def rounded(x: float) -> str:
     return f"{x:.6g}"
 
 
-def with_unit(c: Component, name: str, v: Any, number: Callable[[float], str] = repr) -> str:
+def with_unit(
+    c: Component, name: str, v: Any, number: Callable[[float], str] = repr, display: UnitsOfSignals = OWN
+) -> str:
     """The value of a parameter of a component with its unit."""
     parameter = c.kind.parameter(name)
     unit = c.units.get(name) or (parameter.unit if parameter else "")
-    unit = "" if unit in ("1", ANY) else unit
-    return f"{value(v, number)} {unit}".rstrip()
+    found, shown = displayed(v, "" if unit == ANY else unit, f"{c.name}.{name}", display)
+    return f"{value(found, number)} {shown}".rstrip()
+
+
+def displayed(v: Any, unit: str, name: str, display: UnitsOfSignals) -> tuple[Any, str]:
+    """A number, or an array of numbers, in the unit in which it is displayed, and that unit; others as they are."""
+    shown = display.of("" if unit == "1" else unit, name)
+    found = v if shown.factor == 1.0 else _divided(v, shown.factor)
+    return (v, "" if unit == "1" else unit) if found is None else (found, shown.symbol)
+
+
+def _divided(v: Any, factor: float) -> Any:
+    """None if a part of it is no number."""
+    if isinstance(v, tuple):
+        parts = tuple(_divided(x, factor) for x in v)
+        return None if None in parts else parts
+    return v / factor if isinstance(v, (int, float)) and not isinstance(v, bool) else None
 
 
 def tables(scene: Scene) -> list[Table]:
@@ -55,21 +73,26 @@ def tables(scene: Scene) -> list[Table]:
     Returns
     -------
     list of Table
-        Numbers are in SI units.
+        Numbers are in the units in which the scene displays them.
     """
     units = {"phi": "rad", "w": "rad/s", "vx": "m/s", "vy": "m/s", "x": "m", "y": "m"}
-    rows = [_row(c) for c in scene.components.values()]
+    rows = [_row(c, scene.display) for c in scene.components.values()]
+
+    def number(name: str, v: Any, unit: str) -> tuple[str, str]:
+        found, shown = displayed(v, unit, name, scene.display)
+        return _short(value(found, rounded)), shown
+
     return [
         Table("", ("component", "kind", "frames", "values", "description"), rows),
         Table(
             "Parameters",
             ("name", "value", "unit", "description"),
-            [(p.name, _short(value(p.value, rounded)), p.unit, p.doc) for p in scene.parameters.values()],
+            [(p.name, *number(p.name, p.value, p.unit), p.doc) for p in scene.parameters.values()],
         ),
         Table(
             "Inputs",
             ("name", "start", "unit", "description"),
-            [(x.name, rounded(x.start), x.unit, x.doc) for x in scene.inputs.values()],
+            [(x.name, *number(x.name, x.start, x.unit), x.doc) for x in scene.inputs.values()],
         ),
         Table(
             "Variables",
@@ -81,17 +104,21 @@ def tables(scene: Scene) -> list[Table]:
             ("signal", "value", "unit", ""),
             [("state", "steady", "", "")] * scene.steady
             + [
-                (i.name, rounded(i.value), units.get(i.name.rpartition(".")[2], ""), "fixed" if i.fixed else "guess")
+                (
+                    i.name,
+                    *number(i.name, i.value, units.get(i.name.rpartition(".")[2], "")),
+                    "fixed" if i.fixed else "guess",
+                )
                 for i in scene.initial
             ],
         ),
     ]
 
 
-def _row(c: Component) -> tuple[str, ...]:
+def _row(c: Component, display: UnitsOfSignals) -> tuple[str, ...]:
     usual = _defaults(c)
     given = {name: v for name, v in c.values.items() if not (v is None or v == () or _same(v, usual.get(name)))}
-    values = [f"{name} = {_short(with_unit(c, name, v, rounded))}" for name, v in given.items()]
+    values = [f"{name} = {_short(with_unit(c, name, v, rounded, display))}" for name, v in given.items()]
     return c.name, c.kind.name, ", ".join(c.ports.values()), ", ".join(values), c.doc
 
 

@@ -23,6 +23,7 @@ from mbdsl.cli import Parser
 from mbdsl.cli import _values as values
 from mbdsl.cli.simulate import add_options
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
+from mbdsl.lang.display_units import in_units
 from mbdsl.lang.load import parse_text
 from mbdsl.mechanism.graph import build
 
@@ -76,6 +77,7 @@ def _parser(options: bool = False) -> Parser:
         "--accuracy", metavar="E", type=values.tolerance, help="find method and step for this relative error"
     )
     values.add_times(parser)
+    values.add_units(parser)
     values.add_changes(parser)
     parser.add_argument("-h", "--help", action="store_true", help="show these options")
     if options:
@@ -109,6 +111,7 @@ def _run(variables: dict[str, Any], line: str, cell: str | None) -> Scene | Traj
     scene = parse_text(
         f"\n{cell}", FILE, dict(args.set), args.model_name, without=args.without, allow_imports=args.allow_imports
     )
+    scene = in_units(scene, args.units)
     for warning in (*scene.warnings, *build(scene).warnings):
         print(warning.render(), file=sys.stderr)
     variables[name] = scene

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
+from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.messages import count, few
 from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.differences import Difference
@@ -34,7 +35,16 @@ def of_choice(
         yield f"Equal to others, and left out: {few(same)}."
 
 
-def of_results(results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str]) -> Iterator[str]:
+def of_variables(results: Sequence[Result], chosen: Sequence[str]) -> Iterator[str]:
+    """The descriptions of variables, as the model declares them."""
+    for name in chosen:
+        if said := next((result.descriptions[name] for result in results if name in result.descriptions), ""):
+            yield f"{name}: {said}."
+
+
+def of_results(
+    results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str], display: UnitsOfSignals
+) -> Iterator[str]:
     """Missing signals, interpolation, and marks of results."""
     for result, label in zip(results, labels, strict=True):
         have = set(result.names)
@@ -49,7 +59,8 @@ def of_results(results: Sequence[Result], labels: Sequence[str], chosen: Sequenc
         else:
             yield from _mark(result, label)
             yield from (
-                f"Between outputs: {peak}." for peak in result.cut_peaks([x for x in chosen if x in have])[:MOST]
+                f"Between outputs: {peak.text(display)}."
+                for peak in result.cut_peaks([x for x in chosen if x in have])[:MOST]
             )
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.messages import did_you_mean, few
 from mbdsl.plotting.curves import Curve
@@ -72,10 +73,13 @@ class Profile(Plot):
         The times.
     lines : mapping of str to Line
         Signal -> its positions and values.
+    display : UnitsOfSignals
+        The units in which values are displayed.
     """
 
     at: tuple[float, ...] = ()
     lines: Mapping[str, Line] = field(default_factory=dict)
+    display: UnitsOfSignals = OWN
 
     def __getitem__(self, signal: str) -> Array:
         """The values (T, K) of a signal in SI units."""
@@ -88,27 +92,31 @@ class Profile(Plot):
 
     def __str__(self) -> str:
         line = next(iter(self.lines.values()))
-        columns = [[labelled(line.axis.label, line.axis.unit), *(f"{x:.6g}" for x in line.x)]]
+        unit, second = line.axis.shown(self.display), self.display.of("s", "time")
+        columns = [[labelled(line.axis.label, unit.symbol), *(f"{x / unit.factor:.6g}" for x in line.x)]]
         for name, own in self.lines.items():
+            unit = self.display.of(own.unit, name)
             for t, values in zip(self.at, own.y, strict=True):
-                head = name if len(self.at) == 1 else f"{name} at {t:.6g} s"
-                columns.append([labelled(head, own.unit), *(f"{y:.6g}" for y in values)])
+                head = name if len(self.at) == 1 else f"{name} at {second.text(t)}"
+                columns.append([labelled(head, unit.symbol), *(f"{y / unit.factor:.6g}" for y in values)])
         wide = [max(map(len, column)) for column in columns]
         rows = zip(*columns, strict=True)
         text = ["  ".join(f"{cell:>{w}}" for cell, w in zip(row, wide, strict=True)) for row in rows]
-        times = f"{self.title}, t = {', '.join(f'{t:.6g}' for t in self.at)} s"
+        times = f"{self.title}, t = {', '.join(f'{t / second.factor:.6g}' for t in self.at)} {second.symbol}"
         return "\n".join([times, *text, *self.notes])
 
 
-def profile(title: str, lines: Mapping[str, Line], at: Sequence[float], notes: Sequence[str]) -> Profile:
-    """The table and the plot of signals along arrays or beams.
+def profile(
+    title: str, lines: Mapping[str, Line], at: Sequence[float], notes: Sequence[str], display: UnitsOfSignals
+) -> Profile:
+    """The table and the plot of signals along arrays or beams, in the units in which they are displayed.
 
     Raises
     ------
     UsageError
         If the signals have different horizontal axes.
     """
-    first = next(iter(lines.values()))
+    first, second = next(iter(lines.values())), display.of("s", "time")
     for name, line in lines.items():
         if line.axis.unit != first.axis.unit or not np.array_equal(line.x, first.x):
             raise UsageError(
@@ -116,15 +124,15 @@ def profile(title: str, lines: Mapping[str, Line], at: Sequence[float], notes: S
                 hint="give them one by one",
             )
     curves = [
-        Curve(name, line.x, y, *_size(y), len(y), result=k, label=f"t = {at[k]:.6g} s")
+        Curve(name, line.x, y, *_size(y), len(y), result=k, label=f"t = {second.text(at[k])}")
         for name, line in lines.items()
         for k, y in enumerate(line.y)
     ]
     axes = {line.axis for line in lines.values()}
     axis = first.axis if len(axes) == 1 else replace(first.axis, label=first.axis.label.partition(" ")[0])
     lines = {name: replace(line, axis=axis) for name, line in lines.items()}
-    figures, looks = panels(curves, {name: line.unit for name, line in lines.items()}, axis, len(at) > 1)
-    return Profile(title, figures, looks, tuple(notes), tuple(at), dict(lines))
+    figures, looks = panels(curves, {name: line.unit for name, line in lines.items()}, axis, len(at) > 1, display)
+    return Profile(title, figures, looks, tuple(notes), tuple(at), dict(lines), display)
 
 
 def _size(y: Array) -> tuple[float, float]:
@@ -259,7 +267,7 @@ def of_result(result: Result, patterns: Sequence[str], at: Sequence[float] | Non
         return {name: np.array([_between(own[i], own[j], w) for i, j, w in rows]) for name, own in kept.items()}
 
     lines = of_arrays(patterns, result.names, result.label, result.unit, columns)
-    return profile(result.label, lines, times, [LINEAR] if any(w for _, _, w in rows) else [])
+    return profile(result.label, lines, times, [LINEAR] if any(w for _, _, w in rows) else [], result.display)
 
 
 def _between(a: float, b: float, weight: float) -> float:

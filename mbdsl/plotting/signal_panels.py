@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.figures import Figure, Series
 from mbdsl.plotting.series_styles import DASHES, NEUTRAL, OTHERS, Look
@@ -42,9 +43,13 @@ class Horizontal:
     unit: str
     signal: bool = False
 
+    def shown(self, display: UnitsOfSignals) -> DisplayUnit:
+        """The unit in which it is displayed."""
+        return display.of(self.unit, self.label)
+
 
 def panels(
-    curves: Sequence[Curve], units: Mapping[str, str], x: Horizontal, several: bool
+    curves: Sequence[Curve], units: Mapping[str, str], x: Horizontal, several: bool, display: UnitsOfSignals = OWN
 ) -> tuple[tuple[Figure, ...], dict[str, Look]]:
     """The panels from the top, and the looks by the names of their series.
 
@@ -58,6 +63,8 @@ def panels(
         The horizontal axis.
     several : bool
         Whether there are several results; names then contain that of the result.
+    display : UnitsOfSignals, optional
+        The units in which values are displayed; those of the curves are in ``units``.
 
     Returns
     -------
@@ -65,28 +72,31 @@ def panels(
     looks : dict
     """
     level = _levels(curves, units)
-    by_unit: dict[tuple[str, int], list[Curve]] = {}
+    along = x.shown(display)
+    by_unit: dict[tuple[str, DisplayUnit, int], list[Curve]] = {}
     for curve in curves:
-        by_unit.setdefault((units[curve.name], level.get(curve.name, 0)), []).append(curve)
-    equal = x.signal and x.unit == "m" and set(by_unit) == {("m", 0)}
-    ends = None if equal else _ends(curves, x)
+        unit = units[curve.name]
+        by_unit.setdefault((unit, display.of(unit, curve.name), level.get(curve.name, 0)), []).append(curve)
+    equal = x.signal and x.unit == "m" and set(by_unit) == {("m", along, 0)}
+    ends = None if equal else _ends(curves, x, along.factor)
     aspect = None if equal else ASPECTS.get(len(by_unit), FLAT)
     looks: dict[str, Look] = {}
     found = []
-    for k, ((unit, _), shown) in enumerate(by_unit.items()):
+    for k, ((unit, own, _), shown) in enumerate(by_unit.items()):
         order = {name: j for j, name in enumerate(dict.fromkeys(curve.name for curve in shown))}
         series = []
         for curve in shown:
             name = f"{curve.name}, {curve.label}" if several else curve.name
             looks[name] = look(order[curve.name], curve.result)
             style = "line" if len(curve.x) > 1 else "marks"
-            series.append(Series(name, curve.x.tolist(), curve.y.tolist(), style=style))
-        highest = max((curve.largest for curve in shown if curve.frequency), default=0.0)
+            points = curve.x / along.factor, curve.y / own.factor
+            series.append(Series(name, points[0].tolist(), points[1].tolist(), style=style))
+        highest = max((curve.largest / own.factor for curve in shown if curve.frequency), default=0.0)
         figure = Figure(
             f"panel-{k}",
             "",
-            labelled(x.label, x.unit),
-            labelled(_quantity(list(order), unit), unit),
+            labelled(x.label, along.symbol),
+            labelled(_quantity(list(order), unit), own.symbol),
             series,
             x_log=False,
             y_log=highest > 0.0,
@@ -100,7 +110,11 @@ def panels(
 
 
 def with_peaks(
-    figures: Sequence[Figure], results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str]
+    figures: Sequence[Figure],
+    results: Sequence[Result],
+    labels: Sequence[str],
+    chosen: Sequence[str],
+    display: UnitsOfSignals = OWN,
 ) -> tuple[tuple[Figure, ...], dict[str, Look]]:
     """The panels with marks at the peaks that the rows of results cut, and the looks of these marks."""
     peaks: dict[str, list] = {}
@@ -112,7 +126,9 @@ def with_peaks(
     for figure in figures:
         own = [peak for series in figure.series for peak in peaks.get(series.name, ())]
         if own:
-            x, y, texts = [p.time for p in own], [p.value for p in own], [str(p) for p in own]
+            second = display.of("s", "time").factor
+            x, texts = [p.time / second for p in own], [p.text(display) for p in own]
+            y = [p.value / display.of(p.unit, p.signal).factor for p in own]
             marks = Series(BETWEEN, x, y, hover=texts, style="marks")
             figure = replace(figure, series=[*figure.series, marks])
         found.append(figure)
@@ -144,11 +160,11 @@ def labelled(text: str, unit: str) -> str:
     return f"{text} [{unit}]".strip() if unit else text
 
 
-def _ends(curves: Sequence[Curve], x: Horizontal) -> tuple[float, float]:
+def _ends(curves: Sequence[Curve], x: Horizontal, factor: float) -> tuple[float, float]:
     """The range of the horizontal axis of all panels."""
     if any(curve.frequency for curve in curves):
         return 0.0, max(curve.frequency for curve in curves)
-    finite = [values[np.isfinite(values)] for values in (curve.x for curve in curves)]
+    finite = [values[np.isfinite(values)] / factor for values in (curve.x for curve in curves)]
     finite = [values for values in finite if len(values)] or [np.array([0.0, 1.0])]
     low, high = float(min(v.min() for v in finite)), float(max(v.max() for v in finite))
     space = MARGIN * (high - low) if x.signal else 0.0

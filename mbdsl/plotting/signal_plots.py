@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.messages import few
 from mbdsl.plotting import curves
@@ -13,7 +14,7 @@ from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Page, Panels
-from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
+from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, of_variables, short_labels
 from mbdsl.plotting.signal_panels import Horizontal, panels, with_peaks
 from mbdsl.results.selection import matching, select, unknown
 from mbdsl.results.stored import Result
@@ -115,6 +116,7 @@ def plot(
     against: str | None = None,
     difference: bool = False,
     spectrum: bool = False,
+    units: UnitsOfSignals | None = None,
 ) -> Plot:
     """Plot signals of one or more results.
 
@@ -133,6 +135,8 @@ def plot(
         Plot the second and further results minus the first one.
     spectrum : bool, optional
         Plot amplitude spectra.
+    units : UnitsOfSignals, optional
+        The units in which values are displayed. Default: those of each signal in the first result that has it.
 
     Returns
     -------
@@ -144,6 +148,7 @@ def plot(
         If a pattern matches no signal, a result is empty or damaged, results do not fit together, or a signal has no
         spectrum.
     """
+    display = units or display_of(results)
     results = _compared(results) if difference else list(results)
     labels = short_labels([result.label for result in results])
     known = list(dict.fromkeys(name for result in results for name in result.names))
@@ -157,11 +162,11 @@ def plot(
     same: list[str] = []
     for group in [asked] if patterns else default_groups(results):
         chosen = [name for name in group if name != against]
-        units = {name: _unit(name, results) for name in chosen}
+        own = {name: _unit(name, results) for name in chosen}
         found = list(_curves(results, labels, chosen, against, spectrum))
         if patterns:
             break
-        constant, same = left_out(found, units, sizes)
+        constant, same = left_out(found, own, sizes)
         if len(constant) < len(chosen):
             break
     if not chosen:
@@ -176,13 +181,29 @@ def plot(
     x = Horizontal("frequency", "Hz") if spectrum else Horizontal("time", "s")
     if against is not None:
         x = Horizontal(against, _unit(against, results), signal=True)
-    figures, looks = panels(found, units, x, len(results) > 1)
+    figures, looks = panels(found, own, x, len(results) > 1, display)
     if against is None and not spectrum:
-        figures, marked = with_peaks(figures, results, labels, chosen)
+        figures, marked = with_peaks(figures, results, labels, chosen, display)
         looks |= marked
     notes = [] if patterns else list(of_choice(chosen, constant, same, known))
-    notes += [*of_results(results, labels, chosen), *of_curves(found)]
+    notes += [*of_variables(results, chosen), *of_results(results, labels, chosen, display), *of_curves(found)]
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
+
+
+class _OfResults(UnitsOfSignals):
+    """The units of each signal in the first of several results that has it."""
+
+    def __init__(self, results: Sequence[Result]) -> None:
+        self._results = [(set(result.names), result.display) for result in results]
+
+    def of(self, unit: str, name: str = "") -> DisplayUnit:
+        found = next((display for names, display in self._results if name in names), self._results[0][1])
+        return found.of(unit, name)
+
+
+def display_of(results: Sequence[Result]) -> UnitsOfSignals:
+    """The units in which the signals of several results are displayed."""
+    return results[0].display if len(results) == 1 else _OfResults(results)
 
 
 def check_names(

@@ -17,9 +17,7 @@ from mbdsl.reporting import run_figures
 from mbdsl.reporting.findings import Findings
 from mbdsl.reporting.highlighting import highlighted
 from mbdsl.reporting.mode_pictures import mode_pictures
-from mbdsl.simulation.extremes import HEAD, Extremes
-from mbdsl.simulation.extremes import cells as cells_of
-from mbdsl.simulation.extremes import remarks as remarks_on
+from mbdsl.simulation.extremes import Extremes
 from mbdsl.version import __version__
 from mbdsl.viewing import structure_files, structure_svg
 from mbdsl.viewing.animation import animate
@@ -115,9 +113,8 @@ def _extremes(report: Findings, panels: Sequence[Figure]) -> Section:
     known = report.trajectory
     names = dict.fromkeys(s.name for panel in panels for s in panel.series if s.name in known)
     found = known.extremes([*names]) if names else Extremes([])
-    note = "; ".join(remarks_on(found.values()))
-    rows = [cells_of(x) for x in found.values()]
-    return Section("extremes", "Extremes over all steps", [Table("", HEAD, rows, note)] if rows else [])
+    note = "; ".join(found.remarks())
+    return Section("extremes", "Extremes over all steps", [found.table(note)] if found else [])
 
 
 def _mechanism(report: Findings) -> Section:
@@ -196,7 +193,7 @@ def _run(report: Findings) -> Section:
     found = Section("run", "Run", [Table("", ("quantity", "value"), rows)] if rows else [])
     moved = report.trajectory.moved
     if moved:
-        cells = [(m.name, *m.texts(9)) for m in moved]
+        cells = [(m.name, *m.shown(report.trajectory.display).texts(9)) for m in moved]
         found.content.append(Table("Initial values that were guessed", ("name", "guess", "found"), cells))
     return found
 
@@ -210,18 +207,19 @@ def _modes(report: Findings, frames: list[str]) -> Section:
     found.content.append(
         _paragraph(f"Small motions about {state}." if len(modes) else f"There are none about {state}.")
     )
+    hertz = report.trajectory.display.of("Hz")
     rows: Sequence[tuple[str, ...]] = [
         (
             str(k),
-            f"{mode.frequency:.6g}",
-            f"{mode.damped_frequency:.6g}",
+            f"{mode.frequency / hertz.factor:.6g}",
+            f"{mode.damped_frequency / hertz.factor:.6g}",
             f"{mode.damping if abs(mode.damping) > 1e-9 else 0.0:.4g}",
             ", ".join([f"{name} {part:.0%}" for name, part in mode.bodies.items() if part >= 0.05][:4]),
             "unstable" if mode.unstable else "moves freely" if mode.omega == 0.0 else "",
         )
         for k, mode in enumerate(modes, 1)
     ]
-    columns = ("mode", "frequency [Hz]", "damped [Hz]", "damping ratio", "moving bodies", "")
+    columns = ("mode", f"frequency [{hertz.symbol}]", f"damped [{hertz.symbol}]", "damping ratio", "moving bodies", "")
     if rows:
         found.content.append(Table("", columns, rows))
         frames.append(modes.animate().html)

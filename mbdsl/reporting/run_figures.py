@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.mechanism.scene import ENERGIES, Component
+from mbdsl.mechanism.scene_tables import displayed
 from mbdsl.messages import few
 from mbdsl.plotting.figures import Figure, Series
 from mbdsl.plotting.series_styles import OTHERS, Look
@@ -29,25 +30,28 @@ def energy_figures(trajectory: Trajectory) -> list[Figure]:
     """The energies, and the change of their sum since the start."""
     if not len(trajectory) or len(trajectory.scene.components) > MOST_COMPONENTS:
         return []
-    total = np.asarray(trajectory[ENERGIES[2]], float)
-    series = [_series(trajectory.t, name, np.asarray(trajectory[name], float)) for name in ENERGIES]
-    change = _series(trajectory.t, CHANGE, total - total[0])
+    joule = trajectory.display.of("J")
+    energies = {name: np.asarray(trajectory[name], float) / joule.factor for name in ENERGIES}
+    series = [_series(trajectory, name, values) for name, values in energies.items()]
+    total = energies[ENERGIES[2]]
+    change = _series(trajectory, CHANGE, total - total[0])
     return [
-        _figure(trajectory, "energy", "Energy", "energy [J]", series, balance(trajectory)),
-        _figure(trajectory, "drift", "", f"{CHANGE} [J]", [change], ""),
+        _figure(trajectory, "energy", "Energy", f"energy [{joule.symbol}]", series, balance(trajectory)),
+        _figure(trajectory, "drift", "", f"{CHANGE} [{joule.symbol}]", [change], ""),
     ]
 
 
 def balance(trajectory: Trajectory) -> str:
     """What changes the total energy, and its largest change."""
     energies = [np.asarray(trajectory[name], float) for name in ENERGIES]
-    drift = _largest(energies[2] - energies[2][0])
+    drift, joule = _largest(energies[2] - energies[2][0]), trajectory.display.of("J")
     by = [c.name for c in trajectory.scene.components.values() if _exchanges(c)]
     if by:
-        return f"The total energy changes by up to {drift:.3g} J. Energy is added or removed by {few(by)}."
+        return f"The total energy changes by up to {joule.text(drift, 3)}. Energy is added or removed by {few(by)}."
     size = max(_largest(energies[0]), _largest(energies[1] - energies[1][:1]))
     relative = f", {drift / size:.2g} of the largest energy that is exchanged" if size > 0.0 else ""
-    return f"No component adds or removes energy: the change of the total is an error, at most {drift:.3g} J{relative}."
+    most = joule.text(drift, 3)
+    return f"No component adds or removes energy: the change of the total is an error, at most {most}{relative}."
 
 
 def _exchanges(c: Component) -> bool:
@@ -78,7 +82,7 @@ def constraint_figure(trajectory: Trajectory) -> Figure | None:
             for name in names:
                 worst = np.fmax(worst, np.abs(trajectory[name]))
             sizes.append(f"{label.partition(':')[0]} {_largest(worst):.2g}")
-            series.append(_series(trajectory.t, label, np.maximum(worst, LEAST)))
+            series.append(_series(trajectory, label, np.maximum(worst, LEAST)))
     note = f"The largest residuals over the run: {', '.join(sizes)} (SI units)."
     return _figure(trajectory, "constraints", "Constraints", "largest residual [SI]", series, note, log=True)
 
@@ -91,12 +95,25 @@ def looks(figures: Sequence[Figure | None]) -> dict[str, Look]:
 def _figure(
     trajectory: Trajectory, key: str, title: str, label: str, series: list[Series], note: str, log: bool = False
 ) -> Figure:
-    ends = (float(trajectory.t[0]), float(trajectory.t[-1])) if len(trajectory) > 1 else None
-    return Figure(key, title, "time [s]", label, series, x_log=False, y_log=log, note=note, x_ends=ends, aspect=FLAT)
+    second = trajectory.display.of("s", "time")
+    t = trajectory.t / second.factor
+    ends = (float(t[0]), float(t[-1])) if len(t) > 1 else None
+    return Figure(
+        key,
+        title,
+        f"time [{second.symbol}]",
+        label,
+        series,
+        x_log=False,
+        y_log=log,
+        note=note,
+        x_ends=ends,
+        aspect=FLAT,
+    )
 
 
-def _series(t: Array, name: str, values: Array) -> Series:
-    times, limits = thinned(t, MOST_POINTS)
+def _series(trajectory: Trajectory, name: str, values: Array) -> Series:
+    times, limits = thinned(trajectory.t / trajectory.display.of("s", "time").factor, MOST_POINTS)
     shown = extremes(values, limits)
     return Series(name, times.tolist(), shown.tolist(), style="line" if len(times) > 1 else "marks")
 
@@ -118,5 +135,6 @@ def rows_of_parameters(trajectory: Trajectory) -> Iterator[tuple[str, str, str, 
     """(Name, value, unit, description) of the parameters of the model that are numbers."""
     for p in trajectory.scene.parameters.values():
         if isinstance(p.value, bool | int | float | str):
-            value = f"{p.value:.9g}" if isinstance(p.value, float) else str(p.value)
-            yield p.name, value, "" if p.unit == "1" else p.unit, p.doc
+            number, unit = displayed(p.value, p.unit, p.name, trajectory.display)
+            value = f"{number:.9g}" if isinstance(number, float) else str(number)
+            yield p.name, value, unit, p.doc

@@ -14,6 +14,7 @@ from mbdsl import results as files
 from mbdsl.errors import IntegrationError, ModelWarning, UsageError
 from mbdsl.lang import unused_values
 from mbdsl.lang.asked_signals import AskedSignals
+from mbdsl.lang.display_units import asked
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.assembly_need import has_to_be_assembled
 from mbdsl.mechanism.graph import MechanismGraph, build
@@ -169,6 +170,7 @@ def plot(
     against: str | None = None,
     difference: bool = False,
     spectrum: bool = False,
+    units: str | Iterable[str] | None = None,
     out: str | PathLike | None = None,
     **run: Any,
 ) -> Plot:
@@ -178,7 +180,7 @@ def plot(
     ----------
     results : path, Trajectory, Scene or Builder, or several of them
         Result files, trajectories, and models.
-    signals, against, difference, spectrum, out : optional
+    signals, against, difference, spectrum, units, out : optional
         As ``patterns`` and the others of ``Trajectory.plot``.
     **run
         Arguments of ``mbdsl.simulate`` for the models. Default: their own settings.
@@ -205,6 +207,7 @@ def plot(
     if out is not None:
         suffix_of(out)
         output_files.check([out])
+    asked(units)  # raises its errors before a run
     changes = _changes(run)
     patterns = None if signals is None else [signals] if isinstance(signals, str) else list(signals)
     opened = [source(item, patterns, **changes) for item in given]
@@ -216,6 +219,8 @@ def plot(
     failures: list[IntegrationError] = []
     shown = [_result(o, label, patterns, run, failures) if isinstance(o, Scene) else o
              for o, label in zip(opened, labels, strict=True)]  # fmt: skip
+    for result in shown:
+        result.display = asked(units, result.display)
     found = plot(shown, patterns, against=against, difference=difference, spectrum=spectrum)
     if out is not None:
         found.save(out)
@@ -292,6 +297,7 @@ def report(
     signals: str | Sequence[str] | None = None,
     eigen: str | float | None = None,
     *,
+    units: str | Iterable[str] | None = None,
     out: str | PathLike | None = None,
     announce: Callable[[str], None] | None = None,
     **run: Any,
@@ -306,6 +312,8 @@ def report(
         Names and glob patterns of signals to plot. Default: those of ``Trajectory.plot``.
     eigen : str or float, optional
         State about which eigenmodes are computed: "static", "start" or a time [s]. Default: no eigenmodes.
+    units : str or iterable of str, optional
+        Units of figures and tables such as "deg, rpm, kN, mm", each for all values of its quantity.
     out : path, optional
         A file to write, ``.html``.
     announce : callable, optional
@@ -331,8 +339,9 @@ def report(
     if out is not None:
         check_suffix(out)
     patterns = [signals] if isinstance(signals, str) else signals
+    asked(units)
     trajectory, failure = _motion(model, out, patterns, (), {"announce": announce, **run})
-    found = page(trajectory, patterns, eigen, announce=announce)
+    found = page(trajectory.in_units(units), patterns, eigen, announce=announce)
     if out is not None:
         found.save(out)
     if failure is not None:
@@ -351,6 +360,7 @@ def animate(
     *,
     result: str | PathLike | None = None,
     size: tuple[int, int] = (640, 400),
+    units: str | Iterable[str] | None = None,
     **run: Any,
 ) -> Animation:
     """Animate a model, a run of it, or a result file, as one HTML page that loads nothing or as a film.
@@ -369,6 +379,8 @@ def animate(
         A result of the model, in a format that does not contain the model.
     size : (int, int), optional [px]
         Width and height of a film.
+    units : str or iterable of str, optional
+        As for ``Trajectory.animate``.
     **run
         Arguments of ``mbdsl.simulate``.
 
@@ -391,6 +403,7 @@ def animate(
     if out is not None:
         check_suffix(out)
     check_ghost(ghost)
+    asked(units)
     patterns = None if signals is None else [signals] if isinstance(signals, str) else list(signals)
     stored = isinstance(model, (str, PathLike)) and is_result(model)
     failure = None
@@ -406,7 +419,7 @@ def animate(
         output_files.check([out], [os.fspath(path)])  # type: ignore[arg-type]
     else:
         trajectory, failure = _motion(model, out, patterns, [traces] if isinstance(traces, str) else traces, run)
-    found = animate(trajectory, patterns, traces, pale(ghost, trajectory.scene), arrows, view)
+    found = animate(trajectory.in_units(units), patterns, traces, pale(ghost, trajectory.scene), arrows, view)
     if out is not None:
         found.save(out, size)
     if failure is not None:

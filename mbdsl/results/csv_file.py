@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 SUFFIX = ".csv"
 TOGETHER = 2**18  #: quantity of numbers that are read at once
 MANY = 2**16  #: least quantity of numbers for which the import of the fast reader pays off
+TIMES = ("s", "ms", "us", "µs", "ns", "min", "h")  #: units of the first column, by which a row of units is known
 NO_UNIT = "1"  #: in the row of units
 DIGITS = b"0123456789+-.eE,\r\nnaNAifIF"  #: characters of numbers and separators
 CHUNK = 8192  #: number of rows converted to text at a time, to limit the memory
@@ -168,7 +169,7 @@ def _units(names: Sequence[str], line: str) -> dict[str, str]:
     try:
         float(found[0])
     except ValueError:
-        if len(found) == len(names) and found[0] == "s":
+        if len(found) == len(names) and found[0] in TIMES:
             return {name: "" if unit == NO_UNIT else unit for name, unit in zip(names, found, strict=True)}
     except IndexError:
         pass

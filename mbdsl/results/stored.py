@@ -8,11 +8,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mbdsl import results
+from mbdsl.display_unit import OWN
 from mbdsl.errors import UsageError
 
 if TYPE_CHECKING:
@@ -75,6 +77,10 @@ class Result:
         Returns the peaks of signals, given by their names, that its rows cut.
     is_file : bool
         Whether it may lack signals of the model.
+    display : UnitsOfSignals
+        The units in which values are displayed.
+    descriptions : mapping of str to str
+        Variable of the model -> its description, if it has one; empty for files.
     """
 
     def __init__(self, label: str, layout: Layout) -> None:
@@ -90,6 +96,8 @@ class Result:
         self.sizes: dict[str, float] = {}
         self.cut_peaks: Callable[[Sequence[str]], Sequence[Any]] = lambda names: ()
         self.is_file = True
+        self.display = OWN
+        self.descriptions: Mapping[str, str] = {}
 
     def unit(self, name: str) -> str:
         """Return the unit of a signal.
@@ -175,9 +183,10 @@ def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> 
     known = dict.fromkeys(trajectory.select(["*"]))
     known |= dict.fromkeys(x for text in patterns if text not in known for x in trajectory.asked(text))
     found = of_columns(label, [*known], trajectory.unit, trajectory.__getitem__)
-    found.groups, found.is_file = trajectory.shown_names, False
+    found.groups, found.is_file, found.display = trajectory.shown_names, False, trajectory.display
     found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}
     found.cut_peaks = trajectory.cut_peaks
+    found.descriptions = trajectory.descriptions
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found
 
@@ -217,7 +226,15 @@ def with_columns(result: Result, made: Mapping[str, Made]) -> Result:
     names = [*result.layout.names, *made]
     found = Result(result.label, Layout(names, _Units(names, unit), chunks, result.layout.meta))
     found.groups, found.sizes, found.is_file = result.groups, result.sizes, result.is_file
+    found.display, found.descriptions = result.display, result.descriptions
     found.cut_peaks = lambda names: result.cut_peaks([name for name in names if name not in made])
+    return found
+
+
+def of_layout(result: Result, layout: Layout) -> Result:
+    """A result with the same names and other columns."""
+    found = copy(result)
+    found.layout = layout
     return found
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.simulation.extremes import ROWS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
 
@@ -39,9 +40,23 @@ class CutPeak(NamedTuple):
     shown: float
 
     def __str__(self) -> str:
-        unit, most = f" {self.unit}" if self.unit else "", "most" if self.value > self.shown else "least"
-        outputs = f"outputs show at {most} {self.shown + 0.0:.4g}{unit}"
-        return f"{self.signal} is {self.value:.4g}{unit} at t = {self.time:.6g} s, and {outputs}"
+        return self.text(OWN)
+
+    def text(self, display: UnitsOfSignals) -> str:
+        """Return a sentence with the values in the units in which they are displayed.
+
+        Parameters
+        ----------
+        display : UnitsOfSignals
+
+        Returns
+        -------
+        str
+        """
+        most, unit = "most" if self.value > self.shown else "least", display.of(self.unit, self.signal)
+        value, shown = unit.text(self.value, 4), unit.text(self.shown + 0.0, 4)
+        at = display.of("s", "time").text(self.time)
+        return f"{self.signal} is {value} at t = {at}, and outputs show at {most} {shown}"
 
 
 def cut_peaks(shown: StateSignals, extremes: Iterable[Extreme]) -> list[CutPeak]:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.expressions.symbolic import walk
 from mbdsl.lang.asked_signals import AskedSignals
@@ -20,6 +21,9 @@ from mbdsl.numerics.quadrature import weights
 from mbdsl.simulation.state_signals import StateSignals
 from mbdsl.simulation.step_ranges import Range, joined, ranges
 from mbdsl.simulation.steps import Steps
+
+if TYPE_CHECKING:
+    from mbdsl.plotting.figures import Table
 
 STEPS, ROWS = "steps", "rows"  #: what extremes are those of
 FOLDED, LEAST_FOLDED = 400_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
@@ -113,10 +117,17 @@ class Extremes(Mapping[str, Extreme]):
     ----------
     entries : iterable of Extreme
         One for each signal.
+    display : UnitsOfSignals, optional
+        The units of the table.
+    descriptions : mapping of str to str, optional
+        Variable of the model -> its description, for a line below the table.
     """
 
-    def __init__(self, entries: Iterable[Extreme]) -> None:
-        self._entries = {entry.signal: entry for entry in entries}
+    def __init__(
+        self, entries: Iterable[Extreme], display: UnitsOfSignals = OWN, descriptions: Mapping[str, str] = {}
+    ) -> None:
+        self._entries, self.display = {entry.signal: entry for entry in entries}, display
+        self._descriptions = {name: descriptions[name] for name in self._entries if name in descriptions}
 
     def __getitem__(self, name: str) -> Extreme:
         return self._entries[name]
@@ -131,25 +142,54 @@ class Extremes(Mapping[str, Extreme]):
         return f"<Extremes of {count(len(self), 'signal')}>"
 
     def __str__(self) -> str:
-        return "\n".join(lines(self.values()))
+        return "\n".join([*lines(self.values(), self.display), *self.remarks()])
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
-        return fragment("Extremes", (), [Table("", HEAD, [cells(x) for x in self.values()])], remarks(self.values()))
+        return fragment("Extremes", (), [self.table()], self.remarks())
+
+    def remarks(self) -> list[str]:
+        """Return descriptions of variables, and what the values are those of, unless it is all steps.
+
+        Returns
+        -------
+        list of str
+        """
+        return [*(f"{name}: {said}" for name, said in self._descriptions.items()), *remarks(self.values())]
+
+    def table(self, note: str = "") -> Table:
+        """Return the extremes as a table, in the units in which values are displayed.
+
+        Parameters
+        ----------
+        note : str, optional
+            A sentence below the table.
+
+        Returns
+        -------
+        Table
+        """
+        from mbdsl.plotting.figures import Table
+
+        return Table("", head(self.display), [cells(x, self.display) for x in self.values()], note)
 
 
-HEAD = ("signal", "unit", "least", "at [s]", "largest", "at [s]", "mean", "rms")
+def head(display: UnitsOfSignals) -> tuple[str, ...]:
+    """The heads of the columns of a table."""
+    at = f"at [{display.of('s', 'time').symbol}]"
+    return "signal", "unit", "least", at, "largest", at, "mean", "rms"
 
 
 LONG = 24  #: letters of a name up to which the others are aligned with it
 
 
-def cells(x: Extreme) -> tuple[str, ...]:
+def cells(x: Extreme, display: UnitsOfSignals) -> tuple[str, ...]:
     """A row of a table."""
-    numbers = (x.least, x.time_of_least, x.largest, x.time_of_largest, x.mean, x.rms)
-    return x.signal, x.unit, *(f"{value:.4g}" for value in numbers)
+    unit, second = display.of(x.unit, x.signal), display.of("s", "time")
+    numbers = [(x.least, unit), (x.time_of_least, second), (x.largest, unit), (x.time_of_largest, second)]
+    numbers += [(x.mean, unit), (x.rms, unit)]
+    return x.signal, unit.symbol, *(f"{value / own.factor:.4g}" for value, own in numbers)
 
 
 def remarks(found: Iterable[Extreme]) -> list[str]:
@@ -158,11 +198,11 @@ def remarks(found: Iterable[Extreme]) -> list[str]:
     return [f"{few(names)}: of {REMARKS.get(of, of)}" for of, names in by.items() if of != STEPS]
 
 
-def lines(found: Iterable[Extreme]) -> list[str]:
+def lines(found: Iterable[Extreme], display: UnitsOfSignals = OWN) -> list[str]:
     """A table as text; long names are in lines of their own."""
     found = list(found)
-    rows = [HEAD, *map(cells, found)]
-    wide = [max(len(row[k]) for row in rows if k or len(row[0]) <= LONG) for k in range(len(HEAD))]
+    rows = [head(display), *(cells(x, display) for x in found)]
+    wide = [max(len(row[k]) for row in rows if k or len(row[0]) <= LONG) for k in range(len(rows[0]))]
     shown = []
     for name, unit, *numbers in rows:
         if len(name) > wide[0]:
@@ -170,7 +210,7 @@ def lines(found: Iterable[Extreme]) -> list[str]:
             name = ""
         right = "".join(f"  {x:>{w}}" for x, w in zip(numbers, wide[2:], strict=True))
         shown.append(f"{name:<{wide[0]}}  {unit:<{wide[1]}}{right}")
-    return [*shown, *remarks(found)]
+    return shown
 
 
 def _extreme(found: Range, signal: str, unit: str, of: str) -> Extreme:

@@ -103,7 +103,7 @@ def along(trajectory: Any, patterns: Sequence[str], at: Sequence[float] | None) 
             axis = Horizontal(f"distance from {found[0].name}.a", "m")
             lines[pattern] = Line(axis, x[0], np.array(values), _units(scene)[found[1]])
     lines = {pattern: lines[pattern] for pattern in patterns}
-    return profile(scene.name, lines, times, [LINEAR] if any(w for _, w in parts) else [])
+    return profile(scene.name, lines, times, [LINEAR] if any(w for _, w in parts) else [], trajectory.display)
 
 
 def _at(values: Array, weight: float) -> float:

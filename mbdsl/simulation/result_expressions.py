@@ -13,6 +13,7 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, input_signal, leaves
 from mbdsl.lang.asked_signals import Operand, read
 from mbdsl.results.selection import matching
+from mbdsl.simulation.result_units import in_si
 from mbdsl.simulation.stored_extremes import KEY, cut_in_file
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     Returns
     -------
     Result
-        The same one if there is no expression among them.
+        In SI units; the same one if its file has these, and there is no expression among them.
 
     Raises
     ------
@@ -43,6 +44,7 @@ def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     """
     from mbdsl.results.stored import with_columns
 
+    result = in_si(result) if result.is_file else result
     known = set(result.names)
     if result.is_file and KEY in result.layout.meta:
         result.cut_peaks = partial(cut_in_file, result)

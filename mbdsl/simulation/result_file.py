@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 
 from mbdsl import results
 from mbdsl.errors import MbdslError
+from mbdsl.lang.display_units import asked, declared_text
+from mbdsl.simulation.result_units import KEY as SHOWN
+from mbdsl.simulation.result_units import check, converted
 from mbdsl.version import __version__
 
 if TYPE_CHECKING:
@@ -59,6 +62,7 @@ def about(
         from mbdsl.simulation.stored_extremes import KEY, text_of
 
         said[KEY] = text_of(trajectory.extremes(names).values())
+        said[SHOWN] = declared_text(trajectory.scene.display, names) or None
     return {
         "complete": trajectory.status == "done",
         **{key: value for key, value in said.items() if value is not None},
@@ -68,15 +72,21 @@ def about(
 
 
 def save(
-    trajectory: Trajectory, path: str | PathLike, patterns: str | Iterable[str] | None, row_of_units: bool
+    trajectory: Trajectory,
+    path: str | PathLike,
+    patterns: str | Iterable[str] | None,
+    row_of_units: bool,
+    given: str | Iterable[str] | None = None,
 ) -> None:
     """Write a trajectory to a file; see ``Trajectory.save``."""
+    check(path, given)
     chosen = names(trajectory, path, patterns)
     said = about(trajectory, path, chosen)
     if keeps_model(path) and (source := _source(trajectory.scene)):
         said["source"] = source
     columns = {"time": trajectory.t, **{name: trajectory[name] for name in chosen}}
-    results.write(path, columns, units(trajectory, chosen), said, row_of_units)
+    written, own = converted(path, columns, units(trajectory, chosen), asked(given))
+    results.write(path, written, own, said, row_of_units or bool(given))
 
 
 def _source(scene: Scene) -> str:

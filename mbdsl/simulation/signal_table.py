@@ -169,4 +169,5 @@ def _range(trajectory: Trajectory, name: str) -> tuple[str, ...]:
     x = trajectory[name]
     finite = x[np.isfinite(x)]
     ends = (finite.min(), finite.max()) if len(finite) else (np.nan, np.nan)
-    return name, trajectory.unit(name), *(f"{value:.6g}" for value in (x[0], x[-1], *ends))
+    unit = trajectory.display.of(trajectory.unit(name), name)
+    return name, unit.symbol, *(f"{value / unit.factor:.6g}" for value in (x[0], x[-1], *ends))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.elements.kind import JointKind, SensorKind
 from mbdsl.errors import MbdslError
 from mbdsl.expressions.symbolic import Expr, leaves
@@ -56,6 +57,7 @@ class StateSignals:
         self.find_steps: Callable[[], Any] | None = None
         #: ranges over earlier steps, which a long run has forgotten: :class:`mbdsl.simulation.extremes.Gathered`
         self.gathered: Any = None
+        self._display: UnitsOfSignals | None = None  #: None: those of the model
         self._extremes: dict[str, Any] = {}  #: those that were found
         self._since: float | None = (
             None  #: start of the run, if earlier rows than those of ``t`` were written to a file
@@ -66,6 +68,16 @@ class StateSignals:
     def scene(self) -> Scene:
         """The model."""
         return self.system.scene
+
+    @property
+    def display(self) -> UnitsOfSignals:
+        """The units in which values are displayed; arrays are in SI units."""
+        return self.scene.display if self._display is None else self._display
+
+    @property
+    def descriptions(self) -> dict[str, str]:
+        """Variable of the model -> its description, if it has one."""
+        return {name: found.doc for name, found in self.scene.descriptions.items() if found.doc}
 
     @property
     def status(self) -> str:

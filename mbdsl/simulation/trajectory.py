@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.lang.display_units import asked
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
 from mbdsl.simulation import result_file, time_slices
@@ -154,6 +155,27 @@ class Trajectory(StateSignals):
         vars(found).update(attributes)
         return found
 
+    def in_units(self, units: str | Iterable[str] | None) -> Trajectory:
+        """Return the same trajectory, which is drawn and printed in other units.
+
+        Arrays of signals and result files remain in SI units.
+
+        Parameters
+        ----------
+        units : str or iterable of str, or None
+            Units such as "deg, rpm, kN, mm", each for all values of its quantity; None: no others.
+
+        Returns
+        -------
+        Trajectory
+
+        Raises
+        ------
+        UsageError
+            If a text is not a unit, or two are units of one quantity.
+        """
+        return self._with({**vars(self), "_display": asked(units, self.display)}) if units else self
+
     def _selected(self, patterns: Iterable[str]) -> Trajectory:
         chosen = tuple(name for name in self.select(patterns) if name != "time")
         return self._with({**vars(self), "_chosen": chosen})
@@ -176,7 +198,9 @@ class Trajectory(StateSignals):
         k = int(np.abs(self.t - seconds(time, "time")).argmin())
         return self.q[k], self.v[k]
 
-    def extremes(self, patterns: str | Iterable[str] | None = None) -> Extremes:
+    def extremes(
+        self, patterns: str | Iterable[str] | None = None, units: str | Iterable[str] | None = None
+    ) -> Extremes:
         """Return least and largest values of signals with their times, means and root mean squares.
 
         They are those of all steps of the run with the motion between their ends, not those of the outputs; where the
@@ -186,6 +210,8 @@ class Trajectory(StateSignals):
         ----------
         patterns : str or iterable of str, optional
             As for ``to_dict``.
+        units : str or iterable of str, optional
+            Units of the printed table, as for ``in_units``; the numbers of an ``Extreme`` are in SI units.
 
         Returns
         -------
@@ -195,13 +221,14 @@ class Trajectory(StateSignals):
         Raises
         ------
         UsageError
-            If a pattern matches no name.
+            If a pattern matches no name, or the units are invalid.
         """
+        display = asked(units, self.display)
         chosen = self.select(patterns) if patterns is not None else self.default_names
         chosen = [name for name in chosen if name != "time"]
         if missing := [name for name in chosen if name not in self._extremes]:
             self._extremes.update(extremes(self, missing))
-        return Extremes(self._extremes[name] for name in chosen)
+        return Extremes((self._extremes[name] for name in chosen), display, self.descriptions)
 
     def cut_peaks(self, patterns: str | Iterable[str] | None = None) -> list[CutPeak]:
         """Return the peaks of signals that the outputs cut.
@@ -327,7 +354,12 @@ class Trajectory(StateSignals):
         return xarray.Dataset(variables, coords={"time": ("time", self.t, {"units": "s"})})
 
     def save(
-        self, path: str | PathLike, patterns: str | Iterable[str] | None = None, *, row_of_units: bool = False
+        self,
+        path: str | PathLike,
+        patterns: str | Iterable[str] | None = None,
+        *,
+        row_of_units: bool = False,
+        units: str | Iterable[str] | None = None,
     ) -> None:
         """Write signals to a result file, as ``mbdsl simulate --output`` does.
 
@@ -339,16 +371,24 @@ class Trajectory(StateSignals):
             As for ``to_dict``.
         row_of_units : bool, optional
             Write a second row with the units, in a format that contains none otherwise (.csv).
+        units : str or iterable of str, optional
+            Units of a .csv file, "deg, rpm", which its second row names. Default: SI units, as in all other formats.
 
         Raises
         ------
         UsageError
-            If a pattern matches no name, the suffix is unknown, or the file cannot be written.
+            If a pattern matches no name, the suffix is unknown, units are invalid or given for another format, or the
+            file cannot be written.
         """
-        result_file.save(self, path, patterns, row_of_units)
+        result_file.save(self, path, patterns, row_of_units, units)
 
     def to_csv(
-        self, path: str | PathLike, patterns: str | Iterable[str] | None = None, *, row_of_units: bool = False
+        self,
+        path: str | PathLike,
+        patterns: str | Iterable[str] | None = None,
+        *,
+        row_of_units: bool = False,
+        units: str | Iterable[str] | None = None,
     ) -> None:
         """Write signals to a CSV file; see ``save``.
 
@@ -356,7 +396,7 @@ class Trajectory(StateSignals):
         ----------
         path : path
             The file, with the suffix .csv.
-        patterns, row_of_units : optional
+        patterns, row_of_units, units : optional
             As for ``save``.
 
         Raises
@@ -367,7 +407,7 @@ class Trajectory(StateSignals):
         if Path(path).suffix.lower() != ".csv":
             hint = "`save` selects the format by the suffix"
             raise UsageError(f"found `{path!s}` for a CSV file, expected the suffix .csv", hint=hint)
-        self.save(path, patterns, row_of_units=row_of_units)
+        self.save(path, patterns, row_of_units=row_of_units, units=units)
 
     def plot(
         self,
@@ -377,6 +417,7 @@ class Trajectory(StateSignals):
         against: str | None = None,
         difference: bool = False,
         spectrum: bool = False,
+        units: str | Iterable[str] | None = None,
         out: str | PathLike | None = None,
     ) -> Plot:
         """Plot signals.
@@ -393,6 +434,8 @@ class Trajectory(StateSignals):
             Plot the ``others`` minus this result, interpolated to its times.
         spectrum : bool, optional
             Plot amplitude spectra: a sine of amplitude A shows A.
+        units : str or iterable of str, optional
+            Units of the axes such as "deg, rpm, kN, mm", as for ``in_units``.
         out : path, optional
             A file to write: .svg, .html, or .png and .pdf, which require matplotlib.
 
@@ -404,8 +447,8 @@ class Trajectory(StateSignals):
         Raises
         ------
         UsageError
-            If a pattern matches no signal, results do not fit together, a signal has no spectrum, or the file cannot
-            be written.
+            If a pattern matches no signal, results do not fit together, a signal has no spectrum, units are invalid, or
+            the file cannot be written.
         """
         from mbdsl.plotting.signal_plots import plot
         from mbdsl.results.stored import of_trajectory, open_result
@@ -419,6 +462,8 @@ class Trajectory(StateSignals):
                 results.append(of_trajectory(other, other.scene.name, chosen or ()))
             else:
                 results.append(with_expressions(open_result(other), chosen))
+        for result in results:
+            result.display = asked(units, result.display)
         found = plot(results, chosen, against=against, difference=difference, spectrum=spectrum)
         if out is not None:
             found.save(out)
@@ -429,6 +474,7 @@ class Trajectory(StateSignals):
         patterns: str | Iterable[str],
         at: float | str | Iterable[float | str] | None = None,
         out: str | PathLike | None = None,
+        units: str | Iterable[str] | None = None,
     ) -> Profile:
         """Show signals along an array, or along a rod or beam, at one or more times.
 
@@ -441,6 +487,8 @@ class Trajectory(StateSignals):
             Times; between two outputs, values are interpolated linearly. Default: the end of the run.
         out : path, optional
             A file to write: .svg, .html, or .png and .pdf, which require matplotlib.
+        units : str or iterable of str, optional
+            Units of the table and the plot, as for ``in_units``; ``profile[name]`` is in SI units.
 
         Returns
         -------
@@ -458,7 +506,7 @@ class Trajectory(StateSignals):
         check_out(out)
         chosen = [patterns] if isinstance(patterns, str) else list(patterns)
         times = None if at is None else [at] if isinstance(at, (str, Real)) else list(at)  # type: ignore[arg-type]
-        found = along(self, chosen, None if times is None else [seconds(t, "at") for t in times])  # type: ignore[arg-type]
+        found = along(self.in_units(units), chosen, None if times is None else [seconds(t, "at") for t in times])  # type: ignore[arg-type]
         if out is not None:
             found.save(out)
         return found
@@ -471,6 +519,7 @@ class Trajectory(StateSignals):
         ghost: Trajectory | None = None,
         arrows: str | Sequence[str] = ("forces",),
         view: str | None = None,
+        units: str | Iterable[str] | None = None,
     ) -> Animation:
         """Animate the mechanism, as one HTML page that loads nothing.
 
@@ -489,6 +538,8 @@ class Trajectory(StateSignals):
             Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
         view : str, optional
             Of a model in space: "iso" (default), "front", "side" or "top".
+        units : str or iterable of str, optional
+            Units of the plots of the page, as for ``in_units``.
 
         Returns
         -------
@@ -503,7 +554,7 @@ class Trajectory(StateSignals):
         """
         from mbdsl.viewing.animation import animate
 
-        found = animate(self, signals, traces, ghost, arrows, view)
+        found = animate(self.in_units(units), signals, traces, ghost, arrows, view)
         if path is not None:
             found.save(path)
         return found

@@ -167,11 +167,6 @@ class Measure:
         return (self.signal, *self.further) if self.when is None else (self.signal,)
 
     @property
-    def head(self) -> str:
-        """The measure with its unit in brackets, for a table or an axis."""
-        return f"{self}{f' [{self.unit}]' if self.unit else ''}"
-
-    @property
     def of(self) -> str:
         """What it belongs to: "run", "static" (the equilibrium) or "modes"."""
         return FUNCTIONS[self.function].of

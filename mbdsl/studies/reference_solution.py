@@ -16,11 +16,11 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import results
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import available
 from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
+from mbdsl.simulation import result_units
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
 from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, of_motion, reactions
@@ -92,7 +92,7 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
         If the file cannot be read, ends before the stop time of the study, lacks the requested signals or all signals
         of the study, or has nan values in them.
     """
-    columns, meta = results.read(path)
+    columns, meta = result_units.read(path)
     file, of, like = Path(path).name, runner.setting, runner.blank()
     limits = [] if meta.get("complete", True) else ["incomplete"]
     t, times = _times(file, columns, of), of.times
@@ -166,7 +166,7 @@ def file_points(path: str | PathLike, of: Setting) -> int:
     UsageError
         If the file cannot be read.
     """
-    t = np.asarray(results.read(path)[0].get("time", ()), float)
+    t = np.asarray(result_units.read(path)[0].get("time", ()), float)
     inside = t[(t > of.start + 1e-9 * of.span) & (t <= of.stop + 1e-9 * of.span)]
     count, spacing = len(inside), np.diff(inside)
     even = count > 1 and np.allclose(spacing, spacing[0], rtol=1e-6) and abs(inside[-1] - of.stop) < spacing[0] / 2

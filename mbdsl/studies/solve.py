@@ -26,9 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.analysis.operating_points import At
+from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
-from mbdsl.lang import units
+from mbdsl.lang.display_units import asked as asked_units
+from mbdsl.lang.display_units import factor, only_asked
 from mbdsl.lang.given_values import mapping
+from mbdsl.lang.units import measure as measured
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count
 from mbdsl.studies.measures import Measure
@@ -85,10 +88,7 @@ class Condition:
         -------
         str
         """
-        own, si = units.parse(self.unit), units.parse(self.measure.unit)
-        if own is not None and si is not None:
-            value *= si.factor / own.factor
-        return f"{value:.{digits}g} {self.unit}".rstrip()
+        return DisplayUnit(self.unit, factor(self.unit, self.measure.unit)).text(value, digits)
 
     def __str__(self) -> str:
         return f"{self.measure} = {self.shown(self.value)}"
@@ -191,7 +191,13 @@ class Solution:
 
     def _line(self, answer: Answer) -> str:
         found = zip(self.parameters, answer.values, answer.errors, strict=True)
-        values = ", ".join(f"{p.name} = {_with_error(x, error, p.unit)}" for p, x, error in found)
+        display = only_asked(self.sweep.display)
+        units = [display.of(p.unit, p.name) for p in self.parameters]
+        shown = zip(units, found, strict=True)
+        values = ", ".join(
+            f"{p.name} = {_with_error(x / unit.factor, error / unit.factor, unit.symbol)}"
+            for unit, (p, x, error) in shown
+        )
         reached = zip(self.conditions, answer.measures, strict=True)
         return f"{values}, where {' and '.join(f'{c.measure} = {c.shown(self._reached(c, y))}' for c, y in reached)}"
 
@@ -202,7 +208,8 @@ class Solution:
 
     def _lacking(self) -> list[str]:
         """That there is no answer, and what the measures reach over the range."""
-        ranges = " and ".join(f"{p.said(0)} to {p.shown(1)}{f' {p.unit}' if p.unit else ''}" for p in self.parameters)
+        limits = [p.displayed(only_asked(self.sweep.display)) for p in self.parameters]
+        ranges = " and ".join(f"{p.said(0)} to {p.shown(1)}{f' {p.unit}' if p.unit else ''}" for p in limits)
         lines = [f"no answer for {' and '.join(map(str, self.conditions))} from {ranges}"]
         columns = [self.sweep[str(c.measure)] for c in self.conditions]
         for c, y in zip(self.conditions, columns, strict=True):
@@ -250,6 +257,7 @@ def solve(
     workers: int | None = None,
     store: str | PathLike | None = None,
     fresh: bool = False,
+    units: str | Iterable[str] | None = None,
     tell: Callable[[StudyProgress], None] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Solution:
@@ -268,8 +276,8 @@ def solve(
         deg`` or ``frequency(1) = 2 Hz``; the measures are those of ``mbdsl.sweep``.
     after, method, step, tol, start, stop, interval, at, options, parameters, without : optional
         As for ``mbdsl.sweep``.
-    limit, workers, store, fresh, tell, announce : optional
-        As for ``mbdsl.sweep``.
+    limit, workers, store, fresh, units, tell, announce : optional
+        As for ``mbdsl.sweep``; measures are printed in the units of their conditions, unless others are asked for.
 
     Returns
     -------
@@ -284,6 +292,7 @@ def solve(
     KeyboardInterrupt
         If it is interrupted; completed runs are stored.
     """
+    asked_units(units)  # raises its errors before the runs
     ranges = [range_of(name, given) for name, given in mapping(vary, "vary", f"write {RANGES}").items()]
     texts = [conditions] if isinstance(conditions, str) else list(conditions)
     if not ranges or len(ranges) != len(texts) or len(ranges) > 2:
@@ -302,10 +311,13 @@ def solve(
         shown = ", ".join(map(str, of.measures))
         raise UsageError(f"{count(len(sides), 'condition')} with {count(len(of.measures), 'measure')}: {shown}",
                          hint="each condition has one signal of its own")  # fmt: skip
-    asked = [_condition(m, right) for m, (_, right) in zip(of.measures, sides, strict=True)]
+    display = asked_units(units, of.scene.display)
+    asked = [_condition(m, right, display) for m, (_, right) in zip(of.measures, sides, strict=True)]
     kept = Store(store, fresh)
     kept.prune()
-    runs = _Runs(of, case, [with_unit(p, of.scene) for p in ranges], kept, time_limit(limit), workers, tell, announce)
+    runs = _Runs(
+        of, case, [with_unit(p, of.scene) for p in ranges], kept, time_limit(limit), workers, tell, announce, display
+    )
     target = np.array([c.value for c in asked])
     roots, notes = (_one if len(ranges) == 1 else _two)(runs, target, asked)
     finer = None
@@ -328,18 +340,19 @@ def _sides(text: str) -> tuple[str, str]:
     return match[1].strip(), match[2].strip()
 
 
-def _condition(measure: Measure, text: str) -> Condition:
+def _condition(measure: Measure, text: str, display: UnitsOfSignals) -> Condition:
     unit = re.sub(r"^\s*[-+.\d]+([eE][-+]?\d+)?\s*", "", text).strip()
     example = f"write its value, e.g. {measure} = 2 {measure.unit}".rstrip()
     try:
-        value = units.measure(text, measure.unit or "1")
+        value = measured(text, measure.unit or "1")
         if {_turning(unit), _turning(measure.unit)} == {True, False} and "Hz" in unit + measure.unit:
             raise ValueError(f"`{text}` has the wrong unit: one turn in a second is 1 Hz, or 2 pi rad/s")
         if not math.isfinite(value):
             raise ValueError(f"`{text}` is not a finite number")
     except ValueError as problem:
         raise UsageError(f"{measure}: {problem}", hint=example) from None
-    return Condition(measure, value, unit or measure.unit)
+    other = only_asked(display).of(measure.unit, measure.signal)
+    return Condition(measure, value, unit or measure.unit if other.symbol == measure.unit else other.symbol)
 
 
 def _turning(unit: str) -> bool:
@@ -360,7 +373,9 @@ class _Runs:
         workers: int | None,
         tell: Callable[[StudyProgress], None] | None,
         announce: Callable[[str], None] | None,
+        display: UnitsOfSignals,
     ) -> None:
+        self.display = display
         self.of, self.case, self.ranges = of, case, tuple(ranges)
         self._store, self._limit, self._workers, self._tell, self._announce = store, limit, workers, tell, announce
         self.done: dict[tuple[float, ...], Computed] = {}  #: by the values of the parameters
@@ -404,7 +419,10 @@ class _Runs:
             columns.append(Varied(p.name, texts, tuple(values), p.unit, p.log))
         indices = [(k,) * len(columns) for k in range(len(rows))]
         runs = [self.done[row] for row in rows]
-        return Sweep(self.of.scene.name, columns, self.of.measures, indices, runs, True, self._limit, self.found)
+        of = self.of
+        return Sweep(
+            of.scene.name, columns, of.measures, indices, runs, True, self._limit, self.found, (), self.display
+        )
 
     def check(self, y: Array) -> None:
         """Raise a UsageError if no run of the first points has a value."""

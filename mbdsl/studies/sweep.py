@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.analysis.operating_points import At, checked
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.asked_signals import AskedSignals
+from mbdsl.lang.display_units import asked as asked_units
 from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.given_values import mapping, optional, seconds
 from mbdsl.lang.library import allowed_now
@@ -20,7 +21,7 @@ from mbdsl.lang.load import load
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.overrides import merged
 from mbdsl.mechanism.canonical_text import canonical_text
-from mbdsl.mechanism.scene import ParameterValue, Scene
+from mbdsl.mechanism.scene import Description, ParameterValue, Scene
 from mbdsl.simulation.plan import DEFAULT_METHOD, Plan, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
@@ -59,6 +60,7 @@ def sweep(
     workers: int | None = None,
     store: str | PathLike | None = None,
     fresh: bool = False,
+    units: str | Iterable[str] | None = None,
     tell: Callable[[StudyProgress], None] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Sweep:
@@ -101,6 +103,8 @@ def sweep(
         Folder of stored runs. Default: a subfolder of mbdsl's cache folder.
     fresh : bool, optional
         Whether to ignore stored runs.
+    units : str or iterable of str, optional
+        Units of measures in tables and pictures such as "deg, kN, mm"; columns are in SI units.
     tell : callable, optional
         Called with the progress of the sweep.
 
@@ -116,6 +120,7 @@ def sweep(
     KeyboardInterrupt
         If it is interrupted; completed runs are stored.
     """
+    asked_units(units)  # raises its errors before the runs
     ranges = [varied(name, values) for name, values in mapping(vary, "vary", _by_name(vary)).items()]
     indices = _indices(ranges, paired)
     points = [tuple((p.name, p.texts[j]) for p, j in zip(ranges, row, strict=True)) for row in indices]
@@ -133,7 +138,11 @@ def sweep(
     if of.asks_for(MODES):
         rows, notes = _followed(of, kept, cases[0], ranges, indices, rows, paired, longest, announce)
     shown = [with_unit(p, of.scene) for p in ranges]
-    return Sweep(of.scene.name, shown, of.measures, indices, rows, paired, longest, number, notes)
+    display, known = asked_units(units, of.scene.display), of.scene.descriptions
+    notes += dict.fromkeys(
+        f"{m.signal}: {known[m.signal].doc}." for m in of.measures if known.get(m.signal, Description()).doc
+    )
+    return Sweep(of.scene.name, shown, of.measures, indices, rows, paired, longest, number, notes, display)
 
 
 def _followed(

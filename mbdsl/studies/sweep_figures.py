@@ -18,7 +18,7 @@ from mbdsl.messages import count
 from mbdsl.plotting import heat_maps
 from mbdsl.plotting.figures import Figure, HeatMap, Outcome, Page, Series, Table
 from mbdsl.plotting.series_styles import looks
-from mbdsl.plotting.signal_panels import ASPECTS, FLAT
+from mbdsl.plotting.signal_panels import ASPECTS, FLAT, labelled
 from mbdsl.plotting.signal_plots import Plot, suffix_of
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.sweep_values import Varied
@@ -121,13 +121,13 @@ class _Layout:
 
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
-        order = list(range(len(sweep.parameters)))
-        sizes = [len(p) for p in sweep.parameters]
+        order = list(range(len(sweep.varied)))
+        sizes = [len(p) for p in sweep.varied]
         if sweep.paired:
             self.x, rest = 0, []
         else:
             # a parameter of numbers, the one with the most values, the first of them
-            self.x = min(order, key=lambda j: (sweep.parameters[j].numbers is None, -sizes[j], j))
+            self.x = min(order, key=lambda j: (sweep.varied[j].numbers is None, -sizes[j], j))
             rest = sorted((j for j in order if j != self.x and sizes[j] > 1), key=lambda j: (-sizes[j], j))
         self.second: int | None = None
         self.family, self.others = rest, []
@@ -143,21 +143,21 @@ class _Layout:
         return self._combinations(self.others)
 
     def _combinations(self, which: Sequence[int]) -> list[dict[int, int]]:
-        sizes = [range(len(self.sweep.parameters[j])) for j in which]
+        sizes = [range(len(self.sweep.varied[j])) for j in which]
         return [dict(zip(which, values, strict=True)) for values in product(*sizes)]
 
     def _row(self, at: dict[int, int]) -> int:
         if self.sweep.paired:
             return at[0]
-        return self.rows[tuple(at.get(j, 0) for j in range(len(self.sweep.parameters)))]
+        return self.rows[tuple(at.get(j, 0) for j in range(len(self.sweep.varied)))]
 
     def _said(self, at: dict[int, int]) -> str:
-        return ", ".join(self.sweep.parameters[j].said(k) for j, k in at.items())
+        return ", ".join(self.sweep.varied[j].said(k) for j, k in at.items())
 
     def figure(self, measure: Measure, fixed: dict[int, int], k: int) -> Figure:
         """Curves of a measure."""
-        p = self.sweep.parameters[self.x]
-        x, column = _places(p), self.sweep[str(measure)]
+        p = self.sweep.varied[self.x]
+        x, (column, unit) = _places(p), self.sweep.shown(measure)
         order = sorted(range(len(p)), key=x.__getitem__)
         style = "both" if len(p) <= MANY else "line"
         series, outcomes = [], []
@@ -176,7 +176,7 @@ class _Layout:
             f"panel-{k}",
             "",
             _label(p),
-            f"{measure}{where}{f' [{measure.unit}]' if measure.unit else ''}",
+            labelled(f"{measure}{where}", unit),
             series,
             x_log=_log(p),
             y_log=False,
@@ -188,21 +188,22 @@ class _Layout:
     def map(self, measure: Measure, fixed: dict[int, int]) -> HeatMap:
         """A measure over two parameters."""
         assert self.second is not None
-        p, q = self.sweep.parameters[self.x], self.sweep.parameters[self.second]
-        x, y, column = _places(p), _places(q), self.sweep[str(measure)]
+        p, q = self.sweep.varied[self.x], self.sweep.varied[self.second]
+        x, y, (column, unit) = _places(p), _places(q), self.sweep.shown(measure)
         along, up = sorted(range(len(p)), key=x.__getitem__), sorted(range(len(q)), key=y.__getitem__)
         z = [[column[self._row({**fixed, self.x: i, self.second: j})] for i in along] for j in up]
         title = self._said(fixed)
+        head = labelled(str(measure), unit)
         return HeatMap(
-            title, _label(p), _label(q), measure.head, [x[i] for i in along], [y[j] for j in up], z, _log(p), _log(q)
+            title, _label(p), _label(q), head, [x[i] for i in along], [y[j] for j in up], z, _log(p), _log(q)
         )
 
     def notes(self, frames: int) -> Iterator[str]:
         """Sentences on what is shown."""
-        if self.sweep.paired and len(self.sweep.parameters) > 1:
-            others = ", ".join(p.name for p in self.sweep.parameters[1:])
-            yield f"{others}: changed together with {self.sweep.parameters[0].name}."
-        single = [j for j, p in enumerate(self.sweep.parameters) if len(p) == 1 and j != self.x]
+        if self.sweep.paired and len(self.sweep.varied) > 1:
+            others = ", ".join(p.name for p in self.sweep.varied[1:])
+            yield f"{others}: changed together with {self.sweep.varied[0].name}."
+        single = [j for j, p in enumerate(self.sweep.varied) if len(p) == 1 and j != self.x]
         if single and not self.sweep.paired:
             yield f"{self._said(dict.fromkeys(single, 0))}."
         if frames > PANELS:

@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
+from mbdsl.lang.display_units import asked, only_asked
 from mbdsl.messages import count, did_you_mean, few
 from mbdsl.plotting.figures import Table
+from mbdsl.plotting.signal_panels import labelled
 from mbdsl.studies.measures import Measure
 from mbdsl.studies.report import LONG, WIDTH, as_text
 from mbdsl.studies.store import Computed
@@ -55,6 +58,8 @@ class Sweep:
         Number of runs that were taken from the store.
     notes : list of str
         Remarks, such as where the order of modes by frequency changes.
+    display : UnitsOfSignals
+        The units of measures in tables and pictures.
     """
 
     def __init__(
@@ -68,10 +73,36 @@ class Sweep:
         limit: float = math.inf,
         found: int = 0,
         notes: Sequence[str] = (),
+        display: UnitsOfSignals = OWN,
     ) -> None:
         self.name, self.parameters, self.measures = name, tuple(parameters), tuple(measures)
         self.indices, self.runs, self.paired, self.limit = list(indices), tuple(runs), paired, limit
-        self.found, self.notes = found, list(notes)
+        self.found, self.notes, self.display = found, list(notes), display
+
+    @property
+    def varied(self) -> tuple[Varied, ...]:
+        """The parameters in the units that were asked for, for tables and pictures."""
+        display = only_asked(self.display)
+        return tuple(p.displayed(display) for p in self.parameters)
+
+    def shown(self, measure: Measure) -> tuple[Array, str]:
+        """A measure (N,) in the unit in which it is displayed, and that unit.
+
+        Parameters
+        ----------
+        measure : Measure
+
+        Returns
+        -------
+        values : (N,) array
+        unit : str
+            "" if it has none.
+        """
+        return self._in(measure, self.display)
+
+    def _in(self, measure: Measure, display: UnitsOfSignals) -> tuple[Array, str]:
+        unit = display.of(measure.unit, measure.signal)
+        return self[str(measure)] / unit.factor, unit.symbol
 
     def __len__(self) -> int:
         return len(self.runs)
@@ -179,10 +210,15 @@ class Sweep:
         -------
         str
         """
-        return ", ".join(p.said(j) for p, j in zip(self.parameters, self.indices[k], strict=True))
+        return ", ".join(p.said(j) for p, j in zip(self.varied, self.indices[k], strict=True))
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self, units: str | Iterable[str] | None = None) -> pandas.DataFrame:
         """Return parameters, measures and outcomes as a data frame; requires pandas.
+
+        Parameters
+        ----------
+        units : str or iterable of str, optional
+            As for ``records``.
 
         Returns
         -------
@@ -191,7 +227,7 @@ class Sweep:
         """
         import pandas
 
-        return pandas.DataFrame(self.records())
+        return pandas.DataFrame(self.records(units))
 
     # -- as text and files ---------------------------------------------------------------------------------------
     def table(self, digits: int = 6) -> Table:
@@ -208,12 +244,14 @@ class Sweep:
             With a column "outcome" if a run failed.
         """
         failed = bool(self.failed)
-        heads = [*(p.head for p in self.parameters), *(m.head for m in self.measures), *(["outcome"] if failed else [])]
-        columns = {str(m): self[str(m)] for m in self.measures}
+        columns = [self.shown(m) for m in self.measures]
+        heads = [p.head for p in self.varied]
+        heads += [labelled(str(m), unit) for m, (_, unit) in zip(self.measures, columns, strict=True)]
+        heads += ["outcome"] if failed else []
         rows = []
         for k, run in enumerate(self.runs):
-            row = [p.shown(j, digits) for p, j in zip(self.parameters, self.indices[k], strict=True)]
-            row += [number(column[k], digits) for column in columns.values()]
+            row = [p.shown(j, digits) for p, j in zip(self.varied, self.indices[k], strict=True)]
+            row += [number(column[k], digits) for column, _ in columns]
             rows.append([*row, *([DONE if run.done else LATE if run.late else FAILED] if failed else [])])
         return Table("", heads, rows)
 
@@ -310,20 +348,27 @@ class Sweep:
 
         return plot(self)
 
-    def records(self) -> list[dict]:
+    def records(self, units: str | Iterable[str] | None = None) -> list[dict]:
         """Return one record a run, with all digits.
+
+        Parameters
+        ----------
+        units : str or iterable of str, optional
+            Units of measures such as "deg, kN". Default: those that the sweep was asked for, else SI units.
 
         Returns
         -------
         list of dict
             Column with its unit -> number or text. The column "outcome" is "done" or the reason of the failure.
         """
-        columns = {m.head: self[str(m)].tolist() for m in self.measures}
+        display = asked(units, only_asked(self.display))
+        varied = [p.displayed(display) for p in self.parameters]
+        found_of = [self._in(m, display) for m in self.measures]
+        columns = {labelled(str(m), unit): x.tolist() for m, (x, unit) in zip(self.measures, found_of, strict=True)}
         found = []
         for k, row in enumerate(self.indices):
             record: dict = {
-                p.head: p.texts[j] if p.numbers is None else p.numbers[j]
-                for p, j in zip(self.parameters, row, strict=True)
+                p.head: p.texts[j] if p.numbers is None else p.numbers[j] for p, j in zip(varied, row, strict=True)
             }
             record |= {head: column[k] for head, column in columns.items()}
             found.append(record | {"outcome": self.reason(k) or DONE})

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import units
 
@@ -45,6 +46,22 @@ class Varied:
 
     def __len__(self) -> int:
         return len(self.texts)
+
+    def displayed(self, display: UnitsOfSignals) -> Varied:
+        """The parameter with its numbers in the unit in which it is displayed, for tables and pictures.
+
+        Parameters
+        ----------
+        display : UnitsOfSignals
+
+        Returns
+        -------
+        Varied
+        """
+        unit = display.of(self.unit, self.name)
+        if self.numbers is None or unit.factor == 1.0:
+            return self
+        return replace(self, numbers=tuple(x / unit.factor for x in self.numbers), unit=unit.symbol)
 
     def shown(self, k: int, digits: int = 6) -> str:
         """Return a value as text, without its unit.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.given_values import seconds
 from mbdsl.plotting.figures import Table
@@ -54,6 +55,8 @@ class Verification:
         Settings and counts of the second run.
     until : float or None [s]
         Time up to which the runs were compared.
+    display : UnitsOfSignals
+        The units of the table.
     """
 
     method: str
@@ -63,6 +66,7 @@ class Verification:
     problem: str = ""
     stats: dict = field(default_factory=dict)
     until: float | None = None
+    display: UnitsOfSignals = OWN
 
     @property
     def doubtful(self) -> list[Agreement]:
@@ -100,7 +104,7 @@ class Verification:
         return f"not verified: {self.how}: {self.problem or 'there are no signals'}"
 
     def _table(self) -> Table:
-        rows = [(a.signal, f"{a.digits:.1f}", _differs(a)) for a in self.agreements[:SHOWN]]
+        rows = [(a.signal, f"{a.digits:.1f}", _differs(a, self.display)) for a in self.agreements[:SHOWN]]
         hidden = len(self.agreements) - len(rows)
         note = f"{hidden} more agree to {self.agreements[SHOWN].digits:.1f} digits or better" if hidden else ""
         title = f"verified by {self.how}" + (f", up to t = {self.until:.4g} s only" if self.problem else "")
@@ -166,7 +170,7 @@ def verify(
     facts = {key: other.stats[key] for key in ("method", "h", "tol", "steps", "iterations", "seconds")}
     known = scales(trajectory, min(_step(trajectory), _step(other)))
     found = agree(trajectory, other, names, until, known, max(SMALL, stats["tol"] or 0.0))
-    return Verification(method, step, tol, tuple(found), problem, facts, until)
+    return Verification(method, step, tol, tuple(found), problem, facts, until, trajectory.display)
 
 
 #: coordinates of a body by their units
@@ -237,9 +241,10 @@ def _difference(x: np.ndarray, y: np.ndarray) -> float:
     return float(np.where(np.isfinite(D), D, np.inf).max()) if len(D) else np.nan
 
 
-def _differs(a: Agreement) -> str:
+def _differs(a: Agreement, display: UnitsOfSignals) -> str:
     if np.isfinite(a.difference):
-        return f"{number(a.difference)} {a.unit}"
+        unit = display.of(a.unit, a.signal)
+        return f"{number(a.difference / unit.factor)} {unit.symbol}"
     return "no value in either run" if np.isnan(a.difference) else "a value in one run alone"
 
 

@@ -142,6 +142,7 @@ def plotted(plots: Plots, t: NDArray[np.float64]) -> dict[str, Any]:
         "times": None if np.array_equal(plots.times, t) else array(plots.times, "f8"),
         "signals": [
             {"name": s.name, "unit": s.unit, "low": _finite(s.low), "high": _finite(s.high), "y": _line(s)}
+            | ({"doc": s.doc} if s.doc else {})
             for s in plots.signals
         ],
         "shown": plots.shown,

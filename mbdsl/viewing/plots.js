@@ -62,6 +62,7 @@ class Plots {
     const list = figure.appendChild(document.createElement("ul"));
     const entries = signals.map((signal, k) => {
       const item = list.appendChild(document.createElement("li"));
+      if (signal.doc) item.title = signal.doc;
       const swatch = item.appendChild(document.createElement("i"));
       swatch.className = `s${k % 8}`;
       item.appendChild(document.createElement("span")).textContent = signal.name;

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.mechanism.scene import ENERGIES
+from mbdsl.mechanism.scene import ENERGIES, Description
 from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -22,13 +22,14 @@ MANY_COMPONENTS = 300
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal at the page's times (P,); ``low`` and ``high`` are its extremes over all times."""
+    """A signal at the page's times (P,) in its displayed unit; ``low`` and ``high`` are its extremes over all times."""
 
     name: str
     unit: str
     values: Array
     low: float
     high: float
+    doc: str = ""  #: description of a variable
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,10 @@ def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None)
     values = np.asarray(trajectory[name], float)
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
-    return Signal(name, trajectory.unit(name), extremes(values, limits), low, high)
+    unit = trajectory.display.of(trajectory.unit(name), name)
+    f = unit.factor
+    said = trajectory.scene.descriptions.get(name, Description()).doc
+    return Signal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f, said)
 
 
 def _changing(found: Iterable[Signal]) -> Iterator[Signal]:

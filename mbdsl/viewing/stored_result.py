@@ -13,6 +13,7 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.plotting.thinned_rows import thinned
 from mbdsl.results.stored import open_result
+from mbdsl.simulation.result_units import in_si
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System, build
 
@@ -51,7 +52,7 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
     UsageError
         If the file cannot be read, contains no model or lacks coordinates; the message states the remedy.
     """
-    result = open_result(path)
+    result = in_si(open_result(path))
     meta = result.layout.meta
     if scene is None:
         if not (text := meta.get("source")):

@@ -15,9 +15,10 @@ import pytest
 import mbdsl
 from mbdsl import cli, results
 from mbdsl.cli import _progress, _values, simulate
+from mbdsl.display_unit import OWN, DisplayUnit
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
 from mbdsl.initial.consistent import Moved
-from mbdsl.mechanism.scene import DisplayUnit, Scene
+from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.code_preparation import Progress as Prepared
 from mbdsl.simulation.extremes import Extreme, Extremes
 from mbdsl.simulation.progress import Progress, Purpose
@@ -31,6 +32,7 @@ class Trajectory:
     elastic_names = ()
     moved = (Moved("crank.phi", np.pi / 6, np.pi / 12, DisplayUnit("deg", np.pi / 180)),)
     undetermined = ()
+    display = OWN
 
     def __init__(self, status="done"):
         self.t, self.status, self.scene = np.linspace(0.0, 1.0, 5), status, Scene("Crank", {}, {})

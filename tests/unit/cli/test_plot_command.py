@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from mbdsl import cli, results
+from mbdsl.display_unit import OWN
 from mbdsl.errors import IntegrationError
 from mbdsl.mechanism.scene import Scene
 
@@ -149,6 +150,8 @@ class Trajectory:
     scene, t = Scene("Crank", {}, {}), T
     status, message = "done", "the tolerance was not reached"
     undetermined = ()
+    display = OWN
+    descriptions = {}  # noqa: RUF012
     stats = {"warnings": ["a pulse may be passed over"]}  # noqa: RUF012
     unit = staticmethod(UNITS.__getitem__)
 

@@ -20,7 +20,17 @@ ROOMS = (
     *("simulation", "statics", "initial", "integrators", "editor", "lang", "system", "mechanism"),
     *("elements", "bodies"),
     *("plotting", "results"),
-    *("expressions", "numerics", "compilation", "storage", "errors", "messages", "collection", "version"),
+    *(
+        "expressions",
+        "numerics",
+        "compilation",
+        "storage",
+        "errors",
+        "messages",
+        "display_unit",
+        "collection",
+        "version",
+    ),
 )
 #: the imports that run upwards, with the reason
 UPWARD = {
@@ -166,7 +176,7 @@ def test_every_file_is_in_a_room():
     assert {room(name) for name in FILES} == set(ROOMS)
     assert {path.name for path in PACKAGE.iterdir() if path.is_file()} == {
         *("__init__.py", "__main__.py", "api.py", "collection.py", "errors.py", "messages.py", "study.py"),
-        *("version.py", "py.typed"),
+        *("display_unit.py", "version.py", "py.typed"),
     }
 
 

@@ -61,7 +61,7 @@ def test_an_equilibrium_with_units(model, say):
 
 @pytest.mark.parametrize(
     ("stored", "asked", "expected"),
-    [({}, False, False), ({"units": True}, False, True), ({"units": False}, True, True)],
+    [({}, None, False), ({"units": True}, None, True), ({"units": "deg"}, None, "deg"), ({"units": False}, "", "")],
 )
 def test_a_resumed_run_writes_them_as_the_first_one_or_as_asked(monkeypatch, stored, asked, expected):
     command = {"model": "m.mbd", "output": "m.csv", "set": [], "option": [], "without": [], **stored}
@@ -70,4 +70,4 @@ def test_a_resumed_run_writes_them_as_the_first_one_or_as_asked(monkeypatch, sto
     args = argparse.Namespace(
         checkpoint="c", method=None, output=None, stats="c.json", quiet=False, verbose=False, units=asked
     )
-    assert resume.run(args) is expected
+    assert resume.run(args) == expected

@@ -22,6 +22,7 @@ from mbdsl.lang import parser
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.plotting.signal_panels import labelled
 from mbdsl.studies import measures as measuring
 from mbdsl.studies import runner as running
 from mbdsl.studies import store as storing
@@ -151,7 +152,7 @@ def test_a_measure_without_a_value():
 def test_texts_of_measures():
     names = SignalNames(mbdsl.load(PENDULUM))
     found = read(split("max(mass.[xy]), mass.vx, period( mass.x ),max(mass.x)"), names)
-    assert [m.head for m in found] == [
+    assert [labelled(str(m), m.unit) for m in found] == [
         *("max(mass.x) [m]", "max(mass.y) [m]", "final(mass.vx) [m/s]", "period(mass.x) [s]"),
     ]
     assert measuring.usual(names) == ["min(mass.x)", "max(mass.x)", "min(mass.y)", "max(mass.y)"]
