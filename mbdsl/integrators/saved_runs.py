@@ -24,7 +24,7 @@ BUFFERS = ("vectors", "frames", "gradients", "numbers", "memory", "reals", "seen
 #: integers and real numbers of a run that follow from its settings
 SETTINGS = [
     *(loop_state.LAST_STEP, loop_state.STABILISED, loop_state.CONTROLLED, loop_state.EVERY, loop_state.LANDING),
-    *(loop_state.WATCHING, loop_state.CORNERS, loop_state.NOTES, loop_state.MARGIN, loop_state.OLDER),
+    *(loop_state.WATCHING, loop_state.CORNERS, loop_state.NOTES, loop_state.MARGIN, loop_state.OLDER, loop_state.THIN),
 ]
 CONSTANTS = [loop_state.START, loop_state.STOP, loop_state.TOL, loop_state.LEAST_H, loop_state.WITHIN]
 COUNTS = 2**53  #: largest value of a counter, which statistics convert to a float
