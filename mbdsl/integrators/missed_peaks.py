@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mbdsl.integrators.loop.loop_state import NOTED, NOTES, RUNNING, THIN
+from mbdsl.integrators.loop.thinned_records import LEAST
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.peaks_along_motion import GIVEN_UP, not_searched
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
@@ -83,7 +84,7 @@ class Overlooked:
         run.drain()
         if not self._searching:  # record only what a run keeps
             run.integers[NOTES] *= run.keeps
-            run.integers[THIN] = run.keeps
+            run.integers[THIN] = max(run.integers[THIN], LEAST) if run.keeps else 0
 
     @property
     def _searching(self) -> bool:

@@ -14,6 +14,7 @@ from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.loop.coupled_correction import BLOCKS
+from mbdsl.integrators.loop.thinned_records import LEAST
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.system import System
@@ -160,7 +161,7 @@ class RunState:
         """Let the compiled loop record the ends of steps, with room for so many ``numbers``; ``thin`` drops some."""
         width, integers = 1 + self.system.n + self.system.unknowns, self.integers
         integers[loop_state.NOTED], integers[loop_state.NOTES] = 0, max(16, numbers // width) if numbers else 0
-        integers[loop_state.THIN] = thin
+        integers[loop_state.THIN] = LEAST if thin else 0
         self.reals = np.concatenate([self.reals[: loop_state.REALS], np.zeros(integers[loop_state.NOTES] * width)])
 
     @property

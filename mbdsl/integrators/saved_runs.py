@@ -14,7 +14,7 @@ import numpy as np
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.integrators.events import Events
-from mbdsl.integrators.loop import driver, linear_solve, loop_state, newton, step_control
+from mbdsl.integrators.loop import driver, linear_solve, loop_state, newton, step_control, thinned_records
 from mbdsl.integrators.run_state import RunState
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.switches import PRIME
@@ -24,7 +24,7 @@ BUFFERS = ("vectors", "frames", "gradients", "numbers", "memory", "reals", "seen
 #: integers and real numbers of a run that follow from its settings
 SETTINGS = [
     *(loop_state.LAST_STEP, loop_state.STABILISED, loop_state.CONTROLLED, loop_state.EVERY, loop_state.LANDING),
-    *(loop_state.WATCHING, loop_state.CORNERS, loop_state.NOTES, loop_state.MARGIN, loop_state.OLDER, loop_state.THIN),
+    *(loop_state.WATCHING, loop_state.CORNERS, loop_state.NOTES, loop_state.MARGIN, loop_state.OLDER),
 ]
 CONSTANTS = [loop_state.START, loop_state.STOP, loop_state.TOL, loop_state.LEAST_H, loop_state.WITHIN]
 COUNTS = 2**53  #: largest value of a counter, which statistics convert to a float
@@ -149,7 +149,14 @@ def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
         s.NEXT_ZONE: int(found[s.ZONES]),
         s.NOTED: int(found[s.NOTES]),
     }
-    most |= {s.COUPLED: 1, s.SOFT: 1, s.OUTPUT: rows, s.OTHERS: matrices, s.DAMPERS: matrices}
+    most |= {
+        s.COUPLED: 1,
+        s.THIN: thinned_records.MOST,
+        s.SOFT: 1,
+        s.OUTPUT: rows,
+        s.OTHERS: matrices,
+        s.DAMPERS: matrices,
+    }
     least = {s.OUTPUT: rows, s.DAMPERS: -matrices}
     for k, high in most.items():
         _whole(f"the entry {k} of integers", found[k], least.get(k, 0), high)

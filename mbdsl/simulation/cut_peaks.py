@@ -51,7 +51,8 @@ def cut_peaks(
     """The peaks of signals that the outputs of a run cut; ``extremes`` finds those of some signals."""
     sizes = _sizes(shown)
     some = _exceeding(shown, [name for name in names if name != "time"], sizes) if shown.steps is not None else []
-    return outside(extremes(some).values(), lambda name: finite_ends(shown._signal(name)), sizes)
+    found = extremes(some).values() if some else ()
+    return outside(found, lambda name: finite_ends(shown._signal(name)), sizes)
 
 
 def _exceeding(shown: StateSignals, names: Sequence[str], sizes: dict[str, float]) -> Sequence[str]:

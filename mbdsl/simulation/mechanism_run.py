@@ -568,7 +568,7 @@ class Motion:
         def found(some: slice = slice(None)) -> Ends:
             states = [_ordered(rows[some], n) for rows, n in zip(kept, sizes, strict=True)]
             times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states])
-            return times, *whole.state(times, parts)
+            return times, *whole.state(times, parts, own=False)
 
         return found if kept else None
 

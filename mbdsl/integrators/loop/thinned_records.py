@@ -9,33 +9,37 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import N_ALL, N_Q, N_ROTATIONS, ROTATIONS, SCALE
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.loop.loop_state import NOTED, REALS
+from mbdsl.integrators.loop.loop_state import NOTED, REALS, STEP, THIN
 from mbdsl.numerics.rotation import untangled
 
-#: largest errors of a coordinate, and of the interval times its velocity, relative to the way at the larger of both
-#: speeds; smallest that counts, relative to the mechanism
-OF_Q, OF_V, TINY = 2e-7, 3e-6, 1e-12
+#: largest errors of a coordinate, and of the interval times its velocity, and largest cubic term, relative to the way at
+#: the larger of both speeds; smallest way that counts, relative to the mechanism
+OF_Q, OF_V, CUBIC, TINY = 2e-7, 3e-6, 1e-3, 1e-12
 #: largest deviation of a multiplier from the straight line, relative to its value; to the largest multiplier
 BENT, SMALL = 1e-3, 1e-9
-OFTEN = 8  #: number of steps that are examined together
+LEAST, MOST = 4, 8  #: numbers of steps that are examined together
 
 
 @rare
 def thin(run):
     """Drop records before the last that follow from their neighbours.
 
-    Called after every ``OFTEN`` steps. Of their records, the middle one represents the others, as a force that acts in
-    one step only leaves other velocities; if it does not follow, fewer of the last records are tried.
+    Called after every THIN steps. Of their records, the middle one represents the others, as a force that acts in one
+    step only leaves other velocities. If it follows, more steps are examined next time, else fewer.
     """
     integers, layout = run.integers, run.layout
-    width, half = 1 + layout[N_Q] + layout[N_ALL], OFTEN // 2
+    width, half, together = 1 + layout[N_Q] + layout[N_ALL], integers[THIN] // 2, LEAST
     last = REALS + (integers[NOTED] - 1) * width
     while half > 0:
         way = half * width
         if integers[NOTED] > 2 * half and follows(last - 2 * way, last - way, last, run):
+            if half > 1:
+                grows = 2 * half == integers[THIN] and integers[STEP] & (4 * half - 1) == 0
+                together = 4 * half if grows else 2 * half
             last, half = drop(2 * half - 1, last, width, run), 1
         else:
             half = half // 2
+    integers[THIN] = min(MOST, together)
 
 
 @kernel
@@ -88,9 +92,12 @@ def follows(a, b, c, run):
 
 @kernel
 def cubic(x, h, q0, q, q1, v0, v, v1, scale):
-    """0 if q and v at the part x of an interval h are those of the cubic polynomial through its ends, else 1."""
+    """0 if q and v at the part x of an interval h are those of the cubic polynomial through its ends, else 1.
+
+    The error of the polynomial may vanish there; its cubic term bounds the interval in that case.
+    """
     w0, w1, d = h * v0, h * v1, q1 - q0
     c2, c3, way = 3.0 * d - 2.0 * w0 - w1, w0 + w1 - 2.0 * d, max(abs(w0), abs(w1))
     of_q = scale * (abs(q0 + x * (w0 + x * (c2 + x * c3)) - q) - OF_Q * way)
     of_v = scale * (abs(w0 + x * (2.0 * c2 + x * 3.0 * c3) - h * v) - OF_V * way)
-    return 0.0 if max(of_q, of_v) <= TINY else 1.0
+    return 0.0 if max(of_q, of_v, scale * (abs(c3) - CUBIC * way)) <= TINY else 1.0
