@@ -200,11 +200,14 @@ class Landings:
 
     def _recorded(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most ``steps`` steps, and keep their ends; a status."""
-        run, most = self._run, self._run.steps + steps
-        status = call(steps)
-        while status == RUNNING and run.steps < most and 0 < run.integers[NOTES] <= run.integers[NOTED]:
-            run.drain()
-            status = call(most - run.steps)
+        run, status = self._run, RUNNING
+        if not run.integers[NOTES]:
+            return call(steps)
+        while steps > 0 and status == RUNNING:
+            if 2 * run.integers[NOTED] > run.integers[NOTES]:
+                run.drain()
+            some = min(steps, int(run.integers[NOTES] - run.integers[NOTED]))  # attempts count as well
+            status, steps = call(some), steps - some
         return status
 
     def _chattering(self, rows: np.ndarray) -> list[Switch]:

@@ -1,8 +1,8 @@
 """Records of the ends of steps without those that follow from their neighbours by interpolation.
 
-Steps are often much shorter than the motion between its states needs. As long as the last state but one follows from
-the one before it and the last, by the cubic Hermite polynomials that :mod:`mbdsl.numerics.hermite` uses, it is dropped.
-Both intervals beside it are then alike in length: an interval doubles only if the motion within its double is smooth.
+Steps are often much shorter than interpolation needs. As long as the last state but one follows from the one before it
+and the last, by the cubic Hermite polynomials of :mod:`mbdsl.numerics.hermite`, it is dropped. The intervals on both
+sides of it have to be alike in length: a longer one is made of two only if the motion within both is smooth.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.loop_state import NOTED, REALS, STEP, THIN
 from mbdsl.numerics.rotation import untangled
 
-#: largest errors of a coordinate, and of the interval times its velocity, and largest cubic term, relative to the way at
-#: the larger of both speeds; smallest way that counts, relative to the mechanism
+#: largest errors of a coordinate, and of the interval times its velocity, and largest cubic term, relative to the way
+#: at the larger of both speeds; smallest way that counts, relative to the mechanism
 OF_Q, OF_V, CUBIC, TINY = 2e-7, 3e-6, 1e-3, 1e-12
 #: largest deviation of a multiplier from the straight line, relative to its value; to the largest multiplier
 BENT, SMALL = 1e-3, 1e-9
