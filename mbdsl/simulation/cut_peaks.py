@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from mbdsl.simulation.extremes import ROWS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
-from mbdsl.simulation.step_ranges import TOGETHER
 
 CUT = 0.02  #: part of the range of a signal by which a peak is above the outputs
 ROUNDING = 1e-4  #: excess, relative to signals of the same unit, that may be an error of rounding or interpolation
 
 STILL = 1e-6  #: way in a run, relative to the size of the mechanism, of a mechanism at rest
+TOGETHER = 32_000  #: quantity of values of signals at ends of steps that are looked at together: they fit into a cache
 
 
 class CutPeak(NamedTuple):
