@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbdsl.compilation.buffer_layout import POSITION0, UNKNOWN0, VELOCITY0
-from mbdsl.integrators.loop.loop_state import NOTED, NOTES, REALS, RUNNING
+from mbdsl.integrators.loop.loop_state import NOTED, NOTES, RUNNING, THIN
+from mbdsl.integrators.loop.thinned_records import LEAST
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.peaks_along_motion import GIVEN_UP, not_searched
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
@@ -47,29 +47,18 @@ class Overlooked:
         run.seen, run.searched, run.missed = np.zeros(len(self._looks.terms)), not_searched(), []
         self._least = max(SHORTEST * run.h, 16.0 * float(np.spacing(max(abs(run.start), abs(run.stop)))))
         if self._looks.terms or run.keeps:
-            self._width = 1 + system.n + system.unknowns
-            most = NUMBERS if self._looks.terms else RECORDED
-            run.integers[NOTES] = max(16, min(BATCH, most // self._width))
-            n = system.n
-            first = np.concatenate(
-                [
-                    [run.start],
-                    system.out_of_charts(run.vectors[POSITION0, :n], run.numbers),
-                    run.vectors[VELOCITY0, :n],
-                    run.vectors[UNKNOWN0, n : system.unknowns],
-                ]
-            )
-            run.reals = np.concatenate([run.reals, first, np.zeros((run.integers[NOTES] - 1) * self._width)])
-            run.integers[NOTED] = 1
+            searching, width = bool(self._looks.terms), 1 + system.n + system.unknowns
+            run.record(min(BATCH * width, NUMBERS) if searching else RECORDED, not searching)
+            run.record_from(np.concatenate([[run.start], *run.state()]))
 
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most ``steps`` steps in the compiled loop; return a status."""
-        integers, status = self._run.integers, RUNNING
-        while steps > 0 and status == RUNNING and integers[NOTES] > 0:
-            before, room = self._run.steps, int(integers[NOTES] - integers[NOTED])
-            status = call(min(steps, room))
-            steps -= self._run.steps - before
-            if 0 < integers[NOTES] <= integers[NOTED]:
+        run, status = self._run, RUNNING
+        while steps > 0 and status == RUNNING and run.integers[NOTES] > 0:
+            before = run.steps
+            status = call(steps)
+            steps -= run.steps - before
+            if 0 < run.integers[NOTES] <= run.integers[NOTED]:
                 self._search()
         return call(steps) if steps > 0 and status == RUNNING else status
 
@@ -90,22 +79,12 @@ class Overlooked:
     def _search(self) -> None:
         """Search the steps recorded; the end of the last one is kept as the start of the next."""
         run = self._run
-        rows = run.reals[REALS:].reshape(run.integers[NOTES], self._width)
-        noted = rows[: run.integers[NOTED]]
-        if len(noted) < 2:
-            self._stop_if_idle()
-            return
-        run.keep_ends(noted[1:])
-        if self._searching:
-            self._look(noted)
-        self._stop_if_idle()
-        rows[0] = noted[-1]
-        run.integers[NOTED] = 1
-
-    def _stop_if_idle(self) -> None:
-        """Record no further steps if nobody needs them."""
-        if not (self._searching or self._run.keeps):
-            self._run.integers[NOTES] = 0
+        if self._searching and len(run.recorded) > 1:
+            self._look(run.recorded)
+        run.drain()
+        if not self._searching:  # record only what a run keeps
+            run.integers[NOTES] *= run.keeps
+            run.integers[THIN] = max(run.integers[THIN], LEAST) if run.keeps else 0
 
     @property
     def _searching(self) -> bool:

@@ -25,7 +25,6 @@ from mbdsl.integrators.loop.loop_state import (
     NEXT_ZONE,
     NOTED,
     NOTES,
-    REALS,
     ROOM,
     RUNNING,
     SLIDING,
@@ -102,9 +101,10 @@ class Landings:
     def record(self) -> None:
         """Record the states at the ends of steps if they are searched, or if the run keeps them."""
         run, width = self._run, 1 + self._run.system.n + self._run.system.unknowns
-        most = min(BATCH, NUMBERS // width) if self._searching else RECORDED // width
-        run.integers[NOTED], run.integers[NOTES] = 0, max(16, most) if self._searching or run.keeps else 0
-        run.reals = np.concatenate([run.reals[:REALS], np.zeros(run.integers[NOTES] * width)])
+        if self._searching:
+            run.record(min(BATCH * width, NUMBERS), False)
+        else:
+            run.record(RECORDED if run.keeps else 0, run.keeps)
 
     def begin(self, t: float) -> None:
         """Generate the zones from t on, at the start of the run."""
@@ -164,7 +164,7 @@ class Landings:
             first = np.concatenate([[t], *run.state()])
             run.integers[NOTED] = 0
             status = call(min(steps, batch))
-            rows = run.reals[REALS:].reshape(run.integers[NOTES], -1)[: run.integers[NOTED]]
+            rows = run.recorded
             states = self._states(np.vstack([first, rows]))
             zones = self._unseen(states)
             if zones:
@@ -200,14 +200,14 @@ class Landings:
 
     def _recorded(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most ``steps`` steps, and keep their ends; a status."""
-        run, most = self._run, int(self._run.integers[NOTES])
-        if not most:
+        run, status = self._run, RUNNING
+        if not run.integers[NOTES]:
             return call(steps)
-        status = RUNNING
         while steps > 0 and status == RUNNING:
-            status = call(min(steps, most))
-            run.keep_ends(run.reals[REALS:].reshape(most, -1)[: run.integers[NOTED]])
-            run.integers[NOTED], steps = 0, steps - most
+            if 2 * run.integers[NOTED] > run.integers[NOTES]:
+                run.drain()
+            some = min(steps, int(run.integers[NOTES] - run.integers[NOTED]))  # attempts count as well
+            status, steps = call(some), steps - some
         return status
 
     def _chattering(self, rows: np.ndarray) -> list[Switch]:

@@ -251,15 +251,15 @@ class Integration(RunState):
         To be called before the first step.
         """
         self.keeps = True
-        self.keep_state()
         if self.tol is not None:
             self.landings.record()
         elif self.stop > self.start:
             self.overlooked = Overlooked(self)
+        self.keep_state()
 
     def forgo(self) -> None:
         """Keep no further ends of steps."""
-        self.keeps, self.ends, self.kept = False, self.ends[:0], 0
+        self.keeps, self.ends = False, []
         if self.tol is not None:
             self.landings.record()
         elif self.overlooked is not None:
@@ -269,6 +269,8 @@ class Integration(RunState):
         """Keep the ends of steps that are still in the buffer of the compiled loop."""
         if self.overlooked is not None:
             self.overlooked.finish()
+        elif self.integers[loop_state.THIN]:
+            self.drain()
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, reals, scale = modules()[self.method], self.reals, self.vectors[buffer_layout.SCALE, : self.system.n]

@@ -14,6 +14,7 @@ from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.loop.coupled_correction import BLOCKS
+from mbdsl.integrators.loop.thinned_records import LEAST
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.system import System
@@ -28,9 +29,7 @@ def _pattern(system: System) -> sparse_lu.Pattern:
 
 
 #: quantity of numbers that the compiled loop records of steps which are kept without a search: they fit into the caches
-RECORDED = 64_000
-#: quantity of numbers for which there is room if a run has more steps than that
-ROOM = 3_000_000
+RECORDED = 20_000
 
 
 @dataclass
@@ -79,8 +78,7 @@ class RunState:
         self.reals = reals = np.zeros(loop_state.REALS)
         self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
         self.released = 0  #: rows of output that were taken from the run
-        #: t, q, v, lam at ends of steps and behind jumps (N, 1 + n + unknowns), in no order; number of these rows
-        self.ends, self.kept = np.empty((0, 1 + self.system.n + self.system.unknowns)), 0
+        self.ends: list[Array] = []  #: the parts of ``kept``
         if self.rows is not None:
             self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
@@ -159,23 +157,49 @@ class RunState:
             else:
                 self.layout[self.layout[self.layout[buffer_layout.GAMMAS] + row - m] + 3] = 1
 
+    def record(self, numbers: int, thin: bool) -> None:
+        """Let the compiled loop record the ends of steps, with room for so many ``numbers``; ``thin`` drops some."""
+        width, integers = 1 + self.system.n + self.system.unknowns, self.integers
+        integers[loop_state.NOTED], integers[loop_state.NOTES] = 0, max(16, numbers // width) if numbers else 0
+        integers[loop_state.THIN] = LEAST if thin else 0
+        self.reals = np.concatenate([self.reals[: loop_state.REALS], np.zeros(integers[loop_state.NOTES] * width)])
+
+    @property
+    def recorded(self) -> Array:
+        """The records of the compiled loop: t, q, v, lam (N, 1 + n + unknowns), a view."""
+        rows = self.reals[loop_state.REALS :].reshape(-1, 1 + self.system.n + self.system.unknowns)
+        return rows[: self.integers[loop_state.NOTED]]
+
+    def record_from(self, state: Array) -> None:
+        """Begin the records with a state that is kept."""
+        self.integers[loop_state.NOTED] = 1
+        self.recorded[0] = state
+
+    def drain(self) -> None:
+        """Keep the recorded states, the first of which is kept."""
+        if len(noted := self.recorded) > 1:
+            self.keep_ends(noted[1:])
+            self.record_from(noted[-1])
+
     def keep_ends(self, rows: Array) -> None:
         """Keep recorded states at the ends of steps."""
-        if not self.keeps:
-            return
-        begin, self.kept = self.kept, self.kept + len(rows)
-        if self.kept > len(self.ends):
-            few = (
-                RECORDED // self.ends.shape[1]
-            )  # the rows of most runs; pages of the others are allocated when written
-            room = 2 * self.kept if begin > few else ROOM // self.ends.shape[1] if self.kept > few else few
-            more = np.empty((max(room, self.kept), self.ends.shape[1]))
-            more[:begin], self.ends = self.ends[:begin], more
-        self.ends[begin : self.kept] = rows
+        if self.keeps and len(rows):
+            self.ends.append(rows.copy())
 
     def keep_state(self) -> None:
         """Keep the present state: at the start, and behind a jump of forces."""
-        self.keep_ends(np.concatenate([[self.time], *self.state()])[None])
+        state = np.concatenate([[self.time], *self.state()])
+        if self.integers[loop_state.THIN]:
+            self.drain()
+            self.record_from(state)
+        self.keep_ends(state[None])
+
+    @property
+    def kept(self) -> Array:
+        """t, q, v, lam at ends of steps and behind jumps (N, 1 + n + unknowns), in no order."""
+        if len(self.ends) != 1:
+            self.ends = [np.concatenate([np.empty((0, 1 + self.system.n + self.system.unknowns)), *self.ends])]
+        return self.ends[0]
 
     def synchronise(self) -> None:
         """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""

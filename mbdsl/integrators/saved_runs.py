@@ -14,7 +14,7 @@ import numpy as np
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.integrators.events import Events
-from mbdsl.integrators.loop import driver, linear_solve, loop_state, newton, step_control
+from mbdsl.integrators.loop import driver, linear_solve, loop_state, newton, step_control, thinned_records
 from mbdsl.integrators.run_state import RunState
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.switches import PRIME
@@ -149,7 +149,14 @@ def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
         s.NEXT_ZONE: int(found[s.ZONES]),
         s.NOTED: int(found[s.NOTES]),
     }
-    most |= {s.COUPLED: 1, s.SOFT: 1, s.OUTPUT: rows, s.OTHERS: matrices, s.DAMPERS: matrices}
+    most |= {
+        s.COUPLED: 1,
+        s.THIN: thinned_records.MOST,
+        s.SOFT: 1,
+        s.OUTPUT: rows,
+        s.OTHERS: matrices,
+        s.DAMPERS: matrices,
+    }
     least = {s.OUTPUT: rows, s.DAMPERS: -matrices}
     for k, high in most.items():
         _whole(f"the entry {k} of integers", found[k], least.get(k, 0), high)

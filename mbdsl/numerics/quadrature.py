@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 LOBATTO = 0.5 + 0.5 * np.array([-((3.0 / 7.0) ** 0.5), 0.0, (3.0 / 7.0) ** 0.5])
 LOBATTO_WEIGHTS = np.array([1.0 / 20.0, 49.0 / 180.0, 16.0 / 45.0, 49.0 / 180.0, 1.0 / 20.0])
 #: ratio of two intervals above which the derivative between them is not used: one of them is the width of a jump
-UNLIKE = 8.0
+UNLIKE = 100.0
 EVEN = 1e-6  #: relative difference up to which all intervals count as equal
 
 

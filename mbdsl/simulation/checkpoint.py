@@ -44,7 +44,7 @@ EVERY = 60.0  #: default time between two checkpoints [s]
 #: attributes of a run that belong to the model or are recomputed
 NOT_KEPT = set(
     "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows "
-    "standstill ends kept keeps".split()
+    "standstill ends keeps".split()
 ) | {"_advance", "_known", "_rates"}
 Snapshot = dict[str, Any]
 
@@ -268,7 +268,7 @@ def _snapshot(motion: Motion, status: int | None) -> Snapshot:
         if run.every:
             kept["times"] = run.times[:there].copy()
         events = _kept(run.events) if hasattr(run, "events") else None
-        parts.append({"run": kept, "events": events, "ends": run.ends[: run.kept].copy()})
+        parts.append({"run": kept, "events": events, "ends": run.kept})
     tables = [p.system.tables.numbers.copy() for p in motion.parts]
     gathered = None if motion.gathered is None else motion.gathered.state()
     return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken, "gathered": gathered}
@@ -291,9 +291,9 @@ def _restore(motion: Motion, known: Snapshot) -> None:
         assert isinstance(run, Integration)
         _restore_run(run, kept["run"])
         ends = kept["ends"]
-        if not isinstance(ends, np.ndarray) or (ends.dtype, ends.shape[1:]) != (np.float64, run.ends.shape[1:]):
+        if not isinstance(ends, np.ndarray) or (ends.dtype, ends.shape[1:]) != (np.float64, run.kept.shape[1:]):
             raise ValueError("its steps do not have the size or type that this model needs")
-        run.ends, run.kept = ends.copy(), len(ends)
+        run.ends = [ends]
         run.keeps = run.keeps and len(ends) > 0
         own = p.system.tables.numbers
         if not isinstance(numbers, np.ndarray) or (numbers.shape, numbers.dtype) != (own.shape, own.dtype):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ CUT = 0.02  #: part of the range of a signal by which a peak is above the output
 ROUNDING = 1e-4  #: excess, relative to signals of the same unit, that may be an error of rounding or interpolation
 
 STILL = 1e-6  #: way in a run, relative to the size of the mechanism, of a mechanism at rest
+TOGETHER = 32_000  #: quantity of values of signals at ends of steps that are looked at together: they fit into a cache
 
 
 class CutPeak(NamedTuple):
@@ -59,9 +60,35 @@ class CutPeak(NamedTuple):
         return f"{self.signal} is {value} at t = {at}, and outputs show at {most} {shown}"
 
 
-def cut_peaks(shown: StateSignals, extremes: Iterable[Extreme]) -> list[CutPeak]:
-    """The peaks, among the extremes of signals, that the outputs of a run cut."""
-    return outside(extremes, lambda name: finite_ends(shown._signal(name)), _sizes(shown))
+def cut_peaks(
+    shown: StateSignals, names: Sequence[str], extremes: Callable[[Sequence[str]], Mapping[str, Extreme]]
+) -> list[CutPeak]:
+    """The peaks of signals that the outputs of a run cut; ``extremes`` finds those of some signals."""
+    sizes = _sizes(shown)
+    some = _exceeding(shown, [name for name in names if name != "time"], sizes) if shown.steps is not None else []
+    found = extremes(some).values() if some else ()
+    return outside(found, lambda name: finite_ends(shown._signal(name)), sizes)
+
+
+def _exceeding(shown: StateSignals, names: Sequence[str], sizes: dict[str, float]) -> Sequence[str]:
+    """The signals whose values at the ends of steps, and an eighth of their second differences, by which they may be
+    larger between these, do not exclude a cut peak. ``sizes`` gets the values of all."""
+    ends = shown.steps.ends
+    if shown.gathered is not None or not len(shown.t) or ends.t[0] < shown.t[0] or ends.t[-1] > shown.t[-1]:
+        return names
+    found: list[tuple[str, float]] = []
+    size = max(1, TOGETHER // len(ends.t))
+    for k in range(0, len(names), size):
+        some = names[k : k + size]
+        rows, y = shown.signal_rows(some), ends.signal_rows(some)
+        low, high, least, most = y.min(axis=1), y.max(axis=1), rows.min(axis=1), rows.max(axis=1)
+        between = 0.125 * np.abs(np.diff(y, 2)).max(axis=1, initial=0.0)
+        excess = np.maximum(high - most, least - low) + between
+        for unit, x in zip(map(shown.unit, some), np.maximum(-low, high).tolist(), strict=True):
+            sizes[unit] = max(sizes.get(unit, 0.0), x)
+        far = ~(excess <= CUT * (np.maximum(high, most) - np.minimum(low, least)))
+        found += [(name, x) for name, x, cut in zip(some, excess.tolist(), far.tolist(), strict=True) if cut]
+    return [name for name, x in found if not x <= ROUNDING * sizes[shown.unit(name)]]
 
 
 def finite_ends(x: NDArray[np.float64]) -> tuple[float, float]:

@@ -112,9 +112,8 @@ def quaternion(system: System, name: str, q: Array) -> dict[str, Array]:
         d = system.tables.coordinates[of]
         own = rotation_arrays.quaternions(q[:, d + 3 : d + 6])
         p = own if axes == SpatialFrame.axes else rotation_arrays.times(own, p)
-    for i in range(1, len(p)):  # p and -p are the same attitude
-        if p[i] @ p[i - 1] < 0.0:
-            p[i] = -p[i]
+    turned = np.einsum("ik,ik->i", p[1:], p[:-1]) < 0.0  # p and -p are the same attitude
+    p[1:] *= np.cumprod(np.where(turned, -1.0, 1.0))[:, None]
     return {f"{name}.{key}": p[:, k] for k, key in enumerate(QUATERNION)}
 
 

@@ -542,7 +542,7 @@ class Motion:
     def kept_numbers(self) -> int:
         """Quantity of numbers in the states that the parts keep at the ends of their steps."""
         runs = [p.integration for p in self.parts]
-        return sum(run.kept * run.ends.shape[1] for run in runs if isinstance(run, Integration))
+        return sum(rows.size for run in runs if isinstance(run, Integration) for rows in run.ends)
 
     def forgo(self) -> None:
         """Keep no further ends of steps."""
@@ -562,13 +562,13 @@ class Motion:
             if not isinstance(run, Integration) or not run.keeps:
                 return None
             run.flush()
-            kept.append(run.ends[: run.kept])
+            kept.append(run.kept)
         sizes, whole, together = [p.system.n for p in self.parts], self.whole, self._together
 
         def found(some: slice = slice(None)) -> Ends:
             states = [_ordered(rows[some], n) for rows, n in zip(kept, sizes, strict=True)]
             times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states])
-            return times, *whole.state(times, parts)
+            return times, *whole.state(times, parts, own=False)
 
         return found if kept else None
 
@@ -577,21 +577,22 @@ class Motion:
         those of several parts, or not in order."""
         run = self.parts[0].integration
         assert isinstance(run, Integration)
-        if len(self.parts) > 1 or not (np.diff(run.ends[: run.kept, 0]) > 0.0).all():
+        times = run.kept[:, 0]
+        if len(self.parts) > 1 or not (np.diff(times) > 0.0).all():
             return [slice(None)]
-        return [slice(k, k + rows + 1) for k in range(0, run.kept - 1, rows)] or [slice(None)]
+        return [slice(k, k + rows + 1) for k in range(0, len(times) - 1, rows)] or [slice(None)]
 
     def release_steps(self, until: float) -> None:
         """Forget the ends of steps before a time [s], but the last of each part."""
         for p in self.parts:
             run = p.integration
             assert isinstance(run, Integration)
-            rows = run.ends[: run.kept]
+            rows = run.kept
             left = rows[-1:]
             if len(self.parts) > 1 or left[0, 0] != until:
                 before = rows[:, 0] <= until
                 left = rows[rows[:, 0] >= rows[before, 0].max()]
-            run.ends[: len(left)], run.kept = left, len(left)
+            run.ends = [left.copy()]
 
 
 def _ordered(rows: Array, n: int) -> tuple[Array, Array, Array, Array]:

@@ -250,7 +250,8 @@ class Trajectory(StateSignals):
         UsageError
             If a pattern matches no name.
         """
-        return cut_peaks(self, self.extremes(patterns).values())
+        chosen = self.select(patterns) if patterns is not None else self.default_names
+        return cut_peaks(self, chosen, self.extremes)
 
     # -- other forms -------------------------------------------------------------------------------------------
     def to_dict(self, patterns: str | Iterable[str] | None = None) -> dict[str, Array]:

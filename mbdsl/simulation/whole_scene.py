@@ -110,7 +110,7 @@ class WholeScene:
             found.append(_Body(body.name, slice(d, d + count), k, source))
         return found
 
-    def state(self, t: Array, states: Sequence[State]) -> State:
+    def state(self, t: Array, states: Sequence[State], own: bool = True) -> State:
         """The state of the scene at N times.
 
         Parameters
@@ -119,6 +119,8 @@ class WholeScene:
             Times [s].
         states : sequence of (q, v, lam)
             Those of the parts at these times, of shapes (N, n), (N, n) and (N, m + p).
+        own : bool, optional
+            Whether the result has arrays of its own; else they may be those of a part.
 
         Returns
         -------
@@ -127,7 +129,7 @@ class WholeScene:
             NaN where no part solves for a multiplier.
         """
         if self._same:
-            q, v, lam = (x.copy() for x in states[0])
+            q, v, lam = (x.copy() for x in states[0]) if own else states[0]
             return q, v, lam if self.known.all() else np.where(self.known, lam, np.nan)
         system = self._system
         q, v = np.zeros((len(t), system.n)), np.zeros((len(t), system.n))

@@ -347,4 +347,4 @@ def test_decisions(monkeypatch):
 def test_extremes():
     benchmark = script("extremes")
     text = benchmark.table(repeats=1, cases={"pendulum": {"stop": 0.1}})
-    assert re.search(r"^pendulum +\d+ +4 +[\d.]+ +[-+][\d.]+ % +[-+][\d.]+ % +-?\d+$", text, re.MULTILINE)
+    assert re.search(r"^pendulum +\d+ +4 +[\d.]+ +[-+][\d.]+ % +[-+][\d.]+ % +[-+][\d.]+ % +-?\d+$", text, re.MULTILINE)

@@ -84,13 +84,24 @@ def test_an_oscillator(how):
     assert part.mean == pytest.approx((math.sin(4.9 * TURN) - math.sin(2.1 * TURN)) / (2.8 * TURN), abs=10 * near)
 
 
+def test_short_steps_are_not_all_kept():
+    """Of steps much shorter than the motion needs, few ends are kept, and give the same extremes and means."""
+    run = mbdsl.simulate(mbdsl.parse(OSCILLATOR), stop=10.0, interval=0.7, step=1e-4)
+    assert len(run.steps.ends.t) < 0.05 * run.stats["steps"]
+    for name, e in run.extremes(AMPLITUDES).items():
+        found = np.array([-e.least, e.largest, math.sqrt(2.0) * e.rms]) / AMPLITUDES[name]
+        assert found == pytest.approx(1.0, abs=1e-6)  # the frequency has the error (omega h)^2/12 = 3e-8
+        assert e.mean == pytest.approx(0.0, abs=1e-6 * AMPLITUDES[name])
+
+
 def test_the_first_drop_of_a_long_run(monkeypatch):
     """Steps are folded when there are too many: the results remain, memory is bounded, and other signals say so."""
     scene = mbdsl.parse(OSCILLATOR)
-    whole = mbdsl.simulate(scene, stop=30.0, step=1e-3, interval=0.7)
+    given = {"stop": 30.0, "step": 2e-3, "interval": 0.7}  # a step is long enough that all ends are kept
+    whole = mbdsl.simulate(scene, **given)
     monkeypatch.setattr(simulation, "MOST_KEPT", 3000)
     monkeypatch.setattr(simulation, "SLICE", 100)
-    run = mbdsl.simulate(scene, stop=30.0, step=1e-3, interval=0.7, signals=["p.v", "s.force"])
+    run = mbdsl.simulate(scene, **given, signals=["p.v", "s.force"])
     assert len(run.steps.ends.t) < 0.9 * len(whole.steps.ends.t)
     for name in ("p.v", "s.force"):
         a, b = run.extremes(name)[name], whole.extremes(name)[name]
@@ -103,7 +114,7 @@ def test_the_first_drop_of_a_long_run(monkeypatch):
     other = run.extremes("b.x")["b.x"]
     assert other.of.startswith("steps from ") and other.of.endswith(" s on, rows before")
     assert other.largest == 1.0
-    default = mbdsl.simulate(scene, stop=30.0, step=1e-3, interval=0.7)
+    default = mbdsl.simulate(scene, **given)
     assert default.extremes()["b.x"].of == "steps"
 
 

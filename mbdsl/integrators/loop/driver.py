@@ -27,6 +27,7 @@ from mbdsl.integrators.loop.loop_state import (
     LOOK,
     MARGIN,
     NEXT_EVENT,
+    NOTED,
     NOTES,
     NOW,
     OLDER,
@@ -70,11 +71,16 @@ def record(t0, h, times, out, step, run):
 
 @kernel
 def advance(step, formulas, steps, times, out, run):
-    """Take at most ``steps`` steps, each RETRY counted; a status. All that is needed to continue is in the buffers."""
+    """Take at most ``steps`` steps, each RETRY counted; a status. All that is needed to continue is in the buffers.
+
+    RUNNING is also returned if there is no room to record the end of a further step.
+    """
     reals, integers = run.reals, run.integers
     for _ in range(steps):
         if finished(run):
             return DONE
+        if integers[NOTES] > 0 and integers[NOTED] >= integers[NOTES]:
+            return RUNNING
         if integers[MARGIN] > 0 and times.size - integers[OUTPUT] < integers[MARGIN]:
             return FULL
         h = step.trial_length(run)

@@ -60,7 +60,9 @@ COUPLED = 34  #: whether corrections are those of the full system (:mod:`mbdsl.i
 SOFT = 35  #: whether matrices of Radau IIA correct little along nearly dependent constraints
 PASSED = 36  #: successive steps that were cut short before a switch which is farther away than expected
 AIMED = 37  #: whether a step was cut short since the last restart
-INTEGERS = 38
+#: number of steps after which recorded states are dropped that follow from others (:mod:`.thinned_records`); 0: never
+THIN = 38
+INTEGERS = 39
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,

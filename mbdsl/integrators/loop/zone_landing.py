@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.compilation.marks import rare
-from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP_END, WITHIN, ZONE, ZONES
+from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP, STEP_END, THIN, WITHIN, ZONE, ZONES
 from mbdsl.integrators.loop.rotation_chart import leave_chart
+from mbdsl.integrators.loop.thinned_records import thin
 
 
 @rare
@@ -42,3 +43,5 @@ def note(run):
     for i in range(n, size):
         reals[o + 1 + n + i] = vectors[UNKNOWN0, i]
     integers[NOTED] += 1
+    if integers[THIN] > 0 and (integers[STEP] & (integers[THIN] - 1)) == 0:
+        thin(run)
