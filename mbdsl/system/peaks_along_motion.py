@@ -5,9 +5,9 @@ at both ends; reactions and time are linear. Along this path a law is a function
 found like those of functions of time (:mod:`mbdsl.system.peaks_in_time`): narrow springs, windows of position or speed.
 Only terms that are not polynomials of low degree are searched.
 
-In space, a law depends on joint coordinates, which are products of the components of axes, and on angles that count
-turns (:mod:`mbdsl.expressions.spatial_coordinates`), as laws of ropes do in the plane. Each of them is interpolated
-itself, by the cubic polynomial through four points: bounds on the products of nine components would be too wide to be useful.
+In space, a law depends on joint coordinates, which are products of the components of axes, and angles between them
+(:mod:`mbdsl.expressions.spatial_coordinates`); in the plane, ropes have angles that count turns. Each of these is
+interpolated itself, by the cubic polynomial through four points: bounds on products of components would be too wide.
 """
 
 from __future__ import annotations
