@@ -127,7 +127,7 @@ def find(
         first = initial_state(system, mechanism, start)
         return OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])
     assert not isinstance(at, str)
-    for outputs in OUTPUTS:  # as many as show the turns of angles in space
+    for outputs in OUTPUTS:  # as many as show the turns of angles
         run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start) / outputs, announce=announce)
         if not uncertain_turns(run):
             break
@@ -135,7 +135,7 @@ def find(
     for body, angle in run.turns.items():
         system.set_turn(body, float(angle[-1]))
     counted = (node for x in system.scene.signals().values() for node in walk(x) if node.op == "angle")
-    nodes = list(dict.fromkeys([*system.tables.angles, *counted])) if system.scene.spatial else []
+    nodes = list(dict.fromkeys([*system.tables.angles, *counted])) if system.counts_angles else []
     for node, angle in zip(nodes, values(run.system, nodes, run.t, run.q, run.v), strict=True):
         system.set_first_angle(node, float(angle[-1]))
     a, lam = accelerations(system, t, q, v, run.left_out)

@@ -15,8 +15,10 @@ from mbdsl.elements.line_of_centres import rolling, rolling_hessian
 DRAWING = "belt"
 #: vector between the centres
 DX, DY = "(frame_b.x - frame_a.x)", "(frame_b.y - frame_a.y)"
-#: angle by which it has turned since the start
-TURNED = f"atan2(start({DX})*{DY} - start({DY})*{DX}, start({DX})*{DX} + start({DY})*{DY})"
+#: sine and cosine of the angle by which it has turned since the start, times both distances
+SIDES = f"start({DX})*{DY} - start({DY})*{DX}, start({DX})*{DX} + start({DY})*{DY}"
+#: this angle, with its turns
+TURNED = f"angle({SIDES}, der(atan2({SIDES})))"
 _UNIT, _DOC = "m", "by how much the rim of one pulley is ahead of that of the other since the start"
 
 FORCE = Signal("force", "N", "k*stretch + c*der(stretch)", "difference of the tensions of the strands")

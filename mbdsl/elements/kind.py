@@ -358,7 +358,7 @@ class ForceKind(PairKind):
 
     @property
     def computed(self) -> tuple[str, ...]:
-        return () if self.path is None else tuple(x.name for x in self.signals)
+        return () if self.path is None else tuple(x.name for x in (*self.signals, *self.results))
 
 
 def _named(name: str, spatial: bool = False) -> Kind:

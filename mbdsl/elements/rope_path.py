@@ -36,7 +36,7 @@ other end is projected with the radius r_(i+1) n_i . n_(i+1). This is exact wher
 discs. Otherwise the groove deflects the rope by a small angle, and the forces follow from the same g_j.
 
 The stiffness is that of the whole rope, and does not change with what is wound on drums. Ropes have no mass, and do not
-leave their discs: w_i has to remain positive.
+leave their discs: w_i has to remain positive, else there is a warning.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ from mbdsl.expressions.symbolic import Expr, at_start, call, const, flow
 
 Vector: TypeAlias = "tuple[Expr, ...]"
 Coordinate: TypeAlias = Callable[[str], Expr]
-#: angle [rad] of wrapping about which the branch of the arctangent is centred: between -45 and 315 degrees at the start
+#: the centre [rad] of angles of wrapping at the start, in addition to `turns`: between -45 and 315 degrees
 CENTRE = 0.75 * pi
 #: part of its length by which a rope is taken shorter: one as long as its path is taut, and rounding does not decide it
 TAUT = 1e-12
@@ -61,6 +61,13 @@ TAUT = 1e-12
 def dot(a: Vector, b: Vector) -> Expr:
     """The scalar product."""
     return sum((x * y for x, y in zip(a, b, strict=True)), const(0.0))
+
+
+def since_start(y: Expr, x: Expr) -> Expr:
+    """The angle [rad] by which the direction (x, y) has turned since the start, with its turns."""
+    cosine, sine = at_start(x), at_start(y)
+    sides = y * cosine - x * sine, x * cosine + y * sine
+    return call("angle", *sides, flow(call("atan2", *sides)))
 
 
 def cross(a: Vector, b: Vector) -> Vector:
@@ -105,20 +112,18 @@ class Disc:
     def turned(self, u: Vector) -> Expr:
         """The angle by which the direction u, relative to the disc, has turned since the start, with its turns."""
         if not self.spatial:
-            first = tuple(map(at_start, u))
             phi = self.at("phi")
-            return call("atan2", dot(self.left(first), u), dot(first, u)) - (phi - at_start(phi))
+            return since_start(u[1], u[0]) - (phi - at_start(phi))
         y, x = (dot(u, self.axis(name)) for name in "yx")
-        cosine, sine = at_start(x), at_start(y)
-        sides = y * cosine - x * sine, x * cosine + y * sine
-        return call("angle", *sides, flow(call("atan2", *sides)))
+        return since_start(y, x)
 
-    def wrapped(self, arriving: Vector, leaving: Vector, turns: float) -> Expr:
-        """The angle [rad] by which a rope is wrapped around the disc."""
+    def wrapped(self, arriving: Vector, leaving: Vector, turns: float) -> tuple[Expr, Expr]:
+        """The angle [rad] by which a rope is wrapped around the disc, and a formula of its value at the start."""
         side = 1.0 if self.radius > 0.0 else -1.0
         y, x = side * dot(self.left(arriving), leaving), dot(arriving, leaving)
         c, s = cos(CENTRE), sin(CENTRE)
-        return call("atan2", y * c - x * s, x * c + y * s) + (CENTRE + 2.0 * pi * turns)
+        first = call("atan2", y * c - x * s, x * c + y * s) + (CENTRE + 2.0 * pi * turns)
+        return at_start(first) + since_start(y, x), first
 
 
 @dataclass(frozen=True)
@@ -200,11 +205,14 @@ class Path:
         self.discs = [Disc(at, r, spatial) for at, r in zip(frames, radii, strict=True)]
         self.spans = [Span(a, b) for a, b in pairwise(self.discs)]
         between = zip(self.discs[1:-1], self.spans, self.spans[1:], values["wound"], strict=False)
-        self.wraps = [disc.wrapped(before.arriving, after.leaving, n) for disc, before, after, n in between]
-        arcs = [const(0.0), *(abs(r) * w for r, w in zip(inner, self.wraps, strict=True)), const(0.0)]
+        wraps = [disc.wrapped(before.arriving, after.leaving, n) for disc, before, after, n in between]
+        #: by how much the rope is wrapped around the disc at the beginning of each span but the first
+        self.wraps = [now for now, _ in wraps]
         #: length of each span and of half the arcs at its ends
-        self.parts = [x.straight + 0.5 * (arcs[j] + arcs[j + 1]) for j, x in enumerate(self.spans)]
+        self.parts = self._parts(self.wraps)
         self.length = _sum(self.parts)
+        #: the same at the start
+        self.first_parts = [at_start(part) for part in self._parts([first for _, first in wraps])]
         #: the stretch of each span that holds fast, or of the whole rope
         self.tensions, self.stretches, self.energy = self._fast() if self.holds_fast else self._sliding()
         stretch = _sum(self.stretches)
@@ -216,7 +224,16 @@ class Path:
             "taken": self.spans[0].g,
             "tension_b": self.tensions[-1],
             "slack": call("le", stretch, 0.0),
+            "power": _sum([self._power(j) for j in range(len(self.spans))]),
         }
+
+    def _parts(self, wraps: Sequence[Expr]) -> list[Expr]:
+        arcs = [const(0.0), *(abs(r) * w for r, w in zip(self.values["radii"], wraps, strict=True)), const(0.0)]
+        return [x.straight + 0.5 * (arcs[j] + arcs[j + 1]) for j, x in enumerate(self.spans)]
+
+    def _power(self, j: int) -> Expr:
+        """The power of the tension of span j."""
+        return -(self.tensions[j] * flow(self.spans[j].g))
 
     @property
     def searched(self) -> Expr | None:
@@ -235,14 +252,13 @@ class Path:
     def _free(self) -> Expr:
         """The free length at the start, of the rope that is not wound on drums."""
         given = self.values["length"]
-        return (at_start(self.length) if given is None else const(given)) * (1.0 - TAUT)
+        return (_sum(self.first_parts) if given is None else const(given)) * (1.0 - TAUT)
 
     def _fast(self) -> tuple[list[Expr], list[Expr], Expr]:
-        k, c, whole = self.values["k"], self.values["c"], at_start(self.length)
+        k, c, whole = self.values["k"], self.values["c"], _sum(self.first_parts)
         strain = self._free() / whole
         tensions, energy, stretches = [], const(0.0), []
-        for span, part in zip(self.spans, self.parts, strict=True):
-            own = at_start(part)
+        for span, own in zip(self.spans, self.first_parts, strict=True):
             e, rate, share = span.g - at_start(span.straight) + own * (1.0 - strain), flow(span.g), whole / own
             tensions.append(pull(k * share, c and c * share, e, rate))
             positive = call("max", 0.0, e)
@@ -287,6 +303,7 @@ class Path:
             "taken": self.spans[j].g,
             "s": s,
             "v": flow(s),
+            "power": self._power(j),
         }
 
 

@@ -455,6 +455,13 @@ class Part:
             self._formulas = signals.Formulas(self.kind, self.name, self._given, self._coordinate)
         return self._formulas
 
+    def _formulas_at(self, port: str) -> signals.Formulas:
+        """The same; at frame_b of a component along a path, those of its last span."""
+        if not self.kind.computed or port == "frame_a":
+            return self.formulas
+        given = {**self.values, **self.path.of_span(len(self.path.spans) - 1)}
+        return signals.Formulas(self.kind, self.name, given.get, self._coordinate)
+
     def _given(self, name: str) -> object:
         if name in self.kind.computed:
             return self.path.signals[name]
@@ -493,7 +500,7 @@ class Part:
     def on_port(self, port: str, key: str) -> Quantity:
         """A component of what a joint or force exerts on the body at a port, in the axes of the frame there."""
         frame = self.port_frame(port)
-        force, torque = wrenches.on_port(self.formulas, port)
+        force, torque = wrenches.on_port(self._formulas_at(port), port)
         found = wrenches.in_axes(force, torque, lambda name: self.assembly.coordinate(frame, name).value)  # type: ignore[arg-type,return-value]
         return Quantity(found[key], units.dimension(wrenches.units(self.assembly.spatial)[key]))
 

@@ -95,11 +95,13 @@ def spans(part: Part, over: Modifier | None) -> list[Component]:
     """A component for each span of the path: the first has the name and the signals of the part."""
     path, frames = part.path, _frames(part, over)
     made: list[Component] = []
+    own = [f"{part.name}.span{j + 1}" if j else part.name for j in range(len(path.spans))]
     for j, span in enumerate(path.spans):
         values = {**part.values, "ends": (span.a.radius, span.b.radius), "searched": path.searched}
-        values |= {"straight": span.straight, "longer": path.longer(j)}
+        values |= {"straight": span.straight, "longer": path.longer(j), "last": own[-1]}
+        values |= {"wrap": path.wraps[j - 1]} if j else {}
         values |= path.of_span(j) if j else path.signals
         ports = {"frame_a": frames[j].name, "frame_b": frames[j + 1].name}
-        name, names = (f"{part.name}.span{j + 1}", ("tension", "s")) if j else (part.name, part.signal_names())
-        made.append(Component(name, part.kind, values, ports, names, span_of(part.at), "" if j else part.doc))
+        names, doc = (("tension", "s"), "") if j else (part.signal_names(), part.doc)
+        made.append(Component(own[j], part.kind, values, ports, names, span_of(part.at), doc))
     return [replace(made[0], energy=path.energy), *made[1:]]

@@ -106,8 +106,9 @@ class SignalNames:
         for c in self.scene.components.values():
             if isinstance(c.kind, PairKind):
                 for port in c.ports:
+                    at = self._element_at(c, port)
                     for key, unit in wrenches.units(self.scene.spatial).items():
-                        found[f"{c.name}.{port}.{key}"] = (self._on_port, c, f"{port}.{key}", unit)
+                        found[f"{c.name}.{port}.{key}"] = (self._on_port, at, f"{port}.{key}", unit)
         self._add_sizes(found)
         return Expressions(found)
 
@@ -119,6 +120,11 @@ class SignalNames:
     @property
     def _sensors(self) -> list[Component]:
         return [c for c in self.scene.components.values() if isinstance(c.kind, SensorKind)]
+
+    def _element_at(self, c: Component, port: str) -> Component:
+        """The component that exerts what is named after a port: at frame_b of a rope over discs, its last span."""
+        along_path = c.kind.computed and port == "frame_b" and "stretch" in c.signals
+        return self.scene.components[c.values["last"]] if along_path else c
 
     def _on_port(self, c: Component, name: str) -> Expr:
         port, _, key = name.partition(".")

@@ -186,7 +186,7 @@ class Motion:
         self.left_out = tuple(row[name] for name in self.redundant)
         solved = [p.method != KINEMATIC for p in self.parts]
         self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved, solved_as)
-        if self.system.tables.starts and self.parts[0].system is not self.system:
+        if self.system.tables.starts and not any(p.system is self.system for p in self.parts):
             first = [(p.initial.q[None], p.initial.v[None], p.initial.lam[None]) for p in self.parts]
             q, v, _ = self.whole.state(np.array([self.plan.start]), first)
             begin(self.system, self.plan.start, q[0], v[0])

@@ -130,7 +130,7 @@ class PresentSignals:
         return values
 
     def _counted(self, root: Expr) -> bool:
-        return self._motion.system.scene.spatial and any(node.op == "angle" for node in walk(root))
+        return self._motion.system.counts_angles and any(node.op == "angle" for node in walk(root))
 
     def _compiled(self, roots: Sequence[Expr]) -> Values | None:
         """The function that returns the values of expressions; None if the buffers do not determine them."""

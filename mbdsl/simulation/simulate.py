@@ -34,6 +34,7 @@ from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.method_choice import Choice
 from mbdsl.simulation.plan import Plan, check_rounding, plan, width
 from mbdsl.simulation.progress import Progress, announce_phase
+from mbdsl.simulation.ropes_off_discs import ropes_off_discs
 from mbdsl.simulation.shared_friction import shared_friction
 from mbdsl.simulation.state_signals import StateSignals
 from mbdsl.simulation.steady_start import settled, warnings
@@ -291,7 +292,8 @@ def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, st
     check_bending(trajectory)
     check_lines_of_centres(trajectory)
     trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
-    trajectory.stats["warnings"] += uncertain_turns(trajectory) + large_tilts(trajectory) + shared_friction(trajectory)
+    for doubt in (uncertain_turns, large_tilts, ropes_off_discs, shared_friction):
+        trajectory.stats["warnings"] += doubt(trajectory)
     if motion.plan.tol is None and status == loop_state.DONE:
         motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
 

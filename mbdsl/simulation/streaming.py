@@ -92,7 +92,7 @@ class Stream:
         columns = width(motion.system.scene)
         short = not plan.every and (plan.count <= MOST_COMPARED or plan.count * columns <= LEAST)
         # angles that count turns depend on all earlier rows
-        turns = motion.system.scene.spatial or any(body.counter >= 0 for body in tables.models.values())
+        turns = motion.system.counts_angles or any(body.counter >= 0 for body in tables.models.values())
         if short or backend(plan.method) is not None or turns:
             motion.plan = in_memory(plan, motion.system.scene)
             return

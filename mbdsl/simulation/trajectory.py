@@ -131,7 +131,7 @@ class Trajectory(StateSignals):
             return self._signal(key)
         if isinstance(key, slice):
             kept = time_slices.rows(self.t, key)
-            whole = (self, kept) if self.turns or self.scene.spatial else None
+            whole = (self, kept) if self.turns or self.system.counts_angles else None
             return self._with(
                 {
                     **time_slices.part({**vars(self), "turns": self.turns}, kept),

@@ -67,8 +67,8 @@ def arguments(system: System) -> list[Expr]:
         for g in [*compared, *_corners(switch.node)]:
             variables = leaves(g)
             moves = any(x.op in ("coordinate", "multiplier") for x in variables)
-            # in space, positions are searched between steps, and angles count turns, which states do not contain
-            apart = system.scene.spatial and (of_positions(g) or any(x.op == "angle" for x in walk(g)))
+            # in space, positions are searched between steps; angles count turns, which states do not contain
+            apart = (system.scene.spatial and of_positions(g)) or any(x.op == "angle" for x in walk(g))
             # a stop with a damper, as max(0, -k s - c v): its contact is shorter than what interpolation resolves
             mixed = not of_positions(g) and any(map(_is_position, _summands(g)))
             if moves and not apart and not mixed and all(x.op != "input" for x in variables):

@@ -6,8 +6,8 @@ found like those of functions of time (:mod:`mbdsl.system.peaks_in_time`): narro
 Only terms that are not polynomials of low degree are searched.
 
 In space, a law depends on joint coordinates, which are products of the components of axes, and angles between them
-(:mod:`mbdsl.expressions.spatial_coordinates`). Each of them is interpolated itself, by the cubic polynomial through
-four points: bounds on the products of nine components would be too wide to be useful.
+(:mod:`mbdsl.expressions.spatial_coordinates`); in the plane, ropes have angles that count turns. Each of these is
+interpolated itself, by the cubic polynomial through four points: bounds on products of components would be too wide.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class OnTheWay:
         self._system = system
         roots: dict[Expr, Expr] = {}
         for root, law in system.searched_laws.items():
-            for term in hiding([_in_joint_coordinates(law) if system.scene.spatial else law]):
+            for term in hiding([_in_joint_coordinates(law) if system.counts_angles else law]):
                 if any(n.op in ("coordinate", "multiplier") for n in leaves(term)):
                     roots.setdefault(term, root)
         self.terms = list(roots)
@@ -93,9 +93,9 @@ class OnTheWay:
 
     @cached_property
     def _summands(self) -> dict[Expr, Program]:
-        """In space: the terms that the law of each root is a sum of, as a program."""
+        """With joint coordinates: the terms that the law of each root is a sum of, as a program."""
         laws = self._system.searched_laws
-        return {x: Program(terms(_with_counted_angles(laws[x]))) for x in self._roots if self._system.scene.spatial}
+        return {x: Program(terms(_with_counted_angles(laws[x]))) for x in self._roots if self._system.counts_angles}
 
     @cached_property
     def _leaves(self) -> list[Expr]:
@@ -146,7 +146,7 @@ class OnTheWay:
         """Zones (in time) of the first step in which a term has a hidden peak.
 
         States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
-        Angles in space that count turns have the values ``turns`` at one of the ends; q contains them up to turns.
+        Angles that count turns have the values ``turns`` at one of the ends; q contains them up to turns.
         ``seen`` is the largest magnitude of each term at the ends of steps so far, which the run keeps; it is updated
         if nothing is found. ``searched`` (3,), which the run keeps too, counts the operations and steps so far, and is
         updated; where the operations exceed the credit, the search is given up, and its last entry is that time. The
@@ -165,7 +165,7 @@ class OnTheWay:
             for n in np.flatnonzero(looks.suspected.any(axis=0)).tolist() if looks.any else ():
                 until = min(count, work.until)
                 slight, steps = looks.slight[:, n].copy(), np.flatnonzero(looks.suspected[:until, n])
-                if self._system.scene.spatial and len(steps):
+                if self._system.counts_angles and len(steps):
                     slight += TINY * self._size(self._roots[n], sizes, ways, inputs)
                     steps = steps[looks.excess[steps, n] > slight[steps]]
                 f = self._alone(n).of(ways, inputs)

@@ -97,13 +97,20 @@ def values(
 
 def begin(system: System, t: float, q: Array, v: Array) -> None:
     """Make q, v (n,) at time t the start from which expressions take their values at the start."""
-    nodes = list(system.tables.starts)
+    nodes = _begun(system)
     found = values(system, [n.value for n in nodes], np.array([t]), q[None], v[None]) if nodes else []  # type: ignore[misc]
     for node, value in zip(nodes, found, strict=True):
         system.set_first_angle(node, float(value[0]))
     for node in system.tables.angles if nodes else ():
         if any(n.op == "start" for n in walk(node)):  # it is measured from the start
             system.set_first_angle(node, 0.0)
+
+
+def _begun(system: System) -> list[Expr]:
+    """The expressions of which laws take the value at the start, and signals of components along a path."""
+    paths = [c.values for c in system.scene.components.values() if c.kind.computed]
+    roots = [x for given in paths for x in given.values() if isinstance(x, Expr)]
+    return list(dict.fromkeys([*system.tables.starts, *(n for n in walk(*roots) if n.op == "start")]))
 
 
 def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Array) -> tuple[Array, Matrix, Matrix]:

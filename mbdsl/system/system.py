@@ -302,6 +302,11 @@ class System:
             for at in places:
                 self.set_number(at, self.tables.first_angles.get(node, 0.0))
 
+    @property
+    def counts_angles(self) -> bool:
+        """Whether signals may be angles whose turns states do not contain: in space, and of ropes in the plane."""
+        return self.scene.spatial or bool(self.tables.angles)
+
     def counted_angles(self) -> dict[Expr, float]:
         """Angles of ``searched_laws`` that count turns, at the last accepted state."""
         numbers = self.tables.numbers if self._work is None else self._work.numbers

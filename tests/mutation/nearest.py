@@ -82,6 +82,7 @@ SIMULATION = {
     "mbdsl/simulation/left_out_rows": ("tests/unit/explanation/test_receipt.py", *RUNS),
     "mbdsl/simulation/present_signals": STEPPING,
     "mbdsl/simulation/reader": STEPPING,
+    "mbdsl/simulation/ropes_off_discs": ("tests/verification/test_ropes.py", "-k", "leaves"),
     "mbdsl/simulation/saved_state": STEPPING,
     "mbdsl/simulation/shared_friction": ("tests/verification/test_friction_in_space.py", "-k", "not_determined"),
     "mbdsl/simulation/tolerance_calibration": (f"{RUN}/test_calibration.py",),

@@ -111,6 +111,7 @@ def test_atwood_without_friction(world):
     run = accelerates(atwood(world, mu=0.0, length=path - tension / K), "light", G / 5.0)
     np.testing.assert_allclose(run["rope.tension"], tension, rtol=1e-6)
     np.testing.assert_allclose(run["rope.s"], path, rtol=1e-9)
+    np.testing.assert_allclose(run["rope.power"], 0.0, atol=1e-3)  # neither its length nor its tension changes
 
 
 @BOTH
@@ -127,6 +128,10 @@ def test_atwood_with_a_disc_that_turns(world, mu):
     np.testing.assert_allclose(run["rope.tension"][late], 3.0 * (G - a), rtol=2e-5)
     np.testing.assert_allclose(run["rope.tension_b"][late], 2.0 * (G + a), rtol=2e-5)
     assert (run["rope.slack"] == 0.0).all()
+    np.testing.assert_allclose(run["rope.frame_a.f"][late], 3.0 * (G - a), rtol=2e-5)
+    np.testing.assert_allclose(run["rope.frame_b.f"][late], 2.0 * (G + a), rtol=2e-5)
+    if mu is None:
+        np.testing.assert_allclose(run["rope.power"][late], 0.0, atol=1e-3)
 
 
 @BOTH
@@ -227,3 +232,90 @@ def test_elastic_belt(world):
     alpha = 1.0 / (0.02 + 0.5 * ratio**2)
     np.testing.assert_allclose(run["belt.force"][-5:], 0.5 * ratio * alpha / 0.3, rtol=1e-6)
     np.testing.assert_allclose(run["belt.stretch"][-5:], 0.5 * ratio * alpha / 0.3 / K, rtol=1e-6)
+
+
+def test_power_of_a_rope_on_a_pole_that_turns():
+    """A pole that turns under a rope at rest: the rope does the work -(T_2 - T_1) r w, with T_2/T_1 = exp(mu pi)."""
+    machine = Plane()
+    pole = machine.wheel("pole", 1.0, 1.0, 0.0, 0.0)
+    machine.b.RotationalDriver("motor", "pole_pin", phi="5 rad/s*time")
+    load = machine.mass("load", 2.0, 0.2, -1.0)
+    machine.b.Rope("rope", machine.hook("anchor", -0.2, -2.0), load, over=[pole], radius=-0.2, mu=0.15, k=K, c=3000.0)
+    run = mbdsl.simulate(machine.b.scene(), stop=0.3, interval=0.01, tol=1e-7)
+    expected = 2.0 * G * (1.0 - math.exp(-0.15 * math.pi)) * 0.2 * 5.0
+    np.testing.assert_allclose(run["rope.power"][-5:], -expected, rtol=1e-4)
+    np.testing.assert_allclose(run["motor.power"][-5:], expected, rtol=1e-4)
+
+
+def driven(elements, spatial):
+    """A run in which an arm of 1 m turns by 10 rad, from the direction of y on: all moves by drivers."""
+    text = f"""
+    {"spatial " if spatial else ""}model Driven
+      Ground ground(g = 0);
+      Rod arm(m = 1 kg, length = 1 m);
+      Revolute O(ground, arm.a);
+      RotationalDriver d(O, phi = 90 deg + 1 rad/s*time);
+      {elements}
+    end Driven;
+    """
+    return mbdsl.simulate(mbdsl.parse(text), stop=10.0, interval=0.1, method="hht-si2", step=0.02)
+
+
+IN_BOTH = pytest.mark.parametrize("spatial", [False, True])
+
+
+@IN_BOTH
+def test_a_drum_counts_its_turns(spatial):
+    """The end of the rope circles around the drum: the rope is wound by r phi, and stretches as much."""
+    run = driven("Rope rope(arm.b, ground, drum = -0.1 m, k = 1e4 N/m);", spatial)
+    np.testing.assert_allclose(run["rope.stretch"], 0.1 * run.t, atol=1e-9)
+    np.testing.assert_allclose(run["rope.tension"], 1e3 * run.t, atol=1e-5)
+    np.testing.assert_allclose(run[5.0:10.0]["rope.stretch"], 0.1 * run.t[50:], atol=1e-9)
+    np.testing.assert_allclose(run["rope.power"], -1e3 * run.t * 0.1, atol=1e-5)
+
+
+@IN_BOTH
+@pytest.mark.parametrize("mu", ["0", "0.1"])
+def test_a_disc_counts_the_turns_of_a_rope_that_slides(spatial, mu):
+    """The end of the rope circles around the disc: the path grows by r phi, beyond 315 degrees too."""
+    hook = "{-2 m, -0.1 m, 0}" if spatial else "{-2 m, -0.1 m}"
+    rope = f"Rope rope(hook, arm.b, over = {{ground}}, radius = 0.1 m, mu = {mu}, k = 1e4 N/m);"
+    run = driven(f"Frame hook(ground, r = {hook}); {rope}", spatial)
+    # 2 m, the tangent from the end, and the arc up to its point of contact
+    first = 2.0 + math.sqrt(0.99) + 0.1 * (math.pi - math.acos(0.1))
+    np.testing.assert_allclose(run["rope.s"], first + 0.1 * run.t, atol=1e-9)
+    np.testing.assert_allclose(run["rope.stretch"], 0.1 * run.t, atol=1e-9)
+
+
+@IN_BOTH
+def test_an_elastic_belt_counts_turns_of_its_line_of_centres(spatial):
+    """The line turns by theta, pulley a does not, and pulley b with the line: r_a (0 - theta) + r_b (theta - theta)."""
+    inertia = "{0.01, 0.01, 0.01} kg.m2" if spatial else "0.01 kg.m2"
+    bodies = "".join(f"Body {x}(m = 1 kg, I = {inertia}); Revolute R{x}(arm.{x}, {x}.c);" for x in "ab")
+    drivers = "RotationalDriver da(Ra, phi = -90 deg - 1 rad/s*time); RotationalDriver db(Rb, phi = 0);"
+    run = driven(f"{bodies} {drivers} ElasticBelt belt(a.c, b.c, r_a = 0.1 m, r_b = 0.2 m, k = 100 N/m);", spatial)
+    np.testing.assert_allclose(run["belt.stretch"], -0.1 * run.t, atol=1e-9)
+
+
+@IN_BOTH
+def test_a_rope_that_leaves_its_disc(spatial):
+    """It is straight where its end has passed the tangent from the hook to the disc, at 4 m tan(beta)."""
+    z, axis = (", 0", ", n_x = {0, 1, 0}, n_y = {-1, 0, 0}") if spatial else ("", ", phi = 90 deg")
+    text = f"""
+    {"spatial " if spatial else ""}model Lift
+      Ground ground(g = 0, frames(axle = {{0, 1 m{z}}}, hook = {{-2 m, 0{z}}}));
+      Frame rail(ground, r = {{2 m, 0{z}}}{axis});
+      Rod bar(m = 1 kg, length = 1 m);
+      Prismatic slide(rail, bar.a);
+      TranslationalDriver lift(slide, s = 4 m/s*time);
+      Rope rope(ground.hook, bar.a, over = {{ground.axle}}, radius = -0.2 m, mu = 0, k = 1e4 N/m, length = 3 m);
+    end Lift;
+    """
+    t = math.tan(math.atan(0.5) + math.asin(0.2 / math.sqrt(5.0)))  # 0.6179 s
+    run = mbdsl.simulate(mbdsl.parse(text), stop=0.7, interval=0.001, method="hht-si2", step=1e-3)
+    (warning,) = [x for x in run.stats["warnings"] if "leaves" in x]
+    assert (
+        f"Rope rope leaves the disc at ground.axle until t = {math.ceil(1e3 * t) / 1e3:g} s: later results" in warning
+    )
+    run = mbdsl.simulate(mbdsl.parse(text), stop=0.6, interval=0.001, method="hht-si2", step=1e-3)
+    assert not any("leaves" in x for x in run.stats["warnings"])

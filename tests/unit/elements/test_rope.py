@@ -159,6 +159,18 @@ def test_welded_and_driven_bodies_and_steps_from_python():
     assert steps["rope.tension_b"] == pytest.approx(run["rope.tension_b"][-1], rel=1e-12)
 
 
+@pytest.mark.parametrize("law", [False, True])
+def test_the_force_at_the_end_is_that_of_the_last_span(law):
+    """In a model as in results: the mass at the end feels the tension of the last span, upwards."""
+    text = machine("over = {wheel}, radius = 0.2 m, length = 3 m")
+    if law:
+        text = text.replace("initial equation", "Real load = rope.frame_b.fy;\ninitial equation")
+    scene = mbdsl.parse(text)
+    run = mbdsl.simulate(scene, stop=1e-3, interval=5e-4, method="hht-si2", step=1e-4)
+    np.testing.assert_allclose(run["load" if law else "rope.frame_b.fy"], run["rope.tension_b"], rtol=1e-6)
+    assert (run["rope.tension_b"] > 1e3).all()
+
+
 # -- messages ------------------------------------------------------------------------------------------------------
 
 BAD = {
