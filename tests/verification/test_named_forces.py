@@ -381,6 +381,35 @@ def test_a_bead_passes_a_section(space, bead, joint):
 
 
 @SPACES
+def test_wheels_on_a_rod(space):
+    """A disc that rolls on a cantilever moves its weight; the teeth of a pinion pull the rack where it is: with the
+    force F on the axle, (m + I/r^2) a = F, and the part of the rod before the pinion carries I a/r^2."""
+    text = """model Wheels
+      Ground ground(g = 9.81);
+      Rod rod(m = 2, length = 1);
+      Frame rail(ground, r = {0, 0.1Z});
+      Fixed fix(ground, rod.a);
+      Body w(m = 4, I = IW);
+      JOINTS
+    initial equation
+      w.x = 0.7; w.vx = 0.5;
+    end Wheels;"""
+    text = text.replace("IW", "{1, 1, 1}" if space else "1")
+    disc = "RollingDisc j(rod.a, w.c, radius = 0.1);" + (" Planar plane(ground, w.c);" if space else "")
+    r = run(text.replace("JOINTS", disc), space, stop=0.1)
+    for frame, x in (("rod.a", 0.0), ("rod.c", 0.5)):
+        assert r[f"{frame}.Q"] == pytest.approx(-(2 * (1 - x) + 4) * G, abs=1e-6)
+        assert r[f"{frame}.M"] == pytest.approx(-((1 - x) ** 2 + 4 * (0.7 + 0.5 * r.time - x)) * G, abs=1e-5)
+    assert r["rod.b.Q"] == pytest.approx(0.0, abs=1e-9)
+    guide = "Prismatic guide(rail, slide.c); Body slide(m = 1e-9, I = IW); Revolute axle(slide.c, w.c);"
+    guide = guide.replace("IW", "{1, 1, 1}" if space else "1")
+    pinion = f"RackAndPinion j(rod.a, w.c, radius = 0.1); {guide} Force push(w.c, fx = 3);"
+    r = run(text.replace("JOINTS", pinion), space, stop=0.1)
+    for frame, N in (("rod.a", 3 / 0.01 / (4 + 1 / 0.01)), ("rod.c", 3 / 0.01 / (4 + 1 / 0.01)), ("rod.b", 0.0)):
+        assert r[f"{frame}.N"] == pytest.approx(N, abs=1e-5)
+
+
+@SPACES
 def test_sections_beside_a_guide_of_its_own(space):
     """A guide off the axis of a rod, or on a beam that deforms, is a part that is not modelled: between its frame and
     the slider, no forces are stated; the other sections carry the whole weight, or none."""
