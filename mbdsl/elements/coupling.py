@@ -7,7 +7,7 @@ the generalised force on the coordinate b, up to its sign; ratio times the oppos
 mechanism without losses: their power is that of the offset alone.
 """
 
-from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal
+from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal, power
 
 DRAWING = "nothing"
 
@@ -34,5 +34,6 @@ KIND = JointKind(
     relations=("b - ratio*a",),
     driver="offset",
     reactions=(Signal("force", "", "-lam[1]", "generalised force on b: a torque [N.m] on an angle, else a force [N]"),),
+    results=(power("force*der(offset)"),),
     check=check,
 )

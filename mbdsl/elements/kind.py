@@ -67,6 +67,8 @@ def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
     return tuple(Signal(name, unit, formula, doc) for name, unit, formula, doc in given if formula)
 
 
+#: ``touches`` of kinds in the plane that act on the body of frame_a at the origin of frame_b
+AT_B = ("frame_b.x", "frame_b.y")
 AXIAL = Signal("force", "N", "lam[1]", "axial force, positive in tension")
 
 
@@ -237,6 +239,9 @@ class PairKind(Kind):
     #: reactions
     exerts: Mapping[str, str] = field(default_factory=dict)
     reacts: bool = True  #: whether the opposite wrench acts on frame_a
+    #: formulas of the point, in world axes, at which it acts on the body of frame_a, if this is not the origin of
+    #: frame_a: of kinds that slide or roll along this body
+    touches: tuple[str, ...] = ()
 
 
 @dataclass(eq=False, repr=False)
@@ -318,6 +323,11 @@ class JointKind(PairKind):
     def couplings(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
         """The law parameters that are functions of signals in its rows, with these signals."""
         return self.functions if self.coupling is None else ((self.coupling[0], (self.coupling[1],)),)
+
+    @property
+    def is_expression(self) -> bool:
+        """Whether its rows are expressions of models, which may contain the coordinates of any frame."""
+        return not self.ports or bool(self.velocity_rows and self.law_parameters)
 
     @property
     def reaction(self) -> tuple[str, ...]:

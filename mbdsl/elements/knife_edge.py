@@ -5,7 +5,7 @@
 with n_b the y axis of frame_b, relative to the point below the blade of the body that frame_a is fixed to.
 """
 
-from mbdsl.elements.kind import JointKind, Signal, wrench
+from mbdsl.elements.kind import AT_B, JointKind, Signal, wrench
 
 _FORWARD = "(frame_b.vx - frame_a.vx + frame_a.w*(frame_b.y - frame_a.y))"
 _SIDEWARD = "(frame_b.vy - frame_a.vy - frame_a.w*(frame_b.x - frame_a.x))"
@@ -21,4 +21,5 @@ KIND = JointKind(
     ),
     velocity_rows=(f"cos(frame_b.phi)*{_SIDEWARD} - sin(frame_b.phi)*{_FORWARD}",),
     reactions=wrench("sin(frame_b.phi)*lam[1]", "-(cos(frame_b.phi)*lam[1])"),
+    touches=AT_B,
 )

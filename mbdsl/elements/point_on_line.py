@@ -8,7 +8,7 @@ Friction: a force mu * |lam| against the sliding, see friction.py.
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction, prismatic
 from mbdsl.elements.coordinates import offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Signal, power, wrench
+from mbdsl.elements.kind import AT_B, JointKind, Signal, power, wrench
 
 KIND = JointKind(
     "PointOnLine",
@@ -24,6 +24,7 @@ KIND = JointKind(
     friction=friction.formula("abs(lam[1])", "v"),
     friction_along="translational_spring_damper",
     results=(power("-(friction*v)"),),
+    touches=AT_B,
     resists=(("friction", "s"),),
     check=friction.check,
     derive=friction.derive,

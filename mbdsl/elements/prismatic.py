@@ -10,7 +10,7 @@ from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
 from mbdsl.elements.coordinates import angle, offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal, power, wrench
+from mbdsl.elements.kind import AT_B, JointKind, Parameter, Signal, power, wrench
 
 KIND = JointKind(
     "Prismatic",
@@ -33,6 +33,7 @@ KIND = JointKind(
     friction=friction.formula("abs(lam[1])", "v"),
     friction_along="translational_spring_damper",
     results=(power("-(friction*v)"),),
+    touches=AT_B,
     resists=(("friction", "s"),),
     check=friction.check,
     derive=friction.derive,

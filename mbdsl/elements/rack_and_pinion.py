@@ -8,7 +8,7 @@ multiplier is the force between the teeth along the rack [N].
 
 from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements import prismatic, revolute
+from mbdsl.elements import prismatic, revolute, rolling_disc
 from mbdsl.elements.coordinates import slide, slide_hessian
 from mbdsl.elements.kind import JointKind, Parameter, wrench
 
@@ -24,6 +24,7 @@ KIND = JointKind(
     ),
     signals=(*prismatic.KIND.signals, *revolute.KIND.signals),
     reactions=wrench("-(cos(frame_a.phi)*lam[1])", "-(sin(frame_a.phi)*lam[1])", "-(radius*lam[1])"),
+    touches=rolling_disc.BELOW,
     table=lambda v: (v["radius"], v["s0"]),
 )
 

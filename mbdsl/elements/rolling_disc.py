@@ -14,6 +14,8 @@ from mbdsl.elements import point_on_line
 from mbdsl.elements.coordinates import offset, offset_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
 
+#: the lowest point of a circle, on the x axis of frame_a
+BELOW = ("frame_b.x + radius*sin(frame_a.phi)", "frame_b.y - radius*cos(frame_a.phi)")
 KIND = JointKind(
     "RollingDisc",
     doc="A disc with its centre at the origin of frame_b rolls without slip on the x axis of frame_a, above it.",
@@ -29,6 +31,7 @@ KIND = JointKind(
         "-(cos(frame_a.phi)*lam[1]) - sin(frame_a.phi)*lam[2]",
         "-(radius*lam[2])",
     ),
+    touches=BELOW,
     table=lambda v: (v["radius"],),
     angle=("phi",),
     along=("s",),

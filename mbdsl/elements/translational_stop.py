@@ -6,7 +6,7 @@ force = k d max(0, 1 + alpha d'),  d = s - s_max or s_min - s,  where d > 0     
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import contact_law, prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, power
+from mbdsl.elements.kind import AT_B, ForceKind, Parameter, Signal, power
 
 DRAWING = "stop"
 
@@ -56,6 +56,7 @@ KIND = ForceKind(
     signals=(*prismatic.KIND.signals, Signal("force", "N", force("s", "v"), "resisting force")),
     results=(power("-(force*v)"),),
     resists=(("force", "s"),),
+    touches=AT_B,
     energy=energy("s"),
     check=lambda v: check_limits(v, "s_min", "s_max") or contact_law.check(v, "v_0"),
     derive=lambda v: {**bounds(v, "s_min", "s_max"), "alpha": (contact_law.rate(v, "v_0"),)},

@@ -105,8 +105,3 @@ def virtual(root: Expr, frame: str) -> list[Expr]:
             j, k = (i + 1) % 3, (i + 2) % 3
             rotation[i] = rotation[i] + (a[j] * d[k] - a[k] * d[j])
     return [*found[:3], *rotation]
-
-
-def of_rates(root: Expr, frame: str) -> list[Expr]:
-    """Derivatives of ``root`` with respect to the velocity and angular velocity of ``frame`` (6)."""
-    return diff(root, *(coordinate(frame, key) for key in VELOCITIES))

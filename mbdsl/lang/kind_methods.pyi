@@ -348,7 +348,7 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``force``
             (generalised force on b: a torque [N.m] on an angle, else a force [N] on
-            frame_b).
+            frame_b), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------

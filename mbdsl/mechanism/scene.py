@@ -10,15 +10,15 @@ Positions, documentation and source files do not count in comparisons.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
-from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, SensorKind
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, PairKind, SensorKind
 from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
-from mbdsl.expressions import spatial_coordinates
+from mbdsl.expressions import formulas, spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, expr, is_const, substitute
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
@@ -187,6 +187,19 @@ class Description(NamedTuple):
 
     unit: str = ""
     doc: str = ""
+
+
+class Load(NamedTuple):
+    """What an element exerts on a body: force [N] and torque [N.m] at the origin of a frame in world axes.
+
+    ``point`` is the point of the body where it acts, if the element slides along it; else this is the origin.
+    """
+
+    element: str
+    frame: str
+    force: Sequence[Expr]
+    torque: Sequence[Expr]
+    point: Sequence[Expr] = ()
 
 
 class Origin(Protocol):
@@ -425,8 +438,8 @@ class Scene:
         dict
             Name, without that of the component -> expression over frames and time, in SI.
         """
-        formulas = self._formulas(c)
-        return {key: self._moved(formulas.signal(key)) for key in c.signals}
+        of = self._formulas(c)
+        return {key: self._moved(of.signal(key)) for key in c.signals}
 
     def signal_of(self, c: Component, key: str) -> Expr | None:
         """One signal of a component.
@@ -510,6 +523,33 @@ class Scene:
         """
         force, torque = wrenches.on_port(self._formulas(c), port)
         return [self._moved(x) for x in force], [self._moved(x) for x in torque]
+
+    def loads(self, frames: Collection[str]) -> list[Load]:
+        """What all joints and forces exert on bodies at some frames.
+
+        Parameters
+        ----------
+        frames : collection of str
+            Names of frames.
+
+        Returns
+        -------
+        list of Load
+            In the order of the components; joints by expressions, such as couplings, act on all frames in these.
+        """
+        found: list[Load] = []
+        for c in self.components.values():
+            kind = c.kind
+            if isinstance(kind, JointKind) and kind.is_expression:
+                rows = c.relations, c.velocity_constraints
+                loads = wrenches.of_expressions(c.name, *rows, self.spatial)
+                found += [Load(c.name, x, *loads[x]) for x in loads if x in frames]
+            elif isinstance(kind, PairKind):
+                for port in (port for port, x in c.ports.items() if x in frames):
+                    point = kind.touches if port == "frame_a" else ()
+                    place = [self._moved(formulas.evaluate(x, self._formulas(c))) for x in point]
+                    found.append(Load(c.name, c.ports[port], *self.on_port(c, port), place))
+        return found
 
     def in_axes(self, force: Sequence[Expr], torque: Sequence[Expr], frame: str) -> dict[str, Expr]:
         """A wrench in world axes by its components in the axes of a frame: fx, fy, tau, in space also fz, tx, ty, tz.

@@ -133,12 +133,11 @@ class SignalNames:
     def _load(self, sensor: Component, key: str) -> Expr:
         """A component of what all joints and forces at the frame of a sensor exert on its body."""
         scene, frame = self.scene, sensor.ports["frame"]
-        pairs = [c for c in scene.components.values() if isinstance(c.kind, PairKind)]
-        at = [(c, port) for c in pairs for port, own in c.ports.items() if c.attached.get(port, own) == frame]
-        loads = [scene.on_port(c, port) for c, port in at]
+        own = {own for c in scene.components.values() for port, own in c.ports.items() if c.attached.get(port) == frame}
+        loads = scene.loads({frame, *own})
         n, m = (3, 3) if scene.spatial else (2, 1)
-        force = [sum((f[i] for f, _ in loads), const(0.0)) for i in range(n)]
-        torque = [sum((t[i] for _, t in loads), const(0.0)) for i in range(m)]
+        force = [sum((load.force[i] for load in loads), const(0.0)) for i in range(n)]
+        torque = [sum((load.torque[i] for load in loads), const(0.0)) for i in range(m)]
         return scene.in_axes(force, torque, frame)[key]
 
     def _add_sizes(self, found: dict[str, Entry]) -> None:

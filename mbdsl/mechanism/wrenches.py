@@ -5,6 +5,8 @@ wrench: elements have no mass, and they measure relative positions only. The tor
 about the origin of frame_b, and the moment of the force there:
 
     f_a = -f_b,   t_a = -(t_b + (r_b - r_a) x f_b)
+
+A joint that is an expression of coordinates acts on all frames in it, by -G^T lam with its gradient G for each of them.
 """
 
 from __future__ import annotations
@@ -12,8 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from mbdsl.elements.kind import JointKind, PairKind
-from mbdsl.expressions import formulas, spatial_coordinates
-from mbdsl.expressions.symbolic import Expr, call, const, coordinate, diff
+from mbdsl.expressions import formulas
+from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
+from mbdsl.expressions.symbolic import Expr, call, const, multiplier
 from mbdsl.mechanism.signals import Formulas
 
 #: components of the wrench on a port or a frame, and their units
@@ -70,9 +73,22 @@ def _on_frame_b(f: Formulas) -> tuple[Vector, Vector]:
 def _gradient(f: Formulas, signal: str, port: str) -> list[Expr]:
     """The derivatives of a signal with respect to the motion of the frame at a port."""
     frame = f.coordinate(port, "x").value[0]  # type: ignore[index]
-    if f.kind.spatial:
-        return spatial_coordinates.virtual(f.signal(signal), frame)
-    return diff(f.signal(signal), *(coordinate(frame, key) for key in ("x", "y", "phi")))
+    return by_motion(f.signal(signal), frame, f.kind.spatial)
+
+
+def of_expressions(
+    joint: str, relations: Sequence[Expr], velocity_constraints: Sequence[Expr], spatial: bool
+) -> dict[str, tuple[Vector, Vector]]:
+    """Force and torque of a joint on each frame in its expressions, as of ``on_port``; its other rows have none."""
+    found: dict[str, list[Expr]] = {}
+    n = 3 if spatial else 2
+    for k, row in enumerate((*relations, *velocity_constraints)):
+        derivatives = by_motion if k < len(relations) else by_rate
+        for frame in frames_in(row):
+            load = [-(multiplier(joint, k) * g) for g in derivatives(row, frame, spatial)]
+            before = found.get(frame)
+            found[frame] = load if before is None else [x + y for x, y in zip(before, load, strict=True)]
+    return {frame: (load[:n], load[n:]) for frame, load in found.items()}
 
 
 def in_axes(force: Vector, torque: Vector, axes: Axes) -> dict[str, Expr]:

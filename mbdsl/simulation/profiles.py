@@ -99,9 +99,10 @@ def along(trajectory: Any, patterns: Sequence[str], at: Sequence[float] | None) 
     for pattern in patterns:
         if (found := beam(scene, pattern)) is not None:
             bodies = known.setdefault(found[0].name, [Sections(part, found[0]) for part, _ in parts])
-            x, values = zip(*(_stations(b, w, found[1]) for b, (_, w) in zip(bodies, parts, strict=True)), strict=True)
+            x = _stations(bodies, found[1])
+            values = [_values(b, x, w, found[1]) for b, (_, w) in zip(bodies, parts, strict=True)]
             axis = Horizontal(f"distance from {found[0].name}.a", "m")
-            lines[pattern] = Line(axis, x[0], np.array(values), _units(scene)[found[1]])
+            lines[pattern] = Line(axis, x + bodies[0].length / 2, np.array(values), _units(scene)[found[1]])
     lines = {pattern: lines[pattern] for pattern in patterns}
     return profile(scene.name, lines, times, [LINEAR] if any(w for _, w in parts) else [], trajectory.display)
 
@@ -111,12 +112,19 @@ def _at(values: Array, weight: float) -> float:
     return float(values[0] if weight == 0.0 else (1.0 - weight) * values[0] + weight * values[-1])
 
 
-def _stations(body: Sections, weight: float, key: str) -> tuple[Array, Array]:
-    """Distances (K,) from frame a, with both sides of loads, and the values (K,) there."""
-    length = body.length
+def _stations(bodies: Sequence[Sections], key: str) -> Array:
+    """Distances (K,) from the middle, with both sides of the loads at all times."""
+    length = bodies[0].length
     at = np.linspace(-length / 2, length / 2, STATIONS)
-    if key not in sections.keys(body.states.scene.spatial):
-        return at + length / 2, np.array([_at(body.coordinate(x, key), weight) for x in at])
-    loaded = np.array([load.x for load in body.loads if abs(load.x) < length / 2 * (1.0 - SIDE)])
-    at = np.unique(np.concatenate([at[~np.isin(at, loaded)], loaded - SIDE * length, loaded + SIDE * length]))
-    return at + length / 2, np.array([_at(body.section(x)[key], weight) for x in at])
+    if key not in sections.keys(bodies[0].states.scene.spatial):
+        return at
+    loaded = np.concatenate([[], *(np.atleast_1d(load.x) for body in bodies for load in body.loads)])
+    loaded = loaded[abs(loaded) < length / 2 * (1.0 - SIDE)]
+    return np.unique(np.concatenate([at[~np.isin(at, loaded)], loaded - SIDE * length, loaded + SIDE * length]))
+
+
+def _values(body: Sections, at: Array, weight: float, key: str) -> Array:
+    """The values (K,) of a signal in sections."""
+    if key in sections.keys(body.states.scene.spatial):
+        return np.array([_at(body.section(x)[key], weight) for x in at])
+    return np.array([_at(body.coordinate(x, key), weight) for x in at])

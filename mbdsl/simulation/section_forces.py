@@ -7,6 +7,10 @@ length and the rotary inertia J per length, the part exerts on the rest
 
 For a beam this is more accurate than E I times the curvature of the shape functions, whose second derivatives converge
 more slowly than the motion; in statics it is exact.
+
+Joints that slide or roll along a rigid rod act where they touch it; drivers and springs along a line act at their
+frames, which they connect. A guide off the axis of the rod, or on a body that deforms, is a part of its own: how the
+rod carries it between its frame and the point of contact is not known.
 """
 
 from __future__ import annotations
@@ -17,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import PairKind
+from mbdsl.errors import UsageError
+from mbdsl.mechanism import scene as scenes
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component, SpatialFrame
@@ -28,12 +33,16 @@ Array = NDArray[np.float64]
 POINTS = 3  #: of Gauss, in each interval: exact for a rigid rod, and for cubic functions of beams times a lever
 MOST_INTERVALS = 16  #: of a beam with more elements, an interval is several elements
 SAME = 1e-9  #: distance of sections that are one, over the length
+ON_AXIS = 1e-4  #: distance of a point from the axis that counts as an error of the constraints, over the length
 
 
 class Load(NamedTuple):
-    """What an element exerts at a distance x [m] from the middle: force (N, 2) or (N, 3), moment (N, 3), place."""
+    """What an element exerts: force (N, 2) or (N, 3) and moment (N, 3) about a place, the origin of its frame."""
 
-    x: float
+    element: str
+    frame: float  #: distance of the frame from the middle [m]
+    x: float | Array  #: that of the point where it acts (N,)
+    known: bool | Array  #: whether the load passes to the rod at this point, not between it and the frame (N,)
     force: Array
     moment: Array
     place: Array
@@ -60,18 +69,26 @@ class Sections:
     @cached_property
     def loads(self) -> list[Load]:
         """The loads of all joints and forces on the body, in the order of the model."""
-        scene, found = self.states.scene, []
-        pairs = [c for c in scene.components.values() if isinstance(c.kind, PairKind)]
-        ports = [(c, port, scene.frames[name]) for c in pairs for port, name in c.ports.items()]
-        for element, port, frame in ports:
-            if frame.body == self.body.name:
-                force, torque = scene.on_port(element, port)
-                keys = [scene.signal(f"{frame.name}.{i}") for i in "xyz"[: self.n]]
-                values = np.column_stack(self.states.evaluate([*force, *keys, *torque]))
-                moment = values[:, 2 * self.n :]
-                moment = moment if self.n == 3 else _about_z(moment[:, 0])
-                found.append(Load(frame.x, values[:, : self.n], moment, values[:, self.n : 2 * self.n]))
-        return found
+        scene = self.states.scene
+        return [self._load(x) for x in scene.loads({k for k, f in scene.frames.items() if f.body == self.body.name})]
+
+    def _load(self, load: scenes.Load) -> Load:
+        scene, n = self.states.scene, self.n
+        keys = [scene.signal(f"{load.frame}.{i}") for i in "xyz"[:n]]
+        values = np.column_stack(self.states.evaluate([*load.force, *keys, *load.torque, *load.point]))
+        force, place = values[:, :n], values[:, n : 2 * n]
+        moment = values[:, 6:9] if n == 3 else _about_z(values[:, 4])
+        frame = scene.frames[load.frame].x
+        x, known = self._contact(values[:, -n:], frame) if load.point else (frame, True)
+        return Load(load.element, frame, x, known, force, moment, place)
+
+    def _contact(self, point: Array, frame: float) -> tuple[Array, Array]:
+        """Where a point (N, 2) or (N, 3) is along the axis, and whether what slides there loads the body there."""
+        d, axis = point - self._place(0.0), self._axes(0.0)[0]
+        x = (d * axis).sum(axis=1)
+        off = np.linalg.norm(d - x[:, None] * axis, axis=1)
+        near = ON_AXIS * self.length
+        return np.where(abs(x - frame) < near, frame, x), (off < near) & (not self.body.deforms)
 
     def section(self, x: float) -> dict[str, Array]:
         """The signals (N,) [N, N.m] of the section at a distance x [m] from the middle, by their keys."""
@@ -84,9 +101,13 @@ class Sections:
         origin = self._place(x)
         force, moment = np.zeros((N, n)), np.zeros((N, 3))
         for load in self.loads:
-            if _beyond(load.x, x, self.length):
-                force += load.force
-                moment += _moment(load.place - origin, load.force) + load.moment
+            beyond = _beyond(load.x, x, self.length)
+            if np.any(~np.asarray(load.known) & (beyond != _beyond(load.frame, x, self.length))):
+                raise self._unknown(load, x)
+            if beyond.any():
+                force += np.where(beyond[..., None], load.force, 0.0)
+                turning = _moment(load.place - origin, load.force) + load.moment
+                moment += np.where(beyond[..., None], turning, 0.0)
         mass = float(self.body.kind.table(self.body.values)[0])  # type: ignore[attr-defined]
         field, rotary = np.array(gravity(states.scene), float), float(self.body.values.get("rotary") or 0.0)
         for at, weight in zip(*_points(self.body, x, self.length), strict=True):
@@ -110,10 +131,29 @@ class Sections:
     def _place(self, x: float) -> Array:
         return np.column_stack([self.coordinate(x, key) for key in "xyz"[: self.n]])
 
+    def _axes(self, x: float) -> list[Array]:
+        """The axes (N, 2) or (N, 3) of the section at x."""
+        if self.n == 3:
+            return [np.column_stack([self.coordinate(x, i + j) for j in "xyz"]) for i in "xyz"]
+        phi = self.coordinate(x, "phi")
+        c, s = np.cos(phi), np.sin(phi)
+        return [np.column_stack([c, s]), np.column_stack([-s, c])]
+
+    def _unknown(self, load: Load, x: float) -> UsageError:
+        body, why = self.body.name, "off its axis"
+        if self.body.deforms:
+            why = "which deforms as if the load acted at frame_a"
+        return UsageError(
+            f"`{load.element}` slides past the section at {x + self.length / 2:.6g} m from {body}.a along {body}, "
+            f"{why}: the forces in this section are not known",
+            hint="sections that are not between frame_a and the slider are known; on a Rod, all are if the slider is "
+            "on the axis of the rod",
+        )
+
     def _components(self, x: float, force: Array, moment: Array) -> dict[str, Array]:
         """Force and moment in the axes of the section, as signals."""
         if self.n == 3:
-            axes = [np.column_stack([self.coordinate(x, i + j) for j in "xyz"]) for i in "xyz"]
+            axes = self._axes(x)
             found = {key: (force * a).sum(axis=1) for key, a in zip(("N", "Qy", "Qz"), axes, strict=True)}
             found |= {key: (moment * a).sum(axis=1) for key, a in zip(("Mx", "My", "Mz"), axes, strict=True)}
             return found | {"Q": found["Qy"], "M": found["Mz"]}
@@ -131,9 +171,10 @@ def of_frame(states: States, name: str) -> dict[str, Array]:
     return {f"{name}.{key}": values for key, values in found.items()}
 
 
-def _beyond(at: float, x: float, length: float) -> bool:
-    """Whether a load belongs to the part beyond a section; at the section itself, to the nearer end."""
-    return x >= -SAME * length if abs(at - x) <= SAME * length else at > x
+def _beyond(at: float | Array, x: float, length: float) -> NDArray[np.bool_]:
+    """Whether loads belong to the part beyond a section; at the section itself, to the nearer end."""
+    at = np.asarray(at)
+    return np.where(abs(at - x) <= SAME * length, x >= -SAME * length, at > x)
 
 
 def _points(body: Component, x: float, length: float) -> tuple[Array, Array]:

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
+from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.system import gradient_rows, moving_frames, nonholonomic, relations, switches
 from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
-from mbdsl.system.gradient_rows import by_motion, by_rate
 from mbdsl.system.in_space import layout_of
 from mbdsl.system.peaks_in_time import abrupt
-from mbdsl.system.structure import Block, expressions, find_blocks, frames_in, law_expressions
+from mbdsl.system.structure import Block, expressions, find_blocks, law_expressions
 from mbdsl.system.tables import Buffers, Tables, gravity, of_models
 
 #: lengths below this part of the motion, or of the radii of gyration, are rounding: assembly closes gaps to 1e-12

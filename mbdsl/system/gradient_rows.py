@@ -7,11 +7,11 @@ from itertools import product
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
-from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, der, diff, expr, leaves
+from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
+from mbdsl.expressions.symbolic import Expr, der, diff, expr, leaves
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.in_space import layout_of
-from mbdsl.system.structure import frames_in, law_expressions
+from mbdsl.system.structure import law_expressions
 from mbdsl.system.tables import Buffers, Tables
 
 
@@ -96,20 +96,6 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
 
     layout[buffer_layout.N_COUPLED] = len(couplings)
     later.append(place_details)
-
-
-def by_motion(root: Expr, frame: str, spatial: bool) -> list[Expr]:
-    """Derivatives of ``root`` with respect to the pose of a frame, in space its virtual displacement and rotation."""
-    if spatial:
-        return spatial_coordinates.virtual(root, frame)
-    return diff(root, *(coordinate(frame, key) for key in COORDINATES[:3]))
-
-
-def by_rate(root: Expr, frame: str, spatial: bool) -> list[Expr]:
-    """Derivatives of ``root`` with respect to the velocities of a frame."""
-    return diff(
-        root, *(coordinate(frame, key) for key in (spatial_coordinates.VELOCITIES if spatial else COORDINATES[3:]))
-    )
 
 
 def _coupling(tables: Tables, c, first: int, records: list[list[int]], tape: Tape) -> Callable[[], None]:

@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mbdsl.compilation import buffer_layout
+from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import TIME, Expr, diff
 from mbdsl.system.expression_tape import Tape
-from mbdsl.system.gradient_rows import by_motion, by_rate
 from mbdsl.system.in_space import layout_of
-from mbdsl.system.structure import frames_in
 
 
 def tabulate(

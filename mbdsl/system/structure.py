@@ -8,7 +8,7 @@ from types import ModuleType
 
 from mbdsl.elements import declaring, modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.expressions.symbolic import Expr, expr, leaves
+from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.system.body_models import motion_module, motion_modules
 
@@ -121,14 +121,3 @@ def expressions(block: Block, c: Component) -> list[Expr]:
     if block.related:
         return list(c.relations)
     return list(c.velocity_constraints) if block.role == "gamma" else []
-
-
-def frames_in(root: Expr) -> list[str]:
-    """The frames that an expression depends on."""
-    return list(dict.fromkeys(frame_of(leaf) for leaf in leaves(root) if leaf.op == "coordinate"))
-
-
-def frame_of(leaf: Expr) -> str:
-    """The frame of a coordinate leaf."""
-    frame, _ = leaf.value  # type: ignore[misc]
-    return frame

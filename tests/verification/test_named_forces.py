@@ -321,3 +321,223 @@ def test_the_whole_beam_is_in_equilibrium(form):
     assert r["rod.a.Q"] == pytest.approx(-r["pin.frame_b.fy"], rel=1e-9, abs=1e-9)
     assert abs(r["rod.a.M"]).max() < 1e-3 * abs(r["rod.c.M"]).max()
     assert abs(r["rod.b.N"]).max() < 1e-9 and abs(r["rod.b.M"]).max() < 1e-9
+
+
+ON_A_ROD = """model OnARod
+  Ground ground(g = 9.81);
+  Rod rod(m = 2, length = 1, frames(q = {-0.15, 0Z}));
+  JOINTS
+end OnARod;"""
+
+
+@SPACES
+def test_a_slider_loads_a_rod_where_it_is(space):
+    """Statics of a cantilever of the weight m g with a weight at s = 0.8 m: Q and M are sums of weights and levers."""
+    joints = "Fixed w(ground, rod.a); PointMass m(m = 4); Prismatic p(rod.a, m); TranslationalDriver d(p, s = 0.8 m);"
+    if space:
+        joints = joints.replace("PointMass m(m = 4)", "Body m(m = 4, I = {1, 1, 1})").replace(
+            "rod.a, m);", "rod.a, m.c);"
+        )
+    text = space + ON_A_ROD.replace("JOINTS", joints).replace("Z}", ", 0}" if space else "}")
+    found = mbdsl.static(mbdsl.parse(text))
+    for frame, x in (("rod.a", 0.0), ("rod.q", 0.35), ("rod.c", 0.5), ("rod.b", 1.0)):
+        part, weight = 2.0 * (1.0 - x) * G, (4.0 * G if x < 0.8 else 0.0)
+        assert found[f"{frame}.Q"] == pytest.approx(-(part + weight), abs=1e-6)
+        assert found[f"{frame}.M"] == pytest.approx(-(part * (1.0 - x) / 2 + weight * (0.8 - x)), abs=1e-6)
+    assert found["w.Q"] == pytest.approx(found["rod.a.Q"], abs=1e-6)
+    assert found["w.M"] == pytest.approx(found["rod.a.M"], abs=1e-6)
+
+
+BEADS = [
+    ("", "PointMass m(m = 4)", "PointOnLine p(rod.a, m)"),
+    ("spatial ", "PointMass m(m = 4)", "PointOnLine p(rod.a, m)"),
+    ("spatial ", "Body m(m = 4, I = {1, 1, 1})", "Cylindrical p(rod.a, m.c)"),
+    ("spatial ", "PointMass m(m = 4)", "PointOnSurface p(rod.a, m, f = p.y); PointOnPlane e(ground, m)"),
+]
+
+
+@pytest.mark.parametrize(("space", "bead", "joint"), BEADS)
+def test_a_bead_passes_a_section(space, bead, joint):
+    """On a rod that turns with w = 2 rad/s in a plane without weight, a bead at s has s = s_0 cosh(w t) and pushes the
+    rod with 2 m w s' against the rotation; the normal force is that of the rod alone, m w^2 (L^2 - x^2)/(2 L)."""
+    joints = f"Revolute pin(ground, rod.a); RotationalDriver motor(pin, phi = (2 rad/s)*time); {bead}; {joint};"
+    start = "initial equation p.s = 0.3; p.v = 0; end OnARod"
+    if "Surface" in joint:
+        start = start.replace("p.s", "p.x").replace("p.v ", "p.vx ")
+    text = ON_A_ROD.replace("9.81", "0").replace("JOINTS", joints).replace("end OnARod", start)
+    r = run(text, space, tol=1e-9)
+    s, v = 0.3 * np.cosh(2 * r.time), 0.6 * np.sinh(2 * r.time)
+    push = -2 * 4.0 * 2.0 * v
+    assert s[0] < 0.35 < s[-1]
+    for frame, x in (("rod.a", 0.0), ("rod.q", 0.35), ("rod.b", 1.0)):
+        Q, M = (np.where(s > x, force, 0.0) for force in (push, push * (s - x)))
+        assert r[f"{frame}.Q"] == pytest.approx(Q, abs=1e-4)
+        assert r[f"{frame}.M"] == pytest.approx(M, abs=1e-4)
+        assert r[f"{frame}.N"] == pytest.approx(2.0 * 4.0 * (1.0 - x * x) / 2.0, abs=1e-4)
+    profile = r.along("rod.M", at=[0.1, 0.4])
+    for k, i in ((0, 10), (1, -1)):
+        expected = push[i] * np.maximum(s[i] - profile.lines["rod.M"].x, 0.0)
+        assert profile["rod.M"][k] == pytest.approx(expected, abs=1e-4)
+
+
+@SPACES
+def test_wheels_on_a_rod(space):
+    """A disc that rolls on a cantilever moves its weight; the teeth of a pinion pull the rack where it is: with the
+    force F on the axle, (m + I/r^2) a = F, and the part of the rod before the pinion carries I a/r^2."""
+    text = """model Wheels
+      Ground ground(g = 9.81);
+      Rod rod(m = 2, length = 1);
+      Frame rail(ground, r = {0, 0.1Z});
+      Fixed fix(ground, rod.a);
+      Body w(m = 4, I = IW);
+      JOINTS
+    initial equation
+      w.x = 0.7; w.vx = 0.5;
+    end Wheels;"""
+    text = text.replace("IW", "{1, 1, 1}" if space else "1")
+    disc = "RollingDisc j(rod.a, w.c, radius = 0.1);" + (" Planar plane(ground, w.c);" if space else "")
+    r = run(text.replace("JOINTS", disc), space, stop=0.1)
+    for frame, x in (("rod.a", 0.0), ("rod.c", 0.5)):
+        assert r[f"{frame}.Q"] == pytest.approx(-(2 * (1 - x) + 4) * G, abs=1e-6)
+        assert r[f"{frame}.M"] == pytest.approx(-((1 - x) ** 2 + 4 * (0.7 + 0.5 * r.time - x)) * G, abs=1e-5)
+    assert r["rod.b.Q"] == pytest.approx(0.0, abs=1e-9)
+    guide = "Prismatic guide(rail, slide.c); Body slide(m = 1e-9, I = IW); Revolute axle(slide.c, w.c);"
+    guide = guide.replace("IW", "{1, 1, 1}" if space else "1")
+    pinion = f"RackAndPinion j(rod.a, w.c, radius = 0.1); {guide} Force push(w.c, fx = 3);"
+    r = run(text.replace("JOINTS", pinion), space, stop=0.1)
+    for frame, N in (("rod.a", 3 / 0.01 / (4 + 1 / 0.01)), ("rod.c", 3 / 0.01 / (4 + 1 / 0.01)), ("rod.b", 0.0)):
+        assert r[f"{frame}.N"] == pytest.approx(N, abs=1e-5)
+
+
+@SPACES
+def test_sections_beside_a_guide_of_its_own(space):
+    """A guide off the axis of a rod, or on a beam that deforms, is a part that is not modelled: between its frame and
+    the slider, no forces are stated; the other sections carry the whole weight, or none."""
+    frames = "frames(q(r = {-0.15, 0.1, 0}), s = {0, 0, 0})" if space else "frames(q = {-0.15, 0.1}, s = {0, 0})"
+    joints = (
+        "Fixed w(ground, rod.a); PointMass m(m = 4); PointOnLine p(rod.q, m); TranslationalDriver d(rod.q, m, s = 0.3);"
+    )
+    text = ON_A_ROD.replace("frames(q = {-0.15, 0Z})", frames).replace("JOINTS", joints)
+    found = mbdsl.static(mbdsl.parse(space + text))
+    with pytest.raises(UsageError, match=r"`p` slides past the section at 0.5 m from rod.a along rod, off its axis"):
+        found["rod.c.Q"]
+    assert found["rod.a.Q"] == pytest.approx(-6 * G, abs=1e-6)
+    assert found["rod.b.Q"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_sections_beside_a_slider_on_a_beam():
+    text = ON_A_ROD.replace("JOINTS", "Fixed w(ground, rod.a); PointMass m(m = 4); Prismatic p(rod.a, m); "
+                            "TranslationalDriver d(p, s = 0.8 m);")  # fmt: skip
+    beam = "FlexibleBeam rod(mass = 2, length = 1, E = 2e11, S = 1e-4, I = 1e-6, elements = 4);"
+    text = text.replace("Rod rod(m = 2, length = 1, frames(q = {-0.15, 0Z}));", beam)
+    found = mbdsl.static(mbdsl.parse(text))
+    with pytest.raises(UsageError, match=r"along rod, which deforms as if the load acted at frame_a"):
+        found["rod.c.M"]
+    assert found["rod.b.Q"] == pytest.approx(0.0, abs=1e-6)
+
+
+GEARED = """model Geared
+  Ground ground(g = 9.81);
+  Rod rod(m = 2, length = 1);
+  Body fly(m = 1, I = 0.5K);
+  Revolute O(ground, rod.a);
+  Frame f(ground, r = {0, 2Z});
+  Revolute P(f, fly.c);
+  LAW
+initial equation
+  O.phi = 0.3; O.w = 0; START
+end Geared;"""
+
+
+def geared(law, space, start=""):
+    text = GEARED.replace("LAW", law).replace("START", start)
+    return run(text.replace("0.5K", "{0.5, 0.5, 0.5}" if space else "0.5"), space, stop=0.1, tol=1e-8)
+
+
+@SPACES
+@pytest.mark.parametrize(
+    "law",
+    [
+        "Coupling c(P.phi, rod.b.phi, ratio = 1);",
+        "VelocityConstraint c(gamma = rod.b.w - fly.w);",
+        "RotationalVelocityDriver c(P, w = rod.b.w);",
+    ],
+)
+def test_a_coupling_twists_the_rod(law, space):
+    """A rod that turns a flywheel from its end: (m L^2/3 + I) alpha = -m g L/2 cos phi, the torque -I alpha is in all
+    sections, and none at the pin."""
+    r = geared(law, space)
+    alpha = -G * np.cos(r["O.phi"]) / (2 / 3 + 0.5)
+    assert r["rod.b.M"] == pytest.approx(-0.5 * alpha, abs=1e-5)
+    assert r["rod.a.M"] == pytest.approx(0.0, abs=1e-5)
+    assert r["rod.b.Q"] == pytest.approx(0.0, abs=1e-5)
+    assert r["rod.a.Q"] == pytest.approx(-r["O.frame_b.fy"], abs=1e-5)
+
+
+@SPACES
+def test_a_coupling_pushes_the_rod(space):
+    """A rack moved by the end of a rod turns the flywheel by y/(1 m): the end feels -I alpha_fly/(1 m) along y."""
+    r = geared("Coupling c(P.phi, rod.b.y, ratio = 1 m);", space)
+    s, c = np.sin(r["O.phi"]), np.cos(r["O.phi"])
+    push = -0.5 * r["fly.alphaz" if space else "fly.alpha"]
+    assert np.abs(push).min() > 1.0
+    assert r["rod.b.N"] == pytest.approx(push * s, abs=1e-5)
+    assert r["rod.b.Q"] == pytest.approx(push * c, abs=1e-5)
+    assert r["rod.a.Q"] == pytest.approx(-r["O.frame_b.fy"], abs=1e-5)
+    assert r["rod.a.M"] == pytest.approx(0.0, abs=1e-5)
+
+
+@SPACES
+def test_a_planetary_gear_on_a_rod(space):
+    """The torques on sun and ring are as 1 : ratio, and that on the sun turns its flywheel."""
+    law = """Body arm(m = 1, I = 0.5K);
+      Revolute Q(f, arm.c);
+      Sensor tip(rod.b);
+      PlanetaryGear gear(P.phi, Q.phi, rod.b.phi, ratio = 3);"""
+    r = geared(law, space, "Q.phi = 0; Q.w = 0;")
+    torque = 3 * 0.5 * r["fly.alphaz" if space else "fly.alpha"]
+    assert np.abs(torque).min() > 0.1
+    for name in ("rod.b.M", "tip.tau"):
+        assert r[name] == pytest.approx(torque, abs=1e-5)
+    assert r["rod.a.M"] == pytest.approx(0.0, abs=1e-5)
+
+
+@SPACES
+def test_a_sensor_feels_a_coupling(space):
+    """(I + 4 m L^2/3) alpha = 5 N.m of the flywheel; the rod turns twice as fast: T = 2 alpha m L^2/3."""
+    law = "Torque t(f, fly.c, tau = 5); Coupling c(P.phi, rod.b.phi, ratio = 2, offset = 0.3);"
+    law += "Sensor s(rod.b); Sensor a(rod.a);"
+    text = GEARED.replace("9.81", "0").replace("0.5K", "1K")
+    r = run(text.replace("LAW", law).replace("START", "").replace("1K", "{1, 1, 1}" if space else "1"), space, stop=0.1)
+    assert r["s.tau"] == pytest.approx(2 * (2 / 3) * 5 / (1 + 8 / 3), abs=1e-6)
+    assert r["a.tau"] == pytest.approx(0.0, abs=1e-6)
+
+
+@SPACES
+def test_power_of_a_moved_coupling(space):
+    """A drum, a rope of the law o(t) and a weight: s = r phi + o, (I + m r^2) phi'' = -m r (g + o''), and the law
+    delivers m (g + s'') o'."""
+    text = """model Moved
+      Ground ground(g = 9.81);
+      UP
+      Body drum(m = 2, I = 0.02K);
+      PointMass load(m = 5);
+      Revolute pin(ground, drum.c);
+      PRISM
+      Coupling c(pin.phi, guide.s, ratio = 80 mm, offset = -1 m + 0.1 m*sin((5 rad/s)*time));
+      Coupling still(pin.phi, other.phi, ratio = 2, offset = 0.1);
+      Body wheel(m = 1, I = 0.01K);
+      Revolute other(ground, wheel.c);
+    initial equation
+      pin.phi = 0; pin.w = 0;
+    end Moved;"""
+    guide = "PointOnLine guide(ground, load, n = {0, 1, 0});" if space else "Prismatic guide(up, load);"
+    text = text.replace("UP", "" if space else "Frame up(ground, phi = 90 deg);").replace("PRISM", guide)
+    for I in ("0.02", "0.01"):
+        text = text.replace(f"{I}K", f"{{{I}, {I}, {I}}}" if space else I)
+    r = run(text, space, tol=1e-8)
+    o1, o2 = 0.5 * np.cos(5 * r.time), -2.5 * np.sin(5 * r.time)
+    alpha = -5 * 0.08 * (G + o2) / (0.02 + 4 * 0.01 + 5 * 0.08**2)
+    assert r["c.power"] == pytest.approx(5 * (G + 0.08 * alpha + o2) * o1, abs=1e-4)
+    assert not r["still.power"].any()
+    assert r.unit("c.power") == "W"

@@ -13,7 +13,7 @@ from mbdsl.elements import friction
 from mbdsl.elements.in_space import prismatic, sliding_friction
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
 from mbdsl.elements.in_space.prismatic import X_A, Y_A, Y_B, Z_A
-from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, reactions, total, wrench
+from mbdsl.elements.in_space.vectors import W, axis, both, cross, direction, dot, origin, reactions, total, wrench
 from mbdsl.elements.kind import JointKind, Parameter, Signal
 
 X_B = axis("frame_b", "x")
@@ -46,6 +46,7 @@ KIND = JointKind(
     friction=sliding_friction.size("hypot(lam[1], lam[2])", "v", *RATES),
     friction_along="sliding_on_shaft",
     friction_rows=(ALONG, f"radius*{AROUND}"),
+    touches=origin("frame_b"),
     results=(sliding_friction.delivered("v", *RATES),),
     exerts=wrench(total((f"(-{ALONG})", X_A)), total((f"(-radius*{AROUND})", X_A))),
     check=lambda v: direction(v) or friction.check({"mu": v["mu"], "mu_s": v["mu_s"]}),

@@ -9,7 +9,7 @@ plane: PointOnPlane does.
 from mbdsl.elements import knife_edge
 from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.revolute import SIGNALS_OF_ANGLE, X_B, Z_A
-from mbdsl.elements.in_space.vectors import cross, direction, dot, reactions, slip, total, turned_to
+from mbdsl.elements.in_space.vectors import cross, direction, dot, origin, reactions, slip, total, turned_to
 from mbdsl.elements.kind import Parameter, Signal
 
 ACROSS = cross(Z_A, X_B)
@@ -21,6 +21,7 @@ KIND = in_space(
     signals=(Signal("v", "m/s", dot(X_B, slip()), "velocity along the blade"), *SIGNALS_OF_ANGLE),
     velocity_rows=(dot(ACROSS, slip()),),
     reactions=reactions(total(("-lam[1]", ACROSS)), None),
+    touches=origin("frame_b"),
     check=direction,
     axes=lambda v: {"frame_a": turned_to("z", v["n"])},
 )

@@ -24,6 +24,7 @@ KIND = JointKind(
     friction_along=point_on_plane.KIND.friction_along,
     friction_rows=point_on_plane.KIND.friction_rows,
     results=point_on_plane.KIND.results,
+    touches=point_on_plane.KIND.touches,
     exerts=point_on_plane.KIND.exerts,
     check=point_on_plane.KIND.check,
     derive=point_on_plane.KIND.derive,

@@ -11,7 +11,7 @@ from mbdsl.elements.in_space import prismatic
 from mbdsl.elements.in_space.coordinates import Y, Z, dot2, dot2_hessian
 from mbdsl.elements.in_space.prismatic import Y_A, Z_A
 from mbdsl.elements.in_space.revolute import SIGNALS_OF_ANGLE
-from mbdsl.elements.in_space.vectors import both, direction, reactions, total
+from mbdsl.elements.in_space.vectors import both, direction, origin, reactions, total
 from mbdsl.elements.kind import JointKind, power
 
 KIND = JointKind(
@@ -24,6 +24,7 @@ KIND = JointKind(
     friction=prismatic.FRICTION,
     friction_along="translational_spring_damper",
     results=(power("-(friction*v)"),),
+    touches=origin("frame_b"),
     resists=(("friction", "s"),),
     check=lambda v: direction(v) or friction.check(v),
     derive=friction.derive,

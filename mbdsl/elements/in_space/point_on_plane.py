@@ -10,7 +10,7 @@ from mbdsl.elements import friction
 from mbdsl.elements.in_space import sliding_friction
 from mbdsl.elements.in_space.coordinates import Z, dot2, dot2_hessian
 from mbdsl.elements.in_space.revolute import X_A, Y_A, Z_A
-from mbdsl.elements.in_space.vectors import D, direction, dot, reactions, total, turned_to, wrench
+from mbdsl.elements.in_space.vectors import D, direction, dot, origin, reactions, total, turned_to, wrench
 from mbdsl.elements.kind import JointKind, Parameter, Signal
 
 RATES = "der(s_x)", "der(s_y)"
@@ -30,6 +30,7 @@ KIND = JointKind(
     friction=sliding_friction.size("abs(lam[1])", "v", *RATES),
     friction_along="sliding_on_plane",
     friction_rows=sliding_friction.components("v", *RATES),
+    touches=origin("frame_b"),
     results=(sliding_friction.delivered("v", *RATES),),
     exerts=wrench(sliding_friction.against("v", RATES, (X_A, Y_A)), None),
     check=lambda v: direction(v) or friction.check(v),

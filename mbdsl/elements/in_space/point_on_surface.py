@@ -16,7 +16,7 @@ from mbdsl.elements import friction
 from mbdsl.elements.in_space import sliding_friction
 from mbdsl.elements.in_space.coordinates import PHI_A, R_A, R_B, X, dot2_hessian
 from mbdsl.elements.in_space.prismatic import X_A, Y_A, Z_A
-from mbdsl.elements.in_space.vectors import D, Vector, dot, reactions, total, wrench
+from mbdsl.elements.in_space.vectors import D, Vector, dot, origin, reactions, total, wrench
 from mbdsl.elements.kind import JointKind, Parameter, Signal
 
 AXES = (X_A, Y_A, Z_A)
@@ -52,6 +52,7 @@ KIND = JointKind(
     friction=sliding_friction.size("hypot(hypot(fx, fy), fz)", "v", *RATES),
     friction_along="sliding_in_space",
     friction_rows=sliding_friction.components("v", *RATES),
+    touches=origin("frame_b"),
     results=(sliding_friction.delivered("v", *RATES),),
     exerts=wrench(sliding_friction.against("v", RATES, AXES), None),
     check=friction.check,

@@ -9,7 +9,19 @@ length, and they are left out.
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
 from mbdsl.elements.in_space.coordinates import X, Y, Z, dot1, dot1_hessian, dot2, dot2_hessian
-from mbdsl.elements.in_space.vectors import UNTURNED, D, about, axis, cross, direction, dot, reactions, total, turned_to
+from mbdsl.elements.in_space.vectors import (
+    UNTURNED,
+    D,
+    about,
+    axis,
+    cross,
+    direction,
+    dot,
+    origin,
+    reactions,
+    total,
+    turned_to,
+)
 from mbdsl.elements.kind import JointKind, Parameter, Signal, power
 
 X_A, Y_A, Z_A = (axis("frame_a", i) for i in "xyz")
@@ -53,6 +65,7 @@ KIND = JointKind(
     friction=FRICTION,
     friction_along="translational_spring_damper",
     results=(power("-(friction*v)"),),
+    touches=origin("frame_b"),
     resists=(("friction", "s"),),
     check=lambda v: direction(v) or friction.check(v),
     derive=friction.derive,

@@ -20,10 +20,10 @@ from mbdsl.elements.in_space.coordinates import (
     dot2_hessian,
 )
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.prismatic import X_A
+from mbdsl.elements.in_space.prismatic import X_A, Y_A
 from mbdsl.elements.in_space.revolute import GRADIENT, SIGNALS_OF_ANGLE
 from mbdsl.elements.in_space.universal import product, unit
-from mbdsl.elements.in_space.vectors import reactions, total
+from mbdsl.elements.in_space.vectors import origin, reactions, total
 from mbdsl.elements.kind import Parameter
 
 DRAWING = "rack"
@@ -57,6 +57,7 @@ KIND = in_space(
     signals=(*prismatic.SIGNALS, *SIGNALS_OF_ANGLE),
     reactions=reactions(total(("-lam[1]", X_A)), total(("(-lam[1]*radius)", GRADIENT))),
     check=lambda v: right_angle(v, "the axis of the pinion is not at right angles to the rack"),
+    touches=total(("1", origin("frame_b")), ("(-radius)", Y_A)),
     table=lambda v: (0.0, 0.0, v["radius"], v["s0"]),
     axes=axes,
     counts_turns=True,

@@ -21,7 +21,7 @@ from mbdsl.elements.in_space.coordinates import X, Z, dot1, dot1_hessian, dot2, 
 from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.prismatic import Y_A, Y_B
 from mbdsl.elements.in_space.revolute import X_B, Z_A, Z_B
-from mbdsl.elements.in_space.vectors import D, W, cross, dot, reactions, slip, total
+from mbdsl.elements.in_space.vectors import D, W, cross, dot, origin, reactions, slip, total
 from mbdsl.elements.kind import Parameter, Signal
 
 U = dot(Z_A, X_B)
@@ -53,6 +53,7 @@ KIND = in_space(
     ),
     velocity_rows=(dot(FORWARD, V), dot(SIDEWARD, V)),
     reactions=reactions(FORCE, cross(LOWEST, FORCE)),
+    touches=total(("1", origin("frame_b")), ("1", LOWEST)),
     check=check,
     # where both frames coincide, the disc is upright, with its axis n in the direction n of the plane's frame
     axes=lambda v: universal.axes({"n_a": v["normal"], "n_b": v["n"]}),

@@ -8,7 +8,7 @@ from mbdsl.elements import translational_stop
 from mbdsl.elements.in_space import prismatic
 from mbdsl.elements.in_space.coordinates import X, dot2, dot2_hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.vectors import direction, turned_to
+from mbdsl.elements.in_space.vectors import direction, origin, turned_to
 
 DRAWING = "stop"
 KIND = in_space(
@@ -16,6 +16,7 @@ KIND = in_space(
     parameters=(*translational_stop.KIND.parameters, prismatic.AXIS),
     signals=(*prismatic.SIGNALS, translational_stop.KIND.signals[-1]),
     check=lambda v: translational_stop.KIND.check(v) or direction(v),
+    touches=origin("frame_b"),
     follows="translation",
     axes=lambda v: {"frame_a": turned_to("x", v["n"])},
 )
