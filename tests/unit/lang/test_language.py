@@ -381,6 +381,13 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
             signal = next((x for x in self.kind.signals if x.name == name), None)
             return Quantity(2.0) if signal is None else self.signal(signal)  # values that a kind derives have no unit
 
+        def call(self, e):
+            """angle(y, x, rate), a function of formulas only: that of the direction (x, y), with its turns."""
+            y, x, rate = (evaluate(argument.value, self) for argument in e.arguments)
+            assert y.dimension == x.dimension
+            assert rate.dimension == units.dimension("rad/s")
+            return Quantity(2.0, units.dimension("rad"))
+
         def signal(self, signal):
             formula = signal.formula.replace("start(", "(")  # the value at the start has the same dimension
             return evaluate(parse_expression(formula, "<formula>"), self)
