@@ -168,13 +168,17 @@ def _first_peak(motion: Motion) -> Peak | None:
     return min(peaks, key=lambda peak: peak.start, default=None)
 
 
+#: what the warning about a peak that steps have passed over says, besides its place
+UNSEEN = "that the ends of the step do not show"
+
+
 def _unseen(peak: Peak, law: Component | None) -> str:
     """The warning about a peak that steps have passed over."""
     where, what = _words(law)
     size = 10.0 ** np.floor(np.log10(peak.h))
     return (
         f"{where}{what} has a peak near t = {peak.time:.6g} s, within the step from {peak.start:.6g} to "
-        f"{peak.end:.6g} s, that the ends of the step do not show: a short pulse is lost there, a corner changes "
+        f"{peak.end:.6g} s, {UNSEEN}: a short pulse is lost there, a corner changes "
         "little, and fixed steps do not estimate which; "
         f"try a tolerance instead, or a step of {np.floor(peak.h / size * (1.0 + 1e-9)) * size:.1g} s"
     )

@@ -118,5 +118,6 @@ def compute(
 
 def _plain(stats: Mapping) -> dict:
     """The stats that can be written as JSON."""
-    kept = ("method", "h", "tol", "steps", "rejected", "iterations", "matrix_evaluations", "factorisations", "seconds")
+    kept = ("method", "h", "tol", "steps", "rejected", "iterations", "matrix_evaluations", "factorisations")
+    kept += ("seconds", "warnings")
     return {key: stats[key] for key in kept if key in stats}

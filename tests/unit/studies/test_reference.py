@@ -8,6 +8,7 @@ import pytest
 import mbdsl
 from mbdsl import results
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, UsageError
+from mbdsl.studies import reference_solution
 from mbdsl.studies.cases import setting
 from mbdsl.studies.convergence import convergence
 from mbdsl.studies.drift import drift
@@ -132,3 +133,19 @@ def test_why_there_is_no_reference(runner, monkeypatch):
         with pytest.raises(IntegrationError, match="no reference solution was found: radau5, ") as no:
             automatic(runner(), ["hht-i3"], None)
         assert no.value.message.count(why) == 1 and hint in no.value.hint
+
+
+def test_runs_that_pass_over_a_pulse_are_no_reference(tmp_path):
+    """Runs of two methods with fixed steps agree to the last bit where both miss the pulse."""
+    text = """model Pulse
+      Ground ground(g = 0);
+      Body b(m = 1 kg, I = 1 kg.m2);
+      Prismatic rail(ground, b.c);
+      Force push(b.c, fx = if time > 0.23456 s and time < 0.234561 s then 1e6 N else 0 N);
+      annotation(experiment(StopTime = 1));
+    end Pulse;"""
+    path = tmp_path / "pulse.mbd"
+    path.write_text(text)
+    runner = Runner(setting(path, 1.0, points=100), Store(tmp_path), budget=20.0)
+    _, run = reference_solution._extrapolated(runner, "hht-si2", 1e-3)
+    assert "pass over a peak" in run.problem
