@@ -181,6 +181,8 @@ def head(display: UnitsOfSignals) -> tuple[str, ...]:
     return "signal", "unit", "least", at, "largest", at, "mean", "rms"
 
 
+#: least number of rows before the known steps from which a mean is stated
+FEW_ROWS = 50
 LONG = 24  #: letters of a name up to which the others are aligned with it
 
 
@@ -239,6 +241,8 @@ def extremes(shown: StateSignals, names: Iterable[str]) -> Extremes:
         since = max(float(steps.ends.t[0]), first)
         begin = first if first > steps.ends.t[0] + near else -np.inf
         following = [x for x in names if shown.gathered is None or not _continued(shown._names, x)]
+        if begin > -np.inf:  # between steps, turns before this time are known of angles themselves only
+            following = [x for x in following if shown.unit(x) == "rad" or not _continued(shown._names, x)]
         known = ranges(steps, following, begin, last if last < steps.ends.t[-1] - near else np.inf)
     return Extremes(_of(shown, name, known.get(name), since, since <= first + near) for name in names)
 
@@ -253,13 +257,18 @@ def _of(shown: StateSignals, name: str, known: Range | None, since: float, whole
     if known is not None and not whole and earlier is not None:
         found.join(earlier)
     elif known is None or not whole:
-        rows = t <= since
-        found.add(t[rows], x[rows], weights(t[rows]))
+        rows = t <= (np.inf if known is None else since)
+        before_t, before_x = t[rows], x[rows]
+        if known is not None and len(before_t) and before_t[-1] < since:  # the time up to the first known step
+            before_t, before_x = np.append(before_t, since), np.append(before_x, value_at(shown, name, since))
+        found.add(before_t, before_x, weights(before_t))
         before = ", rows before" if shown._since is None else ""
         of = ROWS if known is None else f"steps from {since:.6g} s on{before}"
     finite = np.isfinite(x)
     found.see(t[finite], x[finite])
-    return _extreme(found, name, unit, of)
+    result = _extreme(found, name, unit, of)
+    unsure = of not in (STEPS, ROWS) and (t <= since).sum() < FEW_ROWS
+    return result._replace(mean=np.nan, rms=np.nan) if unsure else result
 
 
 def value_at(shown: StateSignals, name: str, t: float) -> float:

@@ -201,3 +201,29 @@ def test_measures_of_sweeps_are_those_of_all_steps():
         values += [found["time_of_min(b.x)"][k] % (TURN / w)]
         values += [found[name][k] for name in ("at_max(b.x, p.v)", "amplitude(b.ax)", "min(p.v)")]
         assert values == pytest.approx(expected, rel=1e-5, abs=1e-4)
+
+
+SPINS = """spatial model Spins
+  Ground ground(g = 0);
+  Body b(m = 1 kg, I = {0.1, 0.2, 0.3} kg.m2);
+  Revolute P(ground, b.c, n = {0.6, 0, 0.8});
+  RotationalSpringDamper s(P, k = 0.001 N.m/rad, c = 0);
+initial equation
+  P.w = 5 rad/s;
+  annotation(experiment(StopTime = 8 s));
+end Spins;"""
+
+
+@pytest.mark.parametrize("given", [{"method": "hht-si2", "step": 2e-3}, {"method": "radau5"}], ids=["fixed", "radau5"])
+@pytest.mark.parametrize("part", [(0.0, 8.0), (3.0, 5.0)])
+def test_turns_are_counted_between_kept_ends(part, given):
+    """phi = 5/w sin(w t), about 38 rad after 8 s, and the spring's torque is proportional to it."""
+    run = mbdsl.simulate(mbdsl.parse(SPINS), **given)
+    t = run.t[(run.t >= part[0]) & (run.t <= part[1])]
+    w = np.sqrt(0.001 / (0.36 * 0.1 + 0.64 * 0.3))
+    phi = 5.0 / w * np.sin(w * t)
+    found = run[part[0] : part[1]].extremes(["P.phi", "s.torque", "P.phi^2"])
+    for name, x in (("P.phi", phi), ("s.torque", 0.001 * phi), ("P.phi^2", phi**2)):
+        assert found[name].least == pytest.approx(x.min(), rel=1e-3, abs=1e-5)
+        assert found[name].largest == pytest.approx(x.max(), rel=1e-3)
+        assert found[name].mean == pytest.approx(np.trapezoid(x, t) / (t[-1] - t[0]), rel=1e-3)

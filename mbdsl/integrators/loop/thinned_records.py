@@ -17,6 +17,8 @@ from mbdsl.numerics.rotation import untangled
 OF_Q, OF_V, CUBIC, TINY = 2e-7, 3e-6, 1e-3, 1e-12
 #: largest deviation of a multiplier from the straight line, relative to its value; to the largest multiplier
 BENT, SMALL = 1e-3, 1e-9
+#: largest way within an interval, in radians and relative to the mechanism: turns are counted from end to end
+LONGEST = 0.5
 LEAST, MOST = 4, 8  #: numbers of steps that are examined together
 
 
@@ -92,12 +94,14 @@ def follows(a, b, c, run):
 
 @kernel
 def cubic(x, h, q0, q, q1, v0, v, v1, scale):
-    """0 if q and v at the part x of an interval h are those of the cubic polynomial through its ends, else 1.
+    """0 if q and v at the part x of a short way h are those of the cubic polynomial through its ends, else 1.
 
     The error of the polynomial may vanish there; its cubic term bounds the interval in that case.
     """
     w0, w1, d = h * v0, h * v1, q1 - q0
     c2, c3, way = 3.0 * d - 2.0 * w0 - w1, w0 + w1 - 2.0 * d, max(abs(w0), abs(w1))
+    if not scale * way <= LONGEST:
+        return 1.0
     of_q = scale * (abs(q0 + x * (w0 + x * (c2 + x * c3)) - q) - OF_Q * way)
     of_v = scale * (abs(w0 + x * (2.0 * c2 + x * 3.0 * c3) - h * v) - OF_V * way)
     return 0.0 if max(of_q, of_v, scale * (abs(c3) - CUBIC * way)) <= TINY else 1.0
