@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     if kept:
         print(f"over all steps of the run:\n{kept}")
     elif content.signals:
-        print("least and greatest are those of the rows: those of all steps are not in it")
+        print("least and largest are those of the rows; the file has no extremes of all steps")
     if not args.signals and len(result.names) > MOST:
         print(f"... {len(result.names) - MOST} more; --signals '*' lists all")
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot:
         from mbdsl.cli.plot import show
 
-        show(found.plot())
+        show(replace(found.plot(), title="", notes=()))  # both are printed above
     for path in args.out:
         found.save(path)
         print(f"{visible(path, line=True)}: {len(found.f)} frequencies")

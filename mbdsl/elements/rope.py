@@ -30,6 +30,9 @@ def check(values):
         found = values[name]
         if isinstance(found, tuple) and len(found) != count:
             return f"`{name}` has {len(found)} values, and `over` names {count}"
+    for x in values["turns"] if isinstance(values["turns"], tuple) else (values["turns"],):
+        if x < 0.0 or x != int(x):
+            return f"`turns` is {x:g}, expected whole numbers from 0"
     if not count:
         given = [name for name in ("radius", "mu") if values[name] is not None]
         if given:

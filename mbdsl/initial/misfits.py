@@ -85,11 +85,14 @@ def check_tangents(system: System, t: float, q: Array, v: Array) -> None:
         if not np.isfinite(straight):
             a, b = component.ports.values()
             ra, rb = (abs(r) for r in component.values["ends"])
+            of = f"{component.kind.name} {component.name}"
+            point, disc, radius = (a, b, rb) if ra == 0.0 else (b, a, ra)
+            inside = f"`{point}` is inside the disc of radius {radius:g} m at `{disc}`"
+            apart = f"no line between the discs of {ra:g} m at {a} and of {rb:g} m at {b} touches both"
             raise InitialisationError(
-                f"{component.kind.name} {component.name}: no line between the discs of {ra:g} m at {a} and of {rb:g} m "
-                f"at {b} touches both",
+                f"{of}: {apart if ra and rb else inside}",
                 component.span,
-                hint="the discs have to be apart, and a point outside of the disc (radius 0)",
+                hint="discs have to be apart" if ra and rb else "a rope begins and ends outside of the discs in `over`",
             )
 
 

@@ -82,6 +82,10 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
         lines += misfits(system, t, state.q, state.v)
         if (problem := singular_mass(system, t, state.q, state.v, state.lam)) is not None:
             raise problem
+        if (held := singular_mass(system, t, state.q, state.v)) is not None:
+            bodies = held.message.partition(": ")[2]
+            lines.append(f"{bodies}; springs alone determine where it is, which few methods solve (radau5)")
+            lines.append(f"  {held.hint}")
         moved += state.moved
         lines += [MIRRORED.format(name) for name in state.mirrored]
         lines += [*state.notes, *state.turned]

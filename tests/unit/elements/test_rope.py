@@ -182,7 +182,7 @@ BAD = {
     "over = {wheel}, radius = 0": (7, "`radius` of a disc is 0 m"),
     "over = {wheel, wheel}, radius = 0.1": (7, "runs from `wheel.c` to the same frame"),
     "mu = 0.3": (7, "`mu` is that of the discs in `over`, which names none"),
-    "over = {wheel}, radius = 3 m": (7, "no line between the discs of 0 m at right.c and of 3 m at wheel.c"),
+    "over = {wheel}, radius = 3 m": (7, "`right.c` is inside the disc of radius 3 m at `wheel.c`"),
 }
 
 
