@@ -84,9 +84,9 @@ def response(
     at : str, float or mapping, optional
         The state, as for ``mbdsl.linearise``.
     amplitude : str, optional
-        The amplitude of the inputs over the angular frequency: "1", "w", "w^2", "1/w" or "1/w^2", times a constant,
-        for a unit of which the response is. "w^2" is that of an unbalance, m e w^2; with "1/w^2" a driver oscillates
-        with a constant amplitude of its acceleration.
+        How the amplitude of the inputs depends on the angular frequency w: c times "1", "w", "w^2", "1/w" or "1/w^2".
+        Responses are per unit of c. "w^2" is that of an unbalance, m e w^2; with "1/w^2" the acceleration of a driver
+        has the same amplitude at all frequencies, as on a shaker.
     units : str or iterable of str, optional
         Units such as "deg, kN, mm" of printed tables and plots; arrays are in SI units.
     without, parameters, announce : optional

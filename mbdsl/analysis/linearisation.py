@@ -324,6 +324,8 @@ def outputs_of(scene: Scene, known: AskedSignals, patterns: str | Sequence[str])
         rigid = key in (IN_SPACE if scene.spatial else ACCELERATIONS) and owner not in known.flexible
         if name not in known.formulas and not (name in known.computed and rigid):
             hint = did_you_mean(name, known.formulas) or "positions, velocities, forces, reactions, accelerations"
+            if name in known.sections:
+                hint = "forces in sections are those of a run; reactions of joints, such as `pin.fx`, can be outputs"
             raise UsageError(f"`{name}` cannot be an output of a linear model", hint=hint)
     return found
 

@@ -403,7 +403,7 @@ def test_command_and_files(tmp_path, capsys):
     picture = (tmp_path / "car.svg").read_text()
     assert "phase [deg]" in picture and "frequency [Hz]" in picture
     assert main([*asked[:5], "car.csv"]) == 2 and "--out car.csv" in capsys.readouterr().err
-    assert main(["response", str(model), "--input", "base", "--at", "suspension.s=0.3 m"]) == 0
+    assert main(["response", str(model), "--inputs", "base", "--signals", "body.y", "--at", "suspension.s=0.3 m"]) == 0
     assert "about its state with suspension.s = 0.3 m" in capsys.readouterr().out
 
 

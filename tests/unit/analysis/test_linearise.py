@@ -251,6 +251,7 @@ def test_outputs_is_the_former_name_of_signals():
         ({"at": -2.0}, "t = -2 s is before the start of the run, 0 s"),
         ({"signals": ["pin.angle"]}, "no signal"),
         ({"signals": ["pin.Phi[1]"]}, "cannot be an output"),
+        ({"signals": ["pole.a.M"]}, "cannot be an output(?s:.*)forces in sections are those of a run"),
         ({"at": "now"}, "expected `static`, `start` or a time"),
         ({"at": float("nan")}, "not a finite number"),
     ],

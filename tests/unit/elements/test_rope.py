@@ -208,6 +208,19 @@ def test_what_a_rope_cannot_be(arguments):
     assert message in str(found.value)
 
 
+@pytest.mark.parametrize("extra", [0, 2])
+def test_check_states_how_far_a_rope_turns(extra):
+    """Both sides hang vertically from the rim: half a turn, and the full turns that are given."""
+    found = str(mbdsl.check(mbdsl.parse(machine(f"over = {{wheel}}, radius = 0.2 m, turns = {extra}"))))
+    assert f"rope: turns {180 + 360 * extra} deg to the left around wheel\n" in found
+
+
+def test_meanings_of_spans():
+    run = mbdsl.simulate(mbdsl.parse(machine("over = {wheel}, radius = 0.2 m")), stop=0.01)
+    assert run.signals["rope.span2.s"].doc == "length of this span"
+    assert run.signals["rope.tension"].doc == "tension at frame_a"
+
+
 def test_a_rope_shorter_than_its_path():
     """The path is 1.5 m, half a turn around 0.2 m, and 1 m."""
     text = str(mbdsl.check(mbdsl.parse(machine("over = {wheel}, radius = 0.2 m, length = 3 m"))))
