@@ -105,6 +105,7 @@ def turned_around(system: System, t: float, q: Array, v: Array) -> Iterator[str]
             continue
         spans = [c, *(scene.components[f"{c.name}.span{j + 2}"] for j in range(len(c.values["radii"])))]
         frames = [c.ports["frame_a"], *(span.ports["frame_b"] for span in spans)]
+        assert c.kind.path is not None  # it has computed signals
         path = c.kind.path(c.values, [partial(coordinate, frame) for frame in frames], scene.spatial)
         angles = values(system, path.wraps, np.array([t]), q[None], v[None])
         parts = []

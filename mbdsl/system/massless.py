@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 def bodies_without_inertia(tables: Tables) -> list[str]:
     """Names of the bodies with such motions."""
-    moved = np.abs(massless(tables)).any(axis=1)
+    moved = np.abs(massless(tables)).sum(axis=1) > 0.0
     return [name for name, d in tables.coordinates.items() if moved[d : d + tables.models[name].n].any()]
 
 
