@@ -165,7 +165,7 @@ def test_a_result_file_contains_them(tmp_path, monkeypatch, capsys):
     assert cli.main(["info", "o.npz"]) == 0
     assert capsys.readouterr().out.splitlines()[-3:] == table
     plot = mbdsl.plot("o.npz", "p.v")
-    (marks,) = [series for series in plot.panels[0].series if series.name == "peak between rows"]
+    (marks,) = [series for series in plot.panels[0].series if series.name == "peak between outputs"]
     assert (min(marks.y), max(marks.y)) == pytest.approx((-TURN, TURN), rel=1e-6)
     assert cli.main(["convert", "o.npz", "--out", "part.npz", "--stop", "5s"]) == 0
     assert "extremes" not in results.read("part.npz")[1]
