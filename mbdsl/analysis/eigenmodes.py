@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from mbdsl.analysis import operating_points
 from mbdsl.analysis.eigenvalues import lowest, normalised, one_of_each, reduced
+from mbdsl.analysis.operating_points import about
 from mbdsl.analysis.tangent_bases import Moving, Still, of_positions
 from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
@@ -202,7 +203,7 @@ class Modes(Sequence[Mode]):
         for found in self.modes:
             moves = few([f"{name} {part:.0%}" for name, part in found.bodies.items() if part >= 0.05], 4)
             rows.append(Row(found.frequency, found.damped_frequency, found.damping, moves, found.unstable))
-        state = "static equilibrium" if self.at == "static" else f"state at t = {self.t:g} s"
+        state = about(self.at, self.t)
         shapes = np.array([found.shape for found in self.modes], complex)
         animation = ModeAnimation(self.system, self.t, self.q, shapes, rows, state, mode)
         if path is not None:
@@ -239,8 +240,7 @@ class Modes(Sequence[Mode]):
         shown = f"{len(self)} of {self.total}" if self.total and self.total > len(self) else f"{len(self)}"
         if not self.modes:
             shown = "no"
-        head = f"{self.scene.name}: {shown} mode{'s' * (len(self) != 1)} about "
-        return head + ("its static equilibrium" if self.at == "static" else f"its state at t = {self.t:g} s")
+        return f"{self.scene.name}: {shown} mode{'s' * (len(self) != 1)} about its {about(self.at, self.t)}"
 
     def _rows(self) -> list[tuple[str, str, str, str, str]]:
         """Number, frequency, damped frequency, damping ratio, and the bodies that move, of each mode."""

@@ -313,5 +313,8 @@ def _at_rest(system: System, t: float, q: Array) -> list[str]:
         notes.append(f"velocities set to zero at t = {t:g} s: {few(moving)}")
     if system.p:
         held = list(dict.fromkeys(name.rsplit(".", 1)[0] for name in names[system.m :]))
-        notes.append(f"constraints of velocities hold at rest by their reactions: {few(held)}")
+        one = len(held) == 1
+        whose = f"constraint{'' if one else 's'} {few(f'`{name}`' for name in held)}"
+        what = "the reaction of the" if one else "the reactions of the"
+        notes.append(f"at rest, {what} velocity {whose} {'carries' if one else 'carry'} part of the load")
     return notes

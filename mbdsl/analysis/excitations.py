@@ -24,6 +24,7 @@ from mbdsl.messages import count, did_you_mean, few
 from mbdsl.numerics.saddle_point import Array
 from mbdsl.system import System
 
+NOTHING = "declare `input Torque u;`, or add a Force or a Torque"  #: hint where nothing oscillates
 INPUT, FORCE, DRIVER, RATE = "input", "force", "driver", "velocity driver"
 
 
@@ -49,8 +50,10 @@ class Columns(NamedTuple):
     velocities: Array
 
 
-def read(scene: Scene, names: Sequence[str] | None) -> list[Excitation]:
+def read(scene: Scene, names: Sequence[str] | None, drivers: bool = True) -> list[Excitation]:
     """The excitations with these names, each once; without names, all inputs of the model.
+
+    Messages about unknown names list drivers only if ``drivers`` is true.
 
     Raises
     ------
@@ -61,13 +64,15 @@ def read(scene: Scene, names: Sequence[str] | None) -> list[Excitation]:
         return [_input(scene, name) for name in scene.inputs]
     if isinstance(names, str) or not all(isinstance(name, str) for name in names):
         raise UsageError(f"found {names!r}, expected names of inputs", hint='e.g. ["u"], or a driver, ["base.s"]')
-    return list(dict.fromkeys(_named(scene, name) for name in names))
+    return list(dict.fromkeys(_named(scene, name, drivers) for name in names))
 
 
-def all_of(scene: Scene) -> list[str]:
-    """Names of everything that may oscillate."""
+def all_of(scene: Scene, drivers: bool = True) -> list[str]:
+    """Names of everything that may oscillate, with or without drivers."""
     found = list(scene.inputs)
     for c in scene.components.values():
+        if not drivers and isinstance(c.kind, JointKind):
+            continue
         found += [f"{c.name}.{key}" for key in _parameters(c)]
     return found
 
@@ -77,19 +82,20 @@ def _input(scene: Scene, name: str) -> Excitation:
     return Excitation(name, "" if unit == "1" else unit, INPUT)
 
 
-def _named(scene: Scene, name: str) -> Excitation:
+def _named(scene: Scene, name: str, drivers: bool) -> Excitation:
     if name in scene.inputs:
         return _input(scene, name)
     components = scene.components
     owner, key = (name, "") if name in components else name.rpartition(".")[::2]
+    known, nothing = all_of(scene, drivers), f"{NOTHING}{' or a driver' * drivers}"
     if owner not in components:
-        known = all_of(scene)
-        hint = did_you_mean(name, known) or f"its inputs: {few(known)}" if known else "it has none"
-        raise UsageError(f"{scene.name} has no input, driver or force `{name}`", hint=hint)
+        hint = did_you_mean(name, known) or f"what can oscillate: {few(known)}" if known else nothing
+        sorts = "input, driver or force" if drivers else "input or force"
+        raise UsageError(f"{scene.name} has no {sorts} `{name}`", hint=hint)
     c = components[owner]
-    known = list(_parameters(c))
+    others, known = known, list(_parameters(c))
     if not known:
-        hint = f"{scene.name} has {few(all_of(scene))}" if all_of(scene) else "drivers, forces and torques can"
+        hint = f"what can oscillate: {few(others)}" if others else nothing
         raise UsageError(f"`{owner}` is a {c.kind.name}, which has nothing that can oscillate", hint=hint)
     if not key and len(known) > 1:
         named = " or ".join(f"`{owner}.{key}`" for key in known)

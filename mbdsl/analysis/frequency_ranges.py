@@ -28,6 +28,8 @@ def read(given: str | Sequence[str | float]) -> tuple[float, float]:
     low, high = (_hertz(part, unit, given) for part in parts)
     if not 0.0 < low < math.inf or not high < math.inf:
         raise UsageError(f"range: `{given}` does not begin above zero, or does not end", hint=EXAMPLE)
+    if low == high:
+        raise UsageError(f"the range is empty: both ends are {high:g} Hz", hint=EXAMPLE)
     if not low < high:
         raise UsageError(f"the range ends at {high:g} Hz, and begins at {low:g} Hz", hint="give the lower one first")
     return low, high

@@ -84,9 +84,9 @@ def response(
     at : str, float or mapping, optional
         The state, as for ``mbdsl.linearise``.
     amplitude : str, optional
-        The amplitude of the inputs over the angular frequency: "1", "w", "w^2", "1/w" or "1/w^2", times a constant,
-        for a unit of which the response is. "w^2" is that of an unbalance, m e w^2; with "1/w^2" a driver oscillates
-        with a constant amplitude of its acceleration.
+        How the amplitude of the inputs depends on the angular frequency w: c times "1", "w", "w^2", "1/w" or "1/w^2".
+        Responses are per unit of c. "w^2" is that of an unbalance, m e w^2; with "1/w^2" the acceleration of a driver
+        has the same amplitude at all frequencies, as on a shaker.
     units : str or iterable of str, optional
         Units such as "deg, kN, mm" of printed tables and plots; arrays are in SI units.
     without, parameters, announce : optional
@@ -121,7 +121,7 @@ class _Inputs:
         names = [*scene.inputs] if given is None else split(given) if isinstance(given, str) else list(given)
         if not names:
             known = excitations.all_of(scene)
-            hint = f"{scene.name} has {few(known)}" if known else "declare `input Force u;`, or add a driver or a force"
+            hint = f"{scene.name} has {few(known)}" if known else f"{excitations.NOTHING} or a driver"
             raise UsageError("a frequency response needs an input", hint=hint)
         self.sources: list[Excitation] = []
         self.names: list[str] = []
@@ -129,6 +129,10 @@ class _Inputs:
         combined: list[dict[int, complex]] = []
         for name in dict.fromkeys(names):
             match = _ROTATING.fullmatch(name.strip()) if isinstance(name, str) else None
+            if match is None and isinstance(name, str) and name.strip().startswith("rotating("):
+                force = name.strip()[len("rotating(") :].rstrip(") ").rpartition(".")[0] or "push"
+                hint = f"write rotating({force}.fx, {force}.fy)"
+                raise UsageError(f"found `{name}`, and `rotating` takes two forces", hint=hint)
             parts = excitations.read(scene, [part.strip() for part in match.groups()] if match else [name])
             if match and (len(parts) != 2 or parts[0].unit != parts[1].unit):
                 raise UsageError(f"`{name}` does not rotate", hint="name two different inputs with one unit")

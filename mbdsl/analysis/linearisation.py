@@ -25,7 +25,7 @@ from mbdsl.analysis.eigenmodes import LARGEST_MOVING
 from mbdsl.analysis.excitations import DRIVER, INPUT, RATE, Excitation, columns, read
 from mbdsl.analysis.linear_equations import IN_SPACE, LinearEquations
 from mbdsl.analysis.linear_responses import FrequencyResponse, StepResponse
-from mbdsl.analysis.operating_points import OperatingPoint
+from mbdsl.analysis.operating_points import OperatingPoint, about
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.lang.asked_signals import AskedSignals
@@ -184,9 +184,7 @@ class Linearisation:
     def __str__(self) -> str:
         from mbdsl.analysis.linear_tables import listed, matrix_rows
 
-        where = {"static": "its static equilibrium", "start": f"its state at t = {self.t:g} s"}
-        about = where.get(self.at, f"its state at {self.at}")
-        lines = [f"{self.scene.name}: x' = A x + B u, y = C x + D u about {about}"]
+        lines = [f"{self.scene.name}: x' = A x + B u, y = C x + D u about its {about(self.at, self.t)}"]
         lines += listed("x", self.states, self.state_units, self.x0)
         lines += listed("u", self.inputs, self.input_units, self.u0)
         lines += listed("y", self.outputs, self.output_units, self.y0)
@@ -299,7 +297,7 @@ def equations_of(point: OperatingPoint, chosen: Sequence[Excitation]) -> LinearE
 
 def _inputs(scene: Scene, names: Sequence[str] | None) -> list[Excitation]:
     """The inputs of a model with one matrix B: those that act by forces."""
-    found = read(scene, names)
+    found = read(scene, names, drivers=False)
     for e in found:
         if e.sort in (DRIVER, RATE):
             raise UsageError(
@@ -310,7 +308,8 @@ def _inputs(scene: Scene, names: Sequence[str] | None) -> list[Excitation]:
             if any(leaf.op == "input" and leaf.value == e.name for leaf in leaves(*c.velocity_constraints)):
                 raise UsageError(
                     f"the input `{e.name}` prescribes a velocity in `{c.name}`, which jumps with it",
-                    hint="inputs of a linear model act by forces; choose them with `inputs`",
+                    hint="inputs of a linear model act by forces: choose them with `--inputs`, in Python `inputs`; "
+                    "`mbdsl response` takes this input",
                 )
     return found
 
@@ -325,6 +324,8 @@ def outputs_of(scene: Scene, known: AskedSignals, patterns: str | Sequence[str])
         rigid = key in (IN_SPACE if scene.spatial else ACCELERATIONS) and owner not in known.flexible
         if name not in known.formulas and not (name in known.computed and rigid):
             hint = did_you_mean(name, known.formulas) or "positions, velocities, forces, reactions, accelerations"
+            if name in known.sections:
+                hint = "forces in sections are those of a run; reactions of joints, such as `pin.fx`, can be outputs"
             raise UsageError(f"`{name}` cannot be an output of a linear model", hint=hint)
     return found
 

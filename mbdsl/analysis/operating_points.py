@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 class OperatingPoint(NamedTuple):
     """A state with its accelerations and multipliers.
 
-    ``at`` is "static", "start" or "t = 1.5 s"; ``left_out`` are indices of redundant constraints.
+    ``at`` is "static", "start", "t = 1.5 s" or "with pin.phi = 80 deg"; ``left_out`` are indices of redundant
+    constraints.
     """
 
     system: System
@@ -73,6 +74,13 @@ class OperatingPoint(NamedTuple):
         return [f"the mechanism moves: the {results} are those of the equations frozen at this moment"]
 
 
+def about(at: str, t: float) -> str:
+    """The state of an OperatingPoint in words: "static equilibrium", "state at t = 1.5 s"."""
+    if at == "static":
+        return "static equilibrium"
+    return f"state {at}" if at.startswith("with ") else f"state at t = {t:g} s"
+
+
 def checked(at: At) -> At:
     """``at`` as "static", "start", a number of seconds, or initial values by name.
 
@@ -90,6 +98,11 @@ def checked(at: At) -> At:
     if not np.isfinite(time):
         raise UsageError(f"at = {at} is not a finite number")
     return time
+
+
+def _value(x: Any) -> str:
+    """An initial value as it was written."""
+    return x if isinstance(x, str) else f"{x:g}" if isinstance(x, (int, float)) else str(x)
 
 
 def find(
@@ -110,12 +123,17 @@ def find(
     """
     at = checked(at)
     scene = as_scene(model, parameters, without)
+    with_values = ""
     if isinstance(at, Mapping):
+        with_values = "with " + ", ".join(f"{name} = {_value(x)}" for name, x in at.items()) if at else ""
         scene, at = with_initial(scene, at), "start"
     if at != "static":
         scene, _ = settled(scene, None, announce)
     system, mechanism = prepare(scene, None, (), announce)
-    start, name = float(system.scene.experiment.start), at if isinstance(at, str) else f"t = {float(at):g} s"
+    start = float(system.scene.experiment.start)
+    name = with_values or (at if isinstance(at, str) else f"t = {float(at):g} s")
+    if not isinstance(at, str) and float(at) < start:
+        raise UsageError(f"at: t = {float(at):g} s is before the start of the run, {start:g} s")
     if at == "static":
         found = settle(system, start, initial_position(system, mechanism, start))
         rest, notes = np.zeros(system.n), found.notes

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.analysis.eigenmodes import Modes
+from mbdsl.analysis.operating_points import about
 from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
@@ -238,8 +239,8 @@ class Response:
         save(self, path)
 
     def _head(self) -> str:
-        where = "its static equilibrium" if self.at == "static" else f"its state at t = {self.t:g} s"
-        return f"{self.scene.name}: frequency response about {where}, {self.f[0]:g} to {self.f[-1]:g} Hz"
+        where = about(self.at, self.t)
+        return f"{self.scene.name}: frequency response about its {where}, {self.f[0]:g} to {self.f[-1]:g} Hz"
 
     def __repr__(self) -> str:
         return f"<Response of {self.scene.name}: {few(self.outputs)} to {few(self.inputs)}>"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.cli.simulate import print_warnings
-from mbdsl.errors import IntegrationError, Interrupted
+from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.messages import once
 from mbdsl.storage import output_files
 
@@ -40,14 +40,22 @@ def kept(scene: Scene, quiet: bool, **given: Any) -> tuple[Trajectory, BaseExcep
     ------
     IntegrationError
         If there are no results.
+    UsageError
+        If neither the command nor the model has a stop time.
     """
     from mbdsl.api import simulated
+    from mbdsl.simulation.plan import NO_STOP
 
     display = None if quiet else Display(sys.stderr)
     failure: BaseException | None = None
     try:
         announce = once(display.say, set()) if display else None
         trajectory = simulated(scene, progress=display, announce=announce, **given)
+    except UsageError as problem:
+        if problem.hint != NO_STOP or "stop" in given:
+            raise
+        hint = "write `annotation(experiment(StopTime = 2 s));` in the model, or plot a result of "
+        raise UsageError(problem.message, hint=f"{hint}`mbdsl simulate --stop 2s`") from None
     except IntegrationError as problem:
         found = getattr(problem, "trajectory", None)
         if found is None or not len(found.t):

@@ -38,7 +38,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     thin = parser.add_mutually_exclusive_group()
     thin.add_argument("--every", metavar="N", type=_whole, help="write every N-th row, beginning with the first")
     thin.add_argument(
-        "--most", metavar="N", type=_whole, help="write at most N rows, with the least and greatest values of signals"
+        "--most", metavar="N", type=_whole, help="write at most N rows, with the least and largest values of signals"
     )
     values.add_units(parser, of_file=True)
     return parser

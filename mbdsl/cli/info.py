@@ -27,7 +27,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "info",
         help="show the content of a result file",
         description="Print model, method, times and rows of a result file, and the unit, the first, the last, the "
-        "least and the greatest value of its signals.",
+        "least and the largest value of its signals.",
     )
     parser.add_argument("result", metavar="RESULT", help="result file")
     parser.add_argument(
@@ -41,18 +41,18 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 @dataclass
 class Range:
-    """First, last, least and greatest value of a signal, and the number of values that are not finite."""
+    """first, last, least and largest value of a signal, and the number of values that are not finite."""
 
     first: float = float("nan")
     last: float = float("nan")
     least: float = float("inf")
-    greatest: float = float("-inf")
+    largest: float = float("-inf")
     missing: int = 0
 
 
 @dataclass
 class Content:
-    """Ranges of signals, and of the times with their least and greatest difference."""
+    """Ranges of signals, and of the times with their least and largest difference."""
 
     rows: int = 0
     shortest: float = float("inf")
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     if kept:
         print(f"over all steps of the run:\n{kept}")
     elif content.signals:
-        print("least and greatest are those of the rows: those of all steps are not in it")
+        print("least and largest are those of the rows; the file has no extremes of all steps")
     if not args.signals and len(result.names) > MOST:
         print(f"... {len(result.names) - MOST} more; --signals '*' lists all")
     return 0
@@ -118,7 +118,7 @@ def _add(known: Range, values: np.ndarray, first: bool) -> None:
         known.missing += int((~finite).sum())
         values = values[finite]
     known.least = min(known.least, float(values.min(initial=np.inf)))
-    known.greatest = max(known.greatest, float(values.max(initial=-np.inf)))
+    known.largest = max(known.largest, float(values.max(initial=-np.inf)))
 
 
 def _head(path: str, result: Result, content: Content, units: str) -> list[str]:
@@ -186,18 +186,20 @@ def _table(result: Result, content: Content) -> list[str]:
     if not content.signals:
         return []
     names = {name: visible(name, line=True) for name in content.signals}
-    wide = min(max(map(len, names.values())), max(5, text_width(WIDTH) - 55))
-    lines = [f"{'':<{wide}}  {'unit':<7}" + "".join(f"{title:>11}" for title in ("first", "last", "least", "greatest"))]
+    wide = min(max(7, *map(len, names.values())), max(7, text_width(WIDTH) - 55))
+    lines = [
+        f"{'outputs':<{wide}}  {'unit':<7}" + "".join(f"{title:>11}" for title in ("first", "last", "least", "largest"))
+    ]
     for name, known in content.signals.items():
         text = names[name]
         if len(text) > wide:
             lines.append(text)
             text = ""
-        empty = known.least > known.greatest
-        numbers = (known.first, known.last, *((float("nan"),) * 2 if empty else (known.least, known.greatest)))
+        empty = known.least > known.largest
+        numbers = (known.first, known.last, *((float("nan"),) * 2 if empty else (known.least, known.largest)))
         unit = result.display.of(result.unit(name), name)
         row = f"{text:<{wide}}  {unit.symbol[:7]:<7}" + "".join(f"{x / unit.factor:>11.4g}" for x in numbers)
         lines.append(f"{row} *" if known.missing else row)
     if any(known.missing for known in content.signals.values()):
-        lines.append("* has values that are not finite; least and greatest are those of the others")
+        lines.append("* has values that are not finite; least and largest are those of the others")
     return lines

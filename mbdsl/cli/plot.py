@@ -60,17 +60,19 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     values.add_units(parser)
     what = parser.add_mutually_exclusive_group()
-    what.add_argument("--out", metavar="FILE", help="picture or page: .png, .pdf (extra `plot`), .svg, .html")
+    what.add_argument("--out", metavar="FILE", help="picture or page: .png, .pdf (extra `plot`), .svg, .html; with "
+                      "--along also a table: .csv, .md, .tex")  # fmt: skip
     what.add_argument("--list", action="store_true", help="print the names and units of the signals")
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
     if args.out:
-        from mbdsl.plotting.signal_plots import suffix_of
+        from mbdsl.plotting import profiles, signal_plots
 
-        suffix_of(args.out)  # never that of a result or a model
-        output_files.check([args.out])
+        known = profiles.SUFFIXES if args.along else signal_plots.SUFFIXES
+        output_files.suffix_of(args.out, known)  # never that of a model, or of a result in its place
+        output_files.check([args.out], args.results)
     if args.model_name and not any(Path(name).suffix.lower() == MODEL for name in args.results):
         raise UsageError("--model belongs to a model, and these are results", hint="omit --model")
     if args.along or args.at:

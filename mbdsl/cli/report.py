@@ -36,7 +36,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--at",
         metavar="STATE",
         type=values.state,
-        help="with --eigen: the state, static (default), start, or a time such as 1.5s; see `mbdsl eigen`",
+        help="with --eigen: the state, static (default), start, a time such as 1.5s, or values such as "
+        '"pin.phi=80 deg"; see `mbdsl eigen`',
     )
     parser.add_argument("--out", metavar="FILE", help="the page (.html); default: NAME-report.html")
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
@@ -22,14 +23,21 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     values.add_model(parser)
     parser.add_argument(
+        "--inputs",
         "--input",
+        dest="input",
         metavar="NAME,...",
         type=values.patterns,
         help="what oscillates: an input of the model, a force (push.fx), a driver (base.s), or "
         "rotating(push.fx, push.fy); default: all inputs of the model",
     )
     parser.add_argument(
-        "--output", metavar="SIGNAL,...", type=values.patterns, help="signals, such as pin.phi; default: coordinates"
+        "--signals",
+        "--output",
+        dest="output",
+        metavar="SIGNAL,...",
+        type=values.patterns,
+        help="outputs, such as pin.phi; default: coordinates",
     )
     parser.add_argument(
         "--range", metavar="F1:F2", help='frequencies, 0.1:100Hz or "1:600 rad/s"; default: those of the poles'
@@ -39,8 +47,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--amplitude",
         choices=AMPLITUDES,
         default="1",
-        help="the amplitude of the input over the angular frequency: w^2 for an unbalance, 1/w^2 for a driver with a "
-        "constant amplitude of its acceleration; default 1",
+        help="how the amplitude of the input depends on the angular frequency: w^2 for an unbalance; with 1/w^2 the "
+        "acceleration of a driver has the same amplitude at all frequencies, as on a shaker; default 1",
     )
     values.add_units(parser)
     parser.add_argument("--plot", action="store_true", help="draw amplitude and phase in characters")
@@ -50,7 +58,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         action="append",
         default=[],
         help="write the values (.csv, .json), tables (.md, .tex), a plot (.svg, .png, .pdf) or a page (.html); "
-        "repeatable",
+        "(.png and .pdf need the extra `plot`); repeatable",
     )
     return parser
 
@@ -82,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot:
         from mbdsl.cli.plot import show
 
-        show(found.plot())
+        show(replace(found.plot(), title="", notes=()))  # both are printed above
     for path in args.out:
         found.save(path)
         print(f"{visible(path, line=True)}: {len(found.f)} frequencies")

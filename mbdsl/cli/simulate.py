@@ -16,7 +16,7 @@ from mbdsl.cli import _values as values
 from mbdsl.cli._arguments import Parser
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
-from mbdsl.messages import count, once, visible
+from mbdsl.messages import count, few, once, visible
 from mbdsl.simulation import result_file, result_units
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
@@ -424,10 +424,11 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     reached = trajectory.t[-1] if len(trajectory.t) else 0.0
     work, what = (stats["evaluations"], "evaluation") if stats["evaluations"] else (iterations, "iteration")
     each = work / max(1, steps)
+    per_step = f" ({each:.{2 if each < 10 else 0}f} a step)" if steps else ""
+    known = error(stats) if steps or stats["status"] == "done" else "no step was accepted"
     lines = [
         f"{trajectory.scene.name}: {count(steps, 'step')} of {stats['method']} to t = {reached:g} s, "
-        f"{count(work, what)} ({each:.{2 if each < 10 else 0}f} a step), in {seconds['integrate']:.3g} s; "
-        f"{error(stats)}",
+        f"{count(work, what)}{per_step}, in {seconds['integrate']:.3g} s; {known}",
         f"{visible(output, line=True)}: {count(rows, 'row')}, time and {count(len(names), 'signal')}",
     ]
     peaks = trajectory.cut_peaks(names)
@@ -436,11 +437,8 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         lines.append(f"note: outputs cut {len(peaks) - MOST_PEAKS} more peaks")
     if chosen := stats.get("chosen"):
         lines[0] += f"; {chosen}"
-    if stats["pivoting_from"] is not None:
-        lines.append(
-            f"from t = {stats['pivoting_from']:g} s on, equations are solved with a search for pivots: rows nearly "
-            "depend on each other"
-        )
+    if (line := _pivoting(trajectory, verbose)) is not None:
+        lines.append(line)
     if found := stats.get("accuracy"):
         lines.append(
             f"accuracy {found['asked']:g}: estimated error {found['estimated']:.1e} ({found['by']}); "
@@ -457,6 +455,22 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     elif trajectory.moved:
         lines.append(guesses([m.shown(trajectory.display) for m in trajectory.moved]))
     return "\n".join(lines)
+
+
+def _pivoting(trajectory: Trajectory, verbose: bool) -> str | None:
+    """Why equations are solved with a search for pivots; None if they are not, or only since a body has no inertia."""
+    from mbdsl.system.massless import bodies_without_inertia
+
+    since = trajectory.stats["pivoting_from"]
+    if since is None:
+        return None
+    light = bodies_without_inertia(trajectory.system.tables)
+    if not light or since > trajectory.t[0]:
+        return (
+            f"from t = {since:g} s on, equations are solved with a search for pivots: rows nearly depend on each other"
+        )
+    why = f"of {few(light)} a coordinate has no inertia, and joints or springs hold it"
+    return f"equations are solved with a search for pivots: {why}" if verbose else None
 
 
 def extreme_lines(trajectory: Trajectory, names: Sequence[str], verbose: bool) -> list[str]:

@@ -65,8 +65,8 @@ def add_runs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--interval", metavar="DT", type=values.interval_seconds,
                         help="output interval; default (stop - start)/2000; 0: every step")  # fmt: skip
     parser.add_argument("--at", metavar="STATE", type=values.state, default="static",
-                        help="state about which modes are computed: static (default), start or a time, as for "
-                        "`mbdsl eigen`")  # fmt: skip
+                        help="state about which modes are computed: static (default), start, a time, or values such as "
+                        "\"pin.phi=80 deg\", as for `mbdsl eigen`")  # fmt: skip
     values.add_units(parser)
     parser.add_argument("--limit", metavar="S", type=values.positive_seconds, help="time limit of a run")
     parser.add_argument("--fresh", action="store_true", help="compute everything again")

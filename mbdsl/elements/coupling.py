@@ -28,7 +28,7 @@ KIND = JointKind(
     parameters=(
         Parameter("a", "", doc="the first coordinate, such as `pin.phi`", law=True),
         Parameter("b", "", doc="the second coordinate", law=True),
-        Parameter("ratio", ANY, 1.0, "b divided by a; its unit is that of b/a"),
+        Parameter("ratio", ANY, 1.0, "b divided by a, with the unit of b/a; required if a and b have different units"),
         Parameter("offset", "", 0.0, "b where a is zero, an expression in time with the unit of b", law=True),
     ),
     relations=("b - ratio*a",),

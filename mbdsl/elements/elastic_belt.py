@@ -19,7 +19,7 @@ DX, DY = "(frame_b.x - frame_a.x)", "(frame_b.y - frame_a.y)"
 SIDES = f"start({DX})*{DY} - start({DY})*{DX}, start({DX})*{DX} + start({DY})*{DY}"
 #: this angle, with its turns
 TURNED = f"angle({SIDES}, der(atan2({SIDES})))"
-_UNIT, _DOC = "m", "by how much the rim of one pulley is ahead of that of the other since the start"
+_UNIT, _DOC = "m", "how far the rim of one pulley has run ahead of the other since the start"
 
 FORCE = Signal("force", "N", "k*stretch + c*der(stretch)", "difference of the tensions of the strands")
 

@@ -21,7 +21,7 @@ def check(v):
 KIND = JointKind(
     "PlanetaryGear",
     doc="A planetary stage as one part: sun - carrier = -ratio*(ring - carrier) + phi0, with the angles of the three "
-    "shafts, those of joints with a common axis or of bodies. It has no frames.",
+    "shafts, of joints on one axis or of bodies. It has no frames.",
     ports=(),
     rows=1,
     coupled=("sun", "carrier", "ring"),

@@ -30,6 +30,9 @@ def check(values):
         found = values[name]
         if isinstance(found, tuple) and len(found) != count:
             return f"`{name}` has {len(found)} values, and `over` names {count}"
+    for x in values["turns"] if isinstance(values["turns"], tuple) else (values["turns"],):
+        if x < 0.0 or x != int(x):
+            return f"`turns` is {x:g}, expected whole numbers from 0"
     if not count:
         given = [name for name in ("radius", "mu") if values[name] is not None]
         if given:
@@ -105,7 +108,7 @@ KIND = ForceKind(
             "k*max(0, stretch) + max(-(k*max(0, stretch)), min(k*max(0, stretch), c*v))",
             "tension at frame_a",
         ),
-        Signal("taken", "m", "s", "rope that the first span takes up, with what is wound on its discs"),
+        Signal("taken", "m", "s", "rope used by the first span, with what its discs have wound up or paid out"),
         Signal("tension_b", "N", "tension", "tension at frame_b"),
         Signal("slack", "1", "0.5 - 0.5*sign(stretch)", "1 where the rope is not stretched"),
     ),

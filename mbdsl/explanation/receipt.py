@@ -270,7 +270,7 @@ def _nonholonomic(motion: Motion) -> Entry:
 
 
 def _drivers(motion: Motion) -> list[Entry]:
-    driven = [c for c in _solved(motion) if isinstance(c.kind, JointKind) and c.kind.driver]
+    driven = [c for c in _solved(motion) if c.moves_in_time]
     moved = [name for note in motion.reduction.notes if note.action == "moved" for name in note.by]
     carried = [motion.system.scene.components[name] for name in moved]
     nothing = "none" if not carried else "none is left: their bodies are functions of time"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,12 +86,34 @@ def check_tangents(system: System, t: float, q: Array, v: Array) -> None:
         if not np.isfinite(straight):
             a, b = component.ports.values()
             ra, rb = (abs(r) for r in component.values["ends"])
+            of = f"{component.kind.name} {component.name}"
+            point, disc, radius = (a, b, rb) if ra == 0.0 else (b, a, ra)
+            inside = f"`{point}` is inside the disc of radius {radius:g} m at `{disc}`"
+            apart = f"no line between the discs of {ra:g} m at {a} and of {rb:g} m at {b} touches both"
             raise InitialisationError(
-                f"{component.kind.name} {component.name}: no line between the discs of {ra:g} m at {a} and of {rb:g} m "
-                f"at {b} touches both",
+                f"{of}: {apart if ra and rb else inside}",
                 component.span,
-                hint="the discs have to be apart, and a point outside of the disc (radius 0)",
+                hint="discs have to be apart" if ra and rb else "a rope begins and ends outside of the discs in `over`",
             )
+
+
+def turned_around(system: System, t: float, q: Array, v: Array) -> Iterator[str]:
+    """A line for each rope over discs: by how much it turns around each of them at the state q, v (n,)."""
+    scene = system.scene
+    for c in scene.components.values():
+        if not isinstance(c.kind, ForceKind) or not c.kind.computed or "stretch" not in c.signals:
+            continue
+        spans = [c, *(scene.components[f"{c.name}.span{j + 2}"] for j in range(len(c.values["radii"])))]
+        frames = [c.ports["frame_a"], *(span.ports["frame_b"] for span in spans)]
+        assert c.kind.path is not None  # it has computed signals
+        path = c.kind.path(c.values, [partial(coordinate, frame) for frame in frames], scene.spatial)
+        angles = values(system, path.wraps, np.array([t]), q[None], v[None])
+        parts = []
+        for angle, radius, frame in zip(angles, c.values["radii"], frames[1:-1], strict=True):
+            side = "left" if radius > 0.0 else "right"
+            parts.append(f"{np.degrees(angle[0]):.4g} deg to the {side} around {frame.removesuffix('.c')}")
+        if path.wraps:
+            yield f"{c.name}: turns {', '.join(parts)}"
 
 
 def _stretched(system: System, component: Component, state: tuple[Array, Array, Array]) -> Iterator[str]:

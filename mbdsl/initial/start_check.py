@@ -16,7 +16,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.mirrored_poses import MIRRORED
-from mbdsl.initial.misfits import misfits
+from mbdsl.initial.misfits import misfits, turned_around
 from mbdsl.initial.rates_not_given import rates_not_given
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.initial.start_conditions import check_loose
@@ -80,8 +80,13 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
     lines: list[str] = []
     for system, state in _states(reduction, whole, t):
         lines += misfits(system, t, state.q, state.v)
+        lines += turned_around(system, t, state.q, state.v)
         if (problem := singular_mass(system, t, state.q, state.v, state.lam)) is not None:
             raise problem
+        if (held := singular_mass(system, t, state.q, state.v)) is not None:
+            bodies = held.message.partition(": ")[2]
+            lines.append(f"{bodies}; springs alone determine where it is, which few methods solve (radau5)")
+            lines.append(f"  {held.hint}")
         moved += state.moved
         lines += [MIRRORED.format(name) for name in state.mirrored]
         lines += [*state.notes, *state.turned]

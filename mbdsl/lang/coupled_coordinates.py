@@ -58,8 +58,9 @@ def checked_units(kind: Kind, owner: str, given: Mapping[str, tuple[Dimension | 
         size = NUMBER if place[name] is None and name == "ratio" else sizes[name]  # by default it is a number
         if right is not None and size is not None and size != right:
             hint = f"b = ratio*a + offset, and {' and '.join(_said(x, sizes[x]) for x in kind.coupled)}"
-            found_words = "no value" if place[name] is None else words(size)
-            message = f"`{name}` of {kind.name} `{owner}`: found {found_words}, expected {words(right)}"
+            message = f"`{name}` of {kind.name} `{owner}`: found {words(size)}, expected {words(right)}"
+            if place[name] is None:
+                message = f"{kind.name} `{owner}` needs `{name}`, {words(right)}"
             raise ModelError(message, _span(place[name] or place["b"]), hint)
     found = {name: _UNITS[size][0] for name, size in (("a", a), ("b", b), ("offset", b)) if size is not None}
     if b is not None:

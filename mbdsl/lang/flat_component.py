@@ -33,6 +33,7 @@ from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.paths import frames_over, path_of, spans
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
+from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism import poses_in_space, signals, wrenches
 from mbdsl.mechanism.frozen_dict import FrozenDict
@@ -192,6 +193,13 @@ class Part:
                 self._values, _, self.lacks = self.template.shared
         return self._values
 
+    def _check_quoted(self, parameter: Parameter, modifier: Modifier) -> None:
+        """Refuse ``axes = world``, where a text was meant."""
+        found = write(modifier.value) if isinstance(modifier.value, s.Reference) else ""
+        if found in parameter.choices and isinstance(parameter.default, str):
+            message = f"`{parameter.name}` of `{self.name}` is a text"
+            raise ModelError(message, modifier.value_span(), f'write it in quotes: `{parameter.name} = "{found}"`')
+
     def _make_values(self) -> dict:
         same = True
         found: dict = {}
@@ -214,6 +222,7 @@ class Part:
             if parameter.name == "over":
                 found["over"] = tuple(x.name for x in frames_over(modifier))
                 continue
+            self._check_quoted(parameter, modifier)
             value = modifier.evaluate()
             try:
                 picked = modifier.pick(value, self._rank(parameter, modifier, values.shape(value)), self.contexts)

@@ -149,7 +149,10 @@ class Assembly:
     def initial(self, item: s.Initial, scope: Scope) -> None:
         if item.mode != "state":
             self._initial.append((item, scope))
-        elif (steady := is_steady(item)) is not None and not scope.namespace.name:  # of the main model
+        elif (steady := is_steady(item)) and scope.namespace.name:
+            hint = "the main model says whether the whole mechanism starts at its equilibrium"
+            self.warn(f"`initial(state = steady)` of `{scope.namespace.name}` does not count here", item.at, hint)
+        elif not scope.namespace.name:
             self._steady = item if steady else None
 
     def warn(self, message: str, at: At, hint: str) -> None:
@@ -237,7 +240,7 @@ class Assembly:
             free = [port for port in free if port not in kind.optional_ports]
         if len(found) > len(free):
             frames = f"its frames are {' and '.join(kind.ports)}; everything else" if kind.ports else "everything"
-            hint = f"{frames} is given by name"
+            hint = f"write a {kind.name} for each frame" if len(kind.ports) == 1 else f"{frames} is given by name"
             raise ModelError(
                 f"{kind.name} `{part.name}` takes {count(len(kind.ports), 'frame')}, found {len(found) + len(named)}",
                 span_of(found[len(free)][1]),

@@ -64,5 +64,6 @@ GEARS: dict[str, Callable[[str, Given, Ends, bool], str]] = {
     "IdealRollingWheel": _wheel,
     "IdealPlanetary": _planetary,
     **dict.fromkeys(("Coupler", "CoordinateCoupler", "CoordinateConstraint", "CoordinateConnector"), _coupling),
+    "GearConstraint": _coupling,
     **dict.fromkeys(("Mimic", "MimicJoint", "JointCoupling", "GearJoint", "ObjectConnectorCoordinate"), _coupling),
 }

@@ -13,8 +13,8 @@ from mbdsl.lang.foreign_names import has_no_effect, with_unit
 from mbdsl.lang.foreign_values import ZERO, is_zero, opposite, vector
 from mbdsl.lang.unparse import write
 
-#: joints in space -> their counterparts in the plane
-IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic"}
+#: kinds in space -> their counterparts in the plane
+IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic", "Gear": "GearPair"}
 #: end of a name -> the kind here, and its parameters by the names there
 _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "Spring": ("SpringDamper", {"c": "k", "s_unstretched": "s0"}),
@@ -58,7 +58,20 @@ _EXPRESSION = "there are no blocks: write the expression where its value is used
 _FRICTION = "friction belongs to its joint, as in `Revolute pin(ground, rod.a, mu = 0.1, radius = 10 mm);`"
 _LAW = "write a law of the speed, as in `Torque load(pin, tau = -0.1 N.m.s*pin.w);`"
 _STOP = "use a TranslationalStop or a RotationalStop, a spring and damper beyond a clearance"
-_SENSOR = "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly"
+_SENSOR = (
+    "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly; an "
+    "accelerometer, gyroscope or load cell in the axes of a frame is a Sensor, `Sensor imu(rod.b);`"
+)
+_MEASURED = (
+    "write `Sensor imu(rod.b);`, with accelerations `imu.ax`, angular velocities `imu.w` (in space `imu.wx`) and loads "
+    "`imu.fx`, `imu.tau` in the axes of the frame"
+)
+_ROPE = "write `Rope rope(block.c, load, over = {wheel}, radius = 0.2 m, k = 100 kN/m, c = 200 N.s/m);`"
+_WINCH = "write `Rope rope(load, drum.c, drum = 0.2 m, k = 100 kN/m, c = 200 N.s/m);`, which is wound on the drum"
+_DIFFERENTIAL = (
+    "write `Coupling differential(0.5*(left.phi + right.phi), drive.phi, ratio = ...);`, with the angles of the joints "
+    "of its shafts"
+)
 _AXES = "its components are in the axes of the world; a first frame has others, as in `Force f(rod.b, rod.b, ...)`"
 _AXIS = 'its axis n is one of the world; with `axes = "frame_b"` it is one of the body'
 #: kind here -> parameters there without a counterpart, and what that means
@@ -75,6 +88,12 @@ _TEXTS = {
     "Blocks.Interfaces": "an input is declared `input Real u;`, an output `Real y = ...;`",
     "Blocks": _EXPRESSION,
     "Sensors": _SENSOR,
+    **dict.fromkeys(("Accelerometer", "Gyroscope", "Gyro", "IMU", "LoadCell"), _MEASURED),
+    **dict.fromkeys(("CutForce", "CutTorque", "CutForceAndTorque"), _MEASURED),
+    **dict.fromkeys(("Cable", "Pulley", "Tendon", "Wire"), _ROPE),
+    **dict.fromkeys(("Winch", "Hoist"), _WINCH),
+    "Chain": f"a chain over discs that only pulls is a Rope; a closed one is a BeltDrive or ElasticBelt: {_ROPE}",
+    "Differential": _DIFFERENTIAL,
     "JointRRR": "use three Revolute joints and two bodies",
     "JointRRP": "use two Revolute joints, a Prismatic and the bodies between them",
     "Inertia": "a rotor is a Body on a Revolute: `Body rotor(m = 1 kg, I = 0.1 kg.m2);`",
@@ -130,6 +149,8 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
             return f"write `{_renamed(d, name, names)}`{'' if planar_torque else _without(d, name)}"
         if suffix in _TEXTS:
             return _TEXTS[suffix]
+    if parts[-1].endswith("Sensor") and len(parts[-1]) > len("Sensor"):
+        return _SENSOR
     found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
     return _TEXTS[found] if found else None
 

@@ -26,7 +26,8 @@ WORDS = {
     "within": "mbdsl has no packages: leave the `within` clause out",
     "when": "mbdsl has no event clauses: use an `if` expression in a law; for impacts a TranslationalStop, "
     "RotationalStop or CircleContact",
-    "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
+    "while": "a function has one expression for each output, without loops; a model repeats components by "
+    "`for i in 1:N loop ... end for;`",
     **dict.fromkeys(("redeclare", "replaceable", "constrainedby"), _MODIFIED),
     "output": "every quantity can be written out: use `mbdsl simulate --signals`",
     **dict.fromkeys(("flow", "stream", "expandable"), _CONNECTOR),

@@ -88,9 +88,17 @@ def _extreme(name: str) -> Callable[[list[Value]], Value]:
     pair = _pair(name)
 
     def apply(arguments: list[Value]) -> Value:
-        items = list(arguments[0]) if len(arguments) == 1 and isinstance(arguments[0], tuple) else arguments
+        array = len(arguments) == 1 and isinstance(arguments[0], tuple)
+        items = list(arguments[0]) if array else arguments  # type: ignore[arg-type]
         if not items:
             raise ModelError(f"{name}() of nothing")
+        if len(items) == 1 and not array:
+            word = "least" if name == "min" else "largest"
+            hint = (
+                f"the {word} value of a run is in the lines `over all steps` of `mbdsl simulate`, and a measure of "
+                f'`mbdsl sweep`: --measure "{name}(...)"'
+            )
+            raise ModelError(f"`{name}` takes two values or more, or an array", hint=hint)
         result = items[0]
         for item in items[1:]:
             result = pair([result, item])

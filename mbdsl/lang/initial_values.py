@@ -21,7 +21,7 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.scene import InitialValue
 
-STATES = {"steady": True, "given": False}  #: values of ``initial(state = ...)``
+STATES = {"steady": True, "static": True, "given": False}  #: values of ``initial(state = ...)``
 
 
 def is_steady(item: s.Initial) -> bool:

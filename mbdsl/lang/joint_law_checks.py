@@ -27,6 +27,11 @@ def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
                 f"{what} depends on the input `{leaf.value}`, whose rate is not known: an input may jump",
                 hint="an input may prescribe a velocity (RotationalVelocityDriver, TranslationalVelocityDriver)",
             )
+        if kind.coupled:
+            raise ModelError(
+                f"{what} may depend on time and parameters only, found `{text(leaf)}`",
+                hint="the coordinates may be expressions of several coordinates",
+            )
         raise ModelError(
             f"{what} depends on `{text(leaf)}`, but a driver prescribes a motion in time",
             hint="use `time`, parameters and tables; a force or torque may depend on signals",

@@ -334,7 +334,8 @@ class KindMethods:
         b : number, str or Expr
             The second coordinate; may be an expression of positions.
         ratio : number or str, optional [any]
-            B divided by a; its unit is that of b/a.
+            B divided by a, with the unit of b/a; required if a and b have different
+            units.
         offset : number, str or Expr, optional
             B where a is zero, an expression in time with the unit of b; without
             signals and inputs.
@@ -504,12 +505,11 @@ class KindMethods:
         -------
         Handle
             The component; its attributes are its ports, and its signals ``stretch``
-            [m] (by how much the rim of one pulley is ahead of that of the other
-            since the start), ``force`` [N] (difference of the tensions of the
-            strands), ``theta`` [rad] (angle of the line from frame_a to frame_b),
-            ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
-            (relative angular velocity), ``power`` [W] (power delivered to the
-            mechanism).
+            [m] (how far the rim of one pulley has run ahead of the other since the
+            start), ``force`` [N] (difference of the tensions of the strands),
+            ``theta`` [rad] (angle of the line from frame_a to frame_b), ``phi``
+            [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
+            angular velocity), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -961,8 +961,8 @@ class KindMethods:
         replace: bool = False,
     ) -> Handle:
         """Add a PlanetaryGear: a planetary stage as one part: sun - carrier =
-        -ratio*(ring - carrier) + phi0, with the angles of the three shafts,
-        those of joints with a common axis or of bodies. It has no frames.
+        -ratio*(ring - carrier) + phi0, with the angles of the three shafts, of
+        joints on one axis or of bodies. It has no frames.
 
         Parameters
         ----------
@@ -1453,10 +1453,10 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (length of the path), ``v`` [m/s] (its rate), ``stretch`` [m] (by how
             much the rope is longer than its free length), ``tension`` [N] (tension
-            at frame_a), ``taken`` [m] (rope that the first span takes up, with what
-            is wound on its discs), ``tension_b`` [N] (tension at frame_b),
-            ``slack`` (1 where the rope is not stretched), ``power`` [W] (power
-            delivered to the mechanism).
+            at frame_a), ``taken`` [m] (rope used by the first span, with what its
+            discs have wound up or paid out), ``tension_b`` [N] (tension at
+            frame_b), ``slack`` (1 where the rope is not stretched), ``power`` [W]
+            (power delivered to the mechanism).
 
         Raises
         ------

@@ -331,11 +331,12 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component; its attributes are its ports, and its signals ``x`` [m]
-            (position along x of the forces' axes), ``y`` [m] (position along y of
-            the forces' axes), ``z`` [m] (position along z of the forces' axes),
-            ``phi_x`` [rad] (tilt about x of frame_a), ``phi_y`` [rad] (tilt about y
-            of frame_a), ``phi`` [rad] (twist about z of frame_a), ``w`` [rad/s]
-            (rate of the twist), ``power`` [W] (power delivered to the mechanism).
+            (position along x of the axes of k and c), ``y`` [m] (position along y
+            of the axes of k and c), ``z`` [m] (position along z of the axes of k
+            and c), ``phi_x`` [rad] (tilt about x of frame_a), ``phi_y`` [rad] (tilt
+            about y of frame_a), ``phi`` [rad] (twist about z of frame_a), ``w``
+            [rad/s] (rate of the twist), ``power`` [W] (power delivered to the
+            mechanism).
 
         Raises
         ------
@@ -547,7 +548,8 @@ class SpatialBuilder(Builder):
         b : number, str or Expr
             The second coordinate; may be an expression of positions.
         ratio : number or str, optional [any]
-            B divided by a; its unit is that of b/a.
+            B divided by a, with the unit of b/a; required if a and b have different
+            units.
         offset : number, str or Expr, optional
             B where a is zero, an expression in time with the unit of b; without
             signals and inputs.
@@ -888,10 +890,9 @@ class SpatialBuilder(Builder):
             world), ``phi`` [rad] (angle of frame_b about the axis of frame_a),
             ``w`` [rad/s] (its rate), ``phi_a`` [rad] (angle of frame_a from the
             line of centres), ``phi_b`` [rad] (angle of frame_b from the line of
-            centres), ``stretch`` [m] (by how much the rim of one pulley is ahead of
-            that of the other since the start), ``force`` [N] (difference of the
-            tensions of the strands), ``power`` [W] (power delivered to the
-            mechanism).
+            centres), ``stretch`` [m] (how far the rim of one pulley has run ahead
+            of the other since the start), ``force`` [N] (difference of the tensions
+            of the strands), ``power`` [W] (power delivered to the mechanism).
 
         Raises
         ------
@@ -1360,8 +1361,8 @@ class SpatialBuilder(Builder):
         replace: bool = False,
     ) -> Handle:
         """Add a PlanetaryGear: a planetary stage as one part: sun - carrier =
-        -ratio*(ring - carrier) + phi0, with the angles of the three shafts,
-        those of joints with a common axis or of bodies. It has no frames.
+        -ratio*(ring - carrier) + phi0, with the angles of the three shafts, of
+        joints on one axis or of bodies. It has no frames.
 
         Parameters
         ----------
@@ -2111,10 +2112,10 @@ class SpatialBuilder(Builder):
         -------
         Handle
             The component; its attributes are its ports, and its signals ``s`` [m]
-            (distance of the frames), ``v`` [m/s] (its rate), ``stretch`` [m] (by
-            how much the rope is longer than its free length), ``tension`` [N]
-            (tension at frame_a), ``taken`` [m] (rope that the first span takes up,
-            with what is wound on its discs), ``tension_b`` [N] (tension at
+            (length of the path), ``v`` [m/s] (its rate), ``stretch`` [m] (by how
+            much the rope is longer than its free length), ``tension`` [N] (tension
+            at frame_a), ``taken`` [m] (rope used by the first span, with what its
+            discs have wound up or paid out), ``tension_b`` [N] (tension at
             frame_b), ``slack`` (1 where the rope is not stretched), ``power`` [W]
             (power delivered to the mechanism).
 

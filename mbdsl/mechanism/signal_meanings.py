@@ -29,6 +29,7 @@ MEANINGS = {
     "v": "size of the velocity",
     "a": "size of the acceleration",
 }
+OF_SPAN = {"tension": "tension of this span", "s": "length of this span"}  #: of the further spans of a rope
 #: of what a joint or force exerts on the body at one of its frames
 ON_PORT = {f"f{i}": f"force on the body along {i} of this frame" for i in "xyz"}
 ON_PORT |= {f"t{i}": f"torque on the body about {i} of this frame" for i in "xyz"}
@@ -66,5 +67,7 @@ def _described(c: Component, key: str) -> str:
     kind = c.kind
     known = {p.name: p.doc for p in kind.parameters if p.law}
     known |= {s.name: s.doc for s in (*kind.signals, *kind.outputs)}
+    if getattr(kind, "path", None) is not None and len(c.signals) == len(OF_SPAN):
+        known |= OF_SPAN
     said = known.get(key, "").removesuffix(", a number or an expression")
     return f"{said}, {key}" if said and isinstance(kind, BodyKind) and key in ("x", "y", "z") else said

@@ -13,7 +13,7 @@ from mbdsl.expressions.symbolic import Expr, call, const, coordinate
 from mbdsl.mechanism import sections, wrenches
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene import ENERGIES, Component, Description, Scene
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import did_you_mean, few
 from mbdsl.results.selection import matching
 
 UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
@@ -24,6 +24,9 @@ SPATIAL_UNITS = {k: unit for k, unit in spatial_coordinates.UNITS.items() if k n
 QUATERNION = spatial_coordinates.QUATERNION
 #: sizes of vectors whose components are signals with an axis behind the letter: of forces, torques and velocities
 SIZES = ("f", "t", "v")
+
+#: beginnings of the names of residuals of constraints and of their rates, which patterns match only if they name them
+RESIDUALS = ("Phi[", "dPhi[", "Gam[")
 
 #: an expression and its unit, or what makes them: a function, its two arguments, and the unit
 Entry = tuple[Expr, str] | tuple[Callable, Any, str, str]
@@ -258,11 +261,25 @@ class SignalNames:
         for pattern in [patterns] if isinstance(patterns, str) else patterns:
             if not isinstance(pattern, str):
                 raise UsageError(f"found {pattern!r} among the names of signals, expected a text")
-            found = [pattern] if pattern in known else matching(pattern, names) or self.asked(pattern)
+            found = [pattern] if pattern in known else self._matching(pattern, names)
             if not found:
                 raise self.unknown(pattern)
             chosen.update(dict.fromkeys(found))
         return list(chosen)
+
+    def _matching(self, pattern: str, names: list[str]) -> list[str]:
+        """The signals that a pattern matches: without residuals, unless it is `*` or names them, and with those of a
+        port or a section if it begins with this frame, as ``rod.a.*`` does."""
+        found = matching(pattern, names)
+        if pattern != "*" and not any(word[:-1] in pattern for word in RESIDUALS):
+            found = [x for x in found if not x.rpartition(".")[2].startswith(RESIDUALS)] or found
+        if not found:
+            return self.asked(pattern)
+        frame = pattern.rpartition(".")[0]
+        own = (
+            [x for x in self.unlisted if x.rpartition(".")[0] == frame] if frame and not set(frame) & set("*?") else []
+        )
+        return [*found, *(matching(pattern, own) if own else ())]
 
     @property
     def unlisted(self) -> list[str]:
@@ -281,8 +298,20 @@ class SignalNames:
         """The error of a name or pattern without a match, with similar names."""
         listed = "`*` matches all; `mbdsl signals MODEL` and `Trajectory.signals` list them"
         near = [x for x in self.on_ports if x.startswith(f"{name.split('.')[0]}.")] if name.count(".") > 1 else []
-        hint = did_you_mean(name, [*self.names, *near]) or listed
+        hint = self._of_sections(name) or did_you_mean(name, [*self.names, *near]) or listed
         return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
+
+    def _of_sections(self, name: str) -> str | None:
+        """The hint for a force in a section of a rod or beam without a section, or of a section without this force."""
+        owner, _, key = name.rpartition(".")
+        c = self.scene.components.get(owner)
+        if c is not None and sections.has_sections(c) and key in sections.keys(self.scene.spatial):
+            own = [x for x in self.sections if x.startswith(f"{owner}.") and x.endswith(f".{key}")]
+            section = f"{owner}.a.{key}" if f"{owner}.a.{key}" in own else own[0] if own else ""
+            here = f"name a section, `{section}`, or " if section else ""
+            return f"`{name}` varies along {owner}: {here}use `mbdsl plot MODEL --along {name}`"
+        own = [x for x in self.sections if x.rpartition(".")[0] == owner]
+        return f"forces in this section: {few(own)}" if own and key[:1].isupper() else None
 
 
 def accelerations(kind: BodyKind) -> dict[str, str]:

@@ -56,7 +56,7 @@ def text(plot: Panels, columns: int = COLUMNS, lines: int = 0, colour: bool = Fa
     frames = [lay_out(panel, plot.looks) for panel in plot.panels]
     drawn = [_Panel(frame, columns, height, colour, ascii_only) for frame in frames]
     margin = max((panel.margin for panel in drawn), default=0)
-    found = [_fitting(plot.title, columns)]
+    found = [_fitting(plot.title, columns)] if plot.title else []
     for k, panel in enumerate(drawn):
         found += panel.lines(margin, last=k == len(drawn) - 1)
     found += [line for note in plot.notes for line in textwrap.wrap(visible(note), columns)]

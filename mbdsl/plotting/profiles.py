@@ -17,9 +17,11 @@ import numpy as np
 from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.messages import did_you_mean, few
+from mbdsl.plotting import signal_plots, table_files
 from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.figures import Table
 from mbdsl.plotting.signal_panels import Horizontal, labelled, panels
-from mbdsl.plotting.signal_plots import Plot, suffix_of
+from mbdsl.plotting.signal_plots import Plot
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
@@ -29,11 +31,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+SUFFIXES = (*table_files.SUFFIXES, *signal_plots.SUFFIXES)
 SLICE = re.compile(r"\[([^\[\]]*:[^\[\]]*)\]")
 INDEX = re.compile(r"\[\d+\]")
 #: interpolation between two rows; at a row, rounding of the times counts as equal
 ROUNDING = 1e-9
-HOW = "write `[:]` for the index of an array, `joint[:].tau`; rods and beams have profiles in models and runs: `rod.M`"
+HOW = (
+    "write `[:]` for the index of an array, `joint[:].tau`; profiles of rods and beams (`rod.M`) need the model or the "
+    "run: a result file has only those of arrays"
+)
 LINEAR = "Between the outputs, values are interpolated linearly."
 
 
@@ -91,19 +97,50 @@ class Profile(Plot):
         return f"<Profile of {self.title}: {few(self.lines)}>"
 
     def __str__(self) -> str:
+        columns = [[head, *(f"{x:.6g}" for x in values)] for head, values in self._columns().items()]
+        wide = [max(map(len, column)) for column in columns]
+        rows = zip(*columns, strict=True)
+        text = ["  ".join(f"{cell:>{w}}" for cell, w in zip(row, wide, strict=True)) for row in rows]
+        return "\n".join([self._head(), *text, *self.notes])
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Write the profile to a file.
+
+        Parameters
+        ----------
+        path : path
+            The file. Its suffix selects the content: .csv (all digits), .md or .tex (a table), .svg, .html, .png or
+            .pdf (the plot; the last two require matplotlib).
+
+        Raises
+        ------
+        UsageError
+            If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
+        """
+        if output_files.suffix_of(path, SUFFIXES) not in table_files.SUFFIXES:
+            super().save(path)
+            return
+        columns = self._columns()
+        rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
+        table = Table("", list(columns), [[f"{x:.6g}" for x in row] for row in rows])
+        records = [dict(zip(columns, row, strict=True)) for row in rows]
+        table_files.write(path, [table], records, self._head(), self.notes)
+
+    def _head(self) -> str:
+        second = self.display.of("s", "time")
+        return f"{self.title}, t = {', '.join(f'{t / second.factor:.6g}' for t in self.at)} {second.symbol}"
+
+    def _columns(self) -> dict[str, Array]:
+        """The table as it is displayed: heading -> positions (K,), and values (K,) of each signal at each time."""
         line = next(iter(self.lines.values()))
         unit, second = line.axis.shown(self.display), self.display.of("s", "time")
-        columns = [[labelled(line.axis.label, unit.symbol), *(f"{x / unit.factor:.6g}" for x in line.x)]]
+        columns = {labelled(line.axis.label, unit.symbol): line.x / unit.factor}
         for name, own in self.lines.items():
             unit = self.display.of(own.unit, name)
             for t, values in zip(self.at, own.y, strict=True):
                 head = name if len(self.at) == 1 else f"{name} at {second.text(t)}"
-                columns.append([labelled(head, unit.symbol), *(f"{y / unit.factor:.6g}" for y in values)])
-        wide = [max(map(len, column)) for column in columns]
-        rows = zip(*columns, strict=True)
-        text = ["  ".join(f"{cell:>{w}}" for cell, w in zip(row, wide, strict=True)) for row in rows]
-        times = f"{self.title}, t = {', '.join(f'{t / second.factor:.6g}' for t in self.at)} {second.symbol}"
-        return "\n".join([times, *text, *self.notes])
+                columns[labelled(head, unit.symbol)] = values / unit.factor
+        return columns
 
 
 def profile(
@@ -119,8 +156,11 @@ def profile(
     first, second = next(iter(lines.values())), display.of("s", "time")
     for name, line in lines.items():
         if line.axis.unit != first.axis.unit or not np.array_equal(line.x, first.x):
+            first_name = next(iter(lines))
+            slices = SLICE.search(first_name) or SLICE.search(name)
+            what = "not along the same elements" if slices else "along different bodies"
             raise UsageError(
-                f"{next(iter(lines))} and {name} are not along the same positions",
+                f"{first_name} and {name} are {what}",
                 hint="give them one by one",
             )
     curves = [
@@ -277,5 +317,5 @@ def _between(a: float, b: float, weight: float) -> float:
 def check_out(out: str | os.PathLike | None) -> None:
     """Check the suffix and the folder of an output file."""
     if out is not None:
-        suffix_of(out)
+        output_files.suffix_of(out, SUFFIXES)
         output_files.check([out])

@@ -31,7 +31,7 @@ FLAT = 0.26  #: the same for more panels
 MARGIN = 0.04  #: space beside a phase plot, over its range
 #: angles whose range is above a turn [rad], and this many times that of others, have a panel of their own
 TURN, WIDER = 2.0 * np.pi, 5.0
-BETWEEN = "peak between rows"  #: name of the marks of peaks that rows cut
+BETWEEN = "peak between outputs"  #: name of the marks of peaks that outputs cut
 FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mbdsl import plotting
+from mbdsl.analysis.operating_points import about
 from mbdsl.explanation.receipt_text import cells, head, remarks
 from mbdsl.messages import count, duration
 from mbdsl.plotting.escaping import escape
@@ -203,7 +204,7 @@ def _modes(report: Findings, frames: list[str]) -> Section:
     modes = report.modes
     if modes is None:
         return found
-    state = "the static equilibrium" if modes.at == "static" else f"the state at t = {modes.t:g} s"
+    state = f"the {about(modes.at, modes.t)}"
     found.content.append(
         _paragraph(f"Small motions about {state}." if len(modes) else f"There are none about {state}.")
     )

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 Model: TypeAlias = "Scene | Builder | str | PathLike"
 Changes: TypeAlias = "Mapping[str, str | float] | None"
 SUFFIX = ".mbd"  #: of models
+SEARCHED = 200  #: largest number of unknowns with which `check` searches for the equilibrium, without compilation
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,22 @@ class Check:
         There are none if the structure shows that the initial state is consistent. A model that starts at its
         equilibrium says so; its initial values are where the search for it begins.
         """
-        steady = ("starts at the static equilibrium that it reaches from here",) if self.graph.scene.steady else ()
+        steady = self._equilibrium() if self.graph.scene.steady else ()
         if self.quick or not has_to_be_assembled(self.graph):
             return steady
         from mbdsl.initial.start_check import check_start  # numerics take longer to load than everything before
 
         return (*check_start(self.graph), *steady)
+
+    def _equilibrium(self) -> tuple[str, ...]:
+        """Lines about the equilibrium at which the model starts."""
+        from mbdsl.simulation.steady_start import found_at_start
+
+        start = "starts at the static equilibrium that it reaches from here"
+        if self.quick or self.graph.coordinates + self.graph.rows > SEARCHED:
+            return (f"{start} (not searched)",)
+        stability = found_at_start(self.graph.scene)
+        return (f"{start}{', which is unstable' if stability == 'unstable' else ''}",)
 
     def __repr__(self) -> str:
         return f"<Check of {self.graph.scene.name}: mobility {self.graph.mobility}>"

@@ -54,10 +54,10 @@ class CutPeak(NamedTuple):
         -------
         str
         """
-        most, unit = "most" if self.value > self.shown else "least", display.of(self.unit, self.signal)
+        which, unit = "highest" if self.value > self.shown else "lowest", display.of(self.unit, self.signal)
         value, shown = unit.text(self.value, 4), unit.text(self.shown + 0.0, 4)
         at = display.of("s", "time").text(self.time)
-        return f"{self.signal} is {value} at t = {at}, and outputs show at {most} {shown}"
+        return f"{self.signal} is {value} at t = {at}, but the {which} output is {shown}"
 
 
 def cut_peaks(

@@ -11,9 +11,10 @@ from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.elements.line_of_centres import THETA_0, TURN
-from mbdsl.errors import IntegrationError, MbdslError, Span
+from mbdsl.errors import InitialisationError, IntegrationError, MbdslError, Span
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import coordinate, der, expr, substitute
+from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
@@ -296,10 +297,20 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if status in OF_ITERATION and (turn := _largest_turn(integration)) is not None:
         message += f"; {turn[0]} turns by {turn[1]:.2g} rad in this step"
         hint = f"try a step in which {turn[0]} turns by less than {FAR_TURN:g} rad; otherwise: {hint}"
-    error = IntegrationError(message, span, hint=hint)
+    notes: tuple = ()
+    if status == loop_state.SINGULAR and (light := _without_mass(integration)) is not None:
+        message, span, hint, notes = f"{message}; {light.message}", light.span, light.hint or hint, light.notes
+    error = IntegrationError(message, span, hint=hint, notes=notes)
     trajectory.message = message
     error.trajectory = trajectory
     return error
+
+
+def _without_mass(integration: Integration) -> InitialisationError | None:
+    """Bodies that can move without moving a mass at the beginning of the step; None if there are none."""
+    system, vectors, n = integration.system, integration.vectors, integration.system.n
+    q = system.out_of_charts(vectors[buffer_layout.POSITION0, :n], integration.numbers)
+    return singular_mass(system, float(integration.reals[loop_state.NOW]), q, vectors[buffer_layout.VELOCITY0, :n])
 
 
 def _largest_turn(integration: Integration) -> tuple[str, float] | None:

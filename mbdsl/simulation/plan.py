@@ -20,6 +20,7 @@ from mbdsl.numerics.tolerance import misfit, rounding
 
 Array = NDArray[np.float64]
 DEFAULT_METHOD = "hht-si2"
+NO_STOP = "give one, e.g. --stop 2s, or write `annotation(experiment(StopTime = 2 s));` in the model"
 MOST_ROWS = 1e10  #: of a streamed run
 DEFAULT_STEP = 1e-3  #: [s] of methods with fixed steps only, and of Simulation
 DEFAULT_TOL = 1e-6  #: default tolerance of methods that control their steps by default
@@ -83,9 +84,7 @@ def plan(
     if stop is None and times is not None and np.ndim(times) == 1 and len(np.asarray(times)):
         end = float(np.asarray(times)[-1])
     if end is None:
-        raise UsageError(
-            f"no stop time: {scene.name} has none in its experiment annotation", hint="give one, e.g. --stop 2s"
-        )
+        raise UsageError(f"no stop time: {scene.name} has none in its experiment annotation", hint=NO_STOP)
     end = float(end)
     h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
     interval = interval if interval is not None else said.interval

@@ -161,7 +161,7 @@ def of_trajectory(trajectory: Trajectory) -> str:
     notes += [trajectory.message] if trajectory.message and not warned else []
     notes += [f"warning: {text}" for text in stats.get("warnings", ())]
     rows = [_range(trajectory, name) for name in names[:MOST]] if len(t) else []
-    table = Table("", ("signal", "unit", "start", "end", "least", "greatest"), rows)
+    table = Table("", ("signal", "unit", "start", "end", "least", "largest"), rows)
     return fragment(f"{trajectory.scene.name}: {said}", [", ".join(run)] if run else (), [table], notes)
 
 

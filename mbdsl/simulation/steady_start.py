@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_position
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.saddle_point import Array
@@ -38,6 +39,18 @@ def equilibrium(scene: Scene, start: float | None, announce: Callable[[str], Non
     stats = {"method": "static", "h": None, "tol": None, "status": "done", "stability": found.stability}
     q, lam = found.q[None], found.lam[None]
     return AtRest(system, np.array([t]), q, np.zeros_like(q), lam, stats, (), found.left_out)
+
+
+def found_at_start(scene: Scene) -> str:
+    """The stability of the equilibrium of a model at its start, found without compilation.
+
+    Raises
+    ------
+    InitialisationError, EquilibriumError
+        As :func:`equilibrium`.
+    """
+    with code_cache.uncompiled(), np.errstate(all="ignore"):  # as compiled code, which gives nan
+        return str(equilibrium(scene, None, None).stats["stability"])
 
 
 def settled(

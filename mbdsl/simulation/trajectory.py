@@ -487,7 +487,8 @@ class Trajectory(StateSignals):
         at : float or str, or several of them, optional [s]
             Times; between two outputs, values are interpolated linearly. Default: the end of the run.
         out : path, optional
-            A file to write: .svg, .html, or .png and .pdf, which require matplotlib.
+            A file to write: a table (.csv, .md, .tex) or a plot (.svg, .html, or .png and .pdf, which require
+            matplotlib).
         units : str or iterable of str, optional
             Units of the table and the plot, as for ``in_units``; ``profile[name]`` is in SI units.
 

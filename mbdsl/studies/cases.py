@@ -17,7 +17,7 @@ from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.load import chosen_now
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
-from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP
+from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, NO_STOP
 from mbdsl.simulation.simulate import simulate
 
 POINTS = 100  #: number of output points at which runs are compared, if the steps allow it
@@ -105,9 +105,7 @@ def setting(
     scene = as_scene(model, parameters, without)
     start, end = scene.experiment.start, scene.experiment.stop if stop is None else stop
     if end is None:
-        raise UsageError(
-            f"no stop time: {scene.name} has none in its experiment annotation", hint="give one, e.g. --stop 2s"
-        )
+        raise UsageError(f"no stop time: {scene.name} has none in its experiment annotation", hint=NO_STOP)
     if not start < end < math.inf:
         raise UsageError(f"a study needs a stop time after its start, not {start:g} to {end:g} s")
     path = str(model) if isinstance(model, (str, PathLike)) else None

@@ -320,7 +320,7 @@ def _split(text: str) -> tuple[str, str]:
     function, signal = match[1], match[2].strip()
     if function not in FUNCTIONS:
         raise UsageError(
-            f"there is not a measure `{function}`", hint=did_you_mean(function, FUNCTIONS, "measures") or _hint()
+            f"there is no measure `{function}`", hint=did_you_mean(function, FUNCTIONS, "measures") or _hint()
         )
     inner = _CALL.fullmatch(signal)
     nested = inner is not None and inner[1] in FUNCTIONS and len(split(inner[2])) == 1

@@ -10,6 +10,12 @@ from mbdsl.system.tables import Tables
 Array = NDArray[np.float64]
 
 
+def bodies_without_inertia(tables: Tables) -> list[str]:
+    """Names of the bodies with such motions."""
+    moved = np.abs(massless(tables)).sum(axis=1) > 0.0
+    return [name for name, d in tables.coordinates.items() if moved[d : d + tables.models[name].n].any()]
+
+
 def massless(tables: Tables) -> Array:
     """Orthonormal directions (n, k), in the axes of the bodies, on which the mass matrix is zero."""
     n = sum(model.n for model in tables.models.values())

@@ -165,14 +165,14 @@ def test_a_result_file_contains_them(tmp_path, monkeypatch, capsys):
     assert cli.main(["info", "o.npz"]) == 0
     assert capsys.readouterr().out.splitlines()[-3:] == table
     plot = mbdsl.plot("o.npz", "p.v")
-    (marks,) = [series for series in plot.panels[0].series if series.name == "peak between rows"]
+    (marks,) = [series for series in plot.panels[0].series if series.name == "peak between outputs"]
     assert (min(marks.y), max(marks.y)) == pytest.approx((-TURN, TURN), rel=1e-6)
     assert cli.main(["convert", "o.npz", "--out", "part.npz", "--stop", "5s"]) == 0
     assert "extremes" not in results.read("part.npz")[1]
     assert cli.main(["convert", "o.npz", "--out", "o.csv"]) == 0
     capsys.readouterr()
     assert cli.main(["info", "o.csv"]) == 0
-    assert "least and greatest are those of the rows" in capsys.readouterr().out
+    assert "least and largest are those of the rows" in capsys.readouterr().out
     page = mbdsl.report(mbdsl.simulate("o.mbd", stop=10.0, interval=0.7, signals=["p.v"])).html
     assert page.index("Extremes over all steps") < page.index("Mechanism")
 

@@ -226,6 +226,30 @@ def test_the_advice_about_a_massless_point_between_springs(spatial):
         np.testing.assert_allclose(run["pb.s"], 1 + 0.2 * np.cos(np.sqrt(150) * run.t), atol=tolerance * 0.2)
 
 
+SLIDE = """Ground ground; PointMass p(m = 0); Body b(m = 1, I = 1); Prismatic one(ground, p); Prismatic pb(ground, b.c);
+  TranslationalSpringDamper s1(one, k = 100, s0 = 0.1); TranslationalSpringDamper s2(p, b.c, k = 300, s0 = 0.1);
+initial equation
+  p.x = 0.1 + 0.15; b.x = 0.4;"""
+
+
+def test_a_massless_point_on_a_slide():
+    """`simulate` names it as `check` does; radau5 solves it: one spring of 75 N/m, of 0.2 m."""
+    with pytest.raises(mbdsl.IntegrationError, match="p can move without moving a mass") as problem:
+        mbdsl.simulate(model(SLIDE, False), stop=0.1, method="hht-si2")
+    assert "give it a mass" in problem.value.hint
+    assert "p can move without moving a mass" in str(mbdsl.check(model(SLIDE, False)))
+    run = mbdsl.simulate(model(SLIDE, False), stop=0.5, method="radau5", tol=1e-6)
+    np.testing.assert_allclose(run["pb.s"], 0.2 + 0.2 * np.cos(np.sqrt(75) * run.t), atol=1e-5)
+
+
+def test_a_coupling_with_a_constant_offset_is_no_driver():
+    text = """Ground ground; Rod a(m = 1, length = 1); Rod b(m = 1, length = 1); Revolute A(ground, a.a);
+      Revolute B(ground, b.a); Coupling gear(A.phi, B.phi, ratio = -2, offset = {offset});"""
+    for offset, drives in (("0", False), ("30 deg", False), ("sin(1 rad/s*time)", True)):
+        found = mbdsl.explain(model(text.replace("{offset}", offset), False), measured=False)
+        assert [e.present for e in found.entries if e.effect == "drivers"] == [drives]
+
+
 def test_a_massless_point_that_joints_hold():
     """A pendulum of two rods without mass and a point without mass between them, in line: one pendulum."""
     text = """Ground ground; PointMass p(m = 0); Body b(m = 2, I = 0.1); Revolute pin(ground, b.c);

@@ -812,7 +812,8 @@ def test_declarations_in_other_advice_are_accepted(code):
         "rod": "Rod rod(m = 1 kg, length = 1 m);",
         "pin": "Revolute pin(ground, rod.a);",
         "rotor": "Revolute axle(ground, rotor.c);",
-    }
+        "load": "PointMass load(m = 1 kg);",
+    } | {name: f"Body {name}(m = 1 kg, I = 1 kg.m2);" for name in ("block", "wheel", "drum")}
     if re.match(r"\w+ rotor\(", code):
         del around["rod"], around["pin"]
     else:

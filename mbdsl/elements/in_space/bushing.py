@@ -88,7 +88,9 @@ KIND = in_space(
     ),
     signals=(
         *(
-            Signal(key, "m", f"turns[1]*{dot(a, D)} + (1 - turns[1])*{d}", f"position along {key} of the forces' axes")
+            Signal(
+                key, "m", f"turns[1]*{dot(a, D)} + (1 - turns[1])*{d}", f"position along {key} of the axes of k and c"
+            )
             for key, a, d in zip("xyz", (X_A, Y_A, Z_A), D, strict=True)
         ),
         Signal("phi_x", "rad", TILT[0], "tilt about x of frame_a"),

@@ -4,6 +4,8 @@ The path, and the tensions of its spans, are those of :mod:`~mbdsl.elements.rope
 :mod:`.disc_tangents`.
 """
 
+from dataclasses import replace
+
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import rope
 from mbdsl.elements.in_space.disc_tangents import span_gradient, span_hessian
@@ -11,7 +13,9 @@ from mbdsl.elements.in_space.distance import SIGNALS
 from mbdsl.elements.in_space.kinds import in_space
 
 DRAWING = "rope"
-KIND = in_space(rope.KIND, signals=(*SIGNALS, *rope.KIND.signals[2:]))
+KIND = in_space(
+    rope.KIND, signals=(replace(SIGNALS[0], doc=rope.KIND.signals[0].doc), *SIGNALS[1:], *rope.KIND.signals[2:])
+)
 
 
 @kernel

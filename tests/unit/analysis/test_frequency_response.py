@@ -321,7 +321,11 @@ def test_linear_models_take_forces():
         ({"input": "push"}, r"has 2 amplitudes\n.*push.fx"),
         ({"input": "push.fz"}, "no amplitude `fz`"),
         ({"input": "rotating(push.fx, shaker)"}, "does not rotate"),
+        ({"input": "rotating(push.fx)"}, r"`rotating` takes two forces(?s:.*)rotating\(push.fx, push.fy\)"),
+        ({"input": "nothing"}, "what can oscillate: shaker.s"),
         ({"input": []}, "needs an input"),
+        ({"output": "max(mass.x)"}, "`max` takes two values or more(?s:.*)over all steps"),
+        ({"range": "10:10Hz"}, "the range is empty: both ends are 10 Hz"),
         ({"output": "mass.z"}, "no signal `mass.z`"),
         ({"input": "push.fx", "output": "push.fx"}, "does not contain the input"),
         ({"range": "0.1:100"}, "has no unit"),
@@ -343,6 +347,20 @@ def test_units_of_ranges():
     for text in ("0.5:2Hz", "0.5Hz:2Hz", f"{np.pi}:{4 * np.pi} rad/s", "30:120rpm"):
         f = mbdsl.response(mbdsl.parse(OSCILLATOR), "shaker", range=text).f
         assert (f[0], f[-1]) == pytest.approx((0.5, 2.0))
+
+
+def test_what_to_add_where_nothing_oscillates():
+    scene = mbdsl.parse("model M Ground g; Rod r(m = 1 kg, length = 1 m); Revolute pin(g, r.a); end M;")
+    for name in ("pin.tau", "motor"):
+        with pytest.raises(UsageError, match="declare `input Torque u;`, or add a Force or a Torque or a driver"):
+            mbdsl.response(scene, name)
+        with pytest.raises(UsageError, match=r"declare `input Torque u;`, or add a Force or a Torque$"):
+            mbdsl.linearise(scene, inputs=[name])
+
+
+def test_a_linear_model_does_not_offer_drivers():
+    with pytest.raises(UsageError, match=r"what can oscillate: (?!.*shaker)"):
+        mbdsl.linearise(mbdsl.parse(OSCILLATOR), inputs=["nothing"])
 
 
 def test_a_driver_that_other_constraints_hold():
@@ -376,6 +394,7 @@ def test_command_and_files(tmp_path, capsys):
     assert main([*asked, *(word for name in names for word in ("--out", str(tmp_path / name)))]) == 0
     shown = capsys.readouterr().out
     assert "resonance       1.20344     2.6562" in shown and "phase [deg]" in shown
+    assert shown.count("frequency response about its static equilibrium") == 1
     assert max(len(line) for line in shown.splitlines() if str(tmp_path) not in line) <= 80
     content = json.loads((tmp_path / "car.json").read_text())
     table = np.genfromtxt(tmp_path / "car.csv", delimiter=",", skip_header=1)
@@ -384,8 +403,8 @@ def test_command_and_files(tmp_path, capsys):
     picture = (tmp_path / "car.svg").read_text()
     assert "phase [deg]" in picture and "frequency [Hz]" in picture
     assert main([*asked[:5], "car.csv"]) == 2 and "--out car.csv" in capsys.readouterr().err
-    assert main(["response", str(model), "--input", "base", "--at", "suspension.s=0.3 m"]) == 0
-    assert "about its state at t = 0 s" in capsys.readouterr().out
+    assert main(["response", str(model), "--inputs", "base", "--signals", "body.y", "--at", "suspension.s=0.3 m"]) == 0
+    assert "about its state with suspension.s = 0.3 m" in capsys.readouterr().out
 
 
 def test_panels():

@@ -118,6 +118,19 @@ def test_patterns_list_full_names(arm):
     assert arm("J[2].f?,push") == (0, expected, "")
 
 
+def test_a_pattern_of_a_frame_has_what_is_not_among_all(arm):
+    """`link[1].a.*` has the forces in the section, `link[1].*` has not; residuals have to be named, or `*`."""
+    assert {"link[1].a.N", "link[1].a.Q", "link[1].a.M", "link[1].a.x"} <= set(arm("link[1].a.*")[1].split())
+    assert "link[1].a.N" not in arm("link[1].*")[1] and "J[1].frame_a.fx" not in arm("J[1].*")[1]
+    assert "J[1].phi" in arm("J[1].*")[1] and "Phi" not in arm("J[1].*")[1]
+    assert "J[1].Phi[1]" in arm("J[1].Phi*")[1] and "J[1].Phi[1]" in arm("*")[1]
+
+
+def test_forces_in_sections_without_a_section(arm):
+    assert "varies along link[1]: name a section, `link[1].a.N`, or use `mbdsl plot MODEL" in arm("link[1].N")[2]
+    assert "forces in this section: link[1].a.N, link[1].a.Q, link[1].a.M" in arm("link[1].a.T")[2]
+
+
 def test_machine_formats_have_every_signal(arm):
     scene = load("arm.mbd")
     names = SignalNames(scene)

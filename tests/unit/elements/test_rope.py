@@ -182,7 +182,7 @@ BAD = {
     "over = {wheel}, radius = 0": (7, "`radius` of a disc is 0 m"),
     "over = {wheel, wheel}, radius = 0.1": (7, "runs from `wheel.c` to the same frame"),
     "mu = 0.3": (7, "`mu` is that of the discs in `over`, which names none"),
-    "over = {wheel}, radius = 3 m": (7, "no line between the discs of 0 m at right.c and of 3 m at wheel.c"),
+    "over = {wheel}, radius = 3 m": (7, "`right.c` is inside the disc of radius 3 m at `wheel.c`"),
 }
 
 
@@ -206,6 +206,19 @@ def test_what_a_rope_cannot_be(arguments):
     with pytest.raises(mbdsl.MbdslError, match=f".*{line}.*") as found:
         mbdsl.check(mbdsl.parse(machine(arguments)))
     assert message in str(found.value)
+
+
+@pytest.mark.parametrize("extra", [0, 2])
+def test_check_states_how_far_a_rope_turns(extra):
+    """Both sides hang vertically from the rim: half a turn, and the full turns that are given."""
+    found = str(mbdsl.check(mbdsl.parse(machine(f"over = {{wheel}}, radius = 0.2 m, turns = {extra}"))))
+    assert f"rope: turns {180 + 360 * extra} deg to the left around wheel\n" in found
+
+
+def test_meanings_of_spans():
+    run = mbdsl.simulate(mbdsl.parse(machine("over = {wheel}, radius = 0.2 m")), stop=0.01)
+    assert run.signals["rope.span2.s"].doc == "length of this span"
+    assert run.signals["rope.tension"].doc == "tension at frame_a"
 
 
 def test_a_rope_shorter_than_its_path():

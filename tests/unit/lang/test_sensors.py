@@ -32,7 +32,7 @@ def test_a_sensor_is_declared_as_text_and_by_the_builder(spatial):
     ("text", "message", "hint"),
     [
         ("Sensor imu(pin);", "`pin` is a Revolute, expected a frame for `frame` of `imu`", "its ports are pin.frame_a"),
-        ("Sensor imu(rod.a, rod.b);", "Sensor `imu` takes 1 frame, found 2", "its frames are frame"),
+        ("Sensor imu(rod.a, rod.b);", "Sensor `imu` takes 1 frame, found 2", "write a Sensor for each frame"),
         ("Sensor imu();", "`frame` of Sensor `imu` is not connected", "name a frame, `Sensor imu(a)`"),
         ("Sensor imu(rod.b, k = 1);", "Sensor `imu` has no parameter `k`", "Sensor takes: frame"),
         ("Sensor imu(rod.b); Real x = imu.ax;", "`imu.ax` is a result of the simulation", "accelerations"),

@@ -51,7 +51,9 @@ def test_the_largest_force_of_an_impact(scene, how, near):
     largest = CONTACT + (math.pi - math.atan(math.sqrt(2.0 * G * FALL) * w / G)) / w
     assert found.time == pytest.approx(largest, abs=1e-6 + 2.0 * near / w)
     assert (found.signal, found.unit, abs(found.shown)) == ("floor.force", "N", 0.0)
-    assert str(found).startswith(f"floor.force is {found.value:.4g} N at t = {found.time:.6g} s, and outputs show")
+    assert str(found).startswith(
+        f"floor.force is {found.value:.4g} N at t = {found.time:.6g} s, but the lowest output is 0 N"
+    )
     (found,) = run.cut_peaks("ball.a")  # m a = F - m g
     assert found.value == pytest.approx(FORCE - G, rel=near)
     (found,) = run.cut_peaks("2*floor.force")
@@ -81,9 +83,9 @@ def test_rounding_at_rest_is_no_peak():
 
 def test_texts():
     assert str(CutPeak("a.f", "N", -1234.5678, 0.25, -0.0)) == (
-        "a.f is -1235 N at t = 0.25 s, and outputs show at least 0 N"
+        "a.f is -1235 N at t = 0.25 s, but the lowest output is 0 N"
     )
-    assert str(CutPeak("u", "", 2.0, 1.0, 1.5)) == "u is 2 at t = 1 s, and outputs show at most 1.5"
+    assert str(CutPeak("u", "", 2.0, 1.0, 1.5)) == "u is 2 at t = 1 s, but the highest output is 1.5"
 
 
 def test_notes_of_the_commands(tmp_path, monkeypatch, capsys):
@@ -93,7 +95,7 @@ def test_notes_of_the_commands(tmp_path, monkeypatch, capsys):
     assert cli.main(["simulate", "bounce.mbd", *words, "--signals", "floor.force,guide.s"]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
     assert len(lines) == 1 and lines[0].startswith("note: floor.force is -1.")
-    assert lines[0].endswith("and outputs show at least 0 N (--interval 0 writes every step)")
+    assert lines[0].endswith("but the lowest output is 0 N (--interval 0 writes every step)")
     assert cli.main(["simulate", "bounce.mbd", *words, "--signals", "floor.force", "--quiet"]) == 0
     assert capsys.readouterr().out == ""
     found = mbdsl.plot("bounce.mbd", "floor.force", method="radau5", interval="7.9 ms")

@@ -1,5 +1,7 @@
 """Profiles: signals along arrays and rods at given times."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -80,7 +82,7 @@ def test_tables_and_pictures(chain, tmp_path):
         ("joint[:].phi", float("nan"), r"t = nan s is outside"),
         ("joint[:].phi", [], r"at least one time"),
         ("joint[:].phi", "3 m", r"at: "),
-        (["joint[:].phi", "joint[2:3].w"], None, r"are not along the same positions"),
+        (["joint[:].phi", "joint[2:3].w"], None, r"are not along the same elements"),
     ],
 )
 def test_errors(chain, pattern, at, message):
@@ -105,7 +107,21 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert (code, [row.split() for row in out.splitlines()[2:4]]) == (0, [["1", "1.5"], ["2", "3"]])
     code, out, _ = run("short.csv", "--along", "p[:].x", "--at", "0,1", "--out", "p.svg")
     assert code == 0 and out.startswith("p.svg: p[:].x [m]") and (tmp_path / "p.svg").exists()
+    code, out, _ = run("short.csv", "--along", "p[:].x", "--at", "0,0.25", "--out", "p.csv")
+    assert code == 0 and out.startswith("p.csv: p[:].x [m]")
+    table = (tmp_path / "p.csv").read_text().splitlines()
+    assert table == ["index of p,p[:].x at 0 s [m],p[:].x at 0.25 s [m]", "1.0,1.0,1.5", "2.0,2.0,3.0"]
+    assert run("short.csv", "--along", "p[:].x", "--out", "p.md")[0] == 0
+    assert "| 2 | 6 |" in re.sub(" +", " ", (tmp_path / "p.md").read_text())
+    (tmp_path / "other.mbd").write_text(
+        CHAIN.replace("each length = 0.4", "length = {0.4, 0.3, 0.2}"), encoding="utf-8"
+    )
+    (tmp_path / "free.mbd").write_text(re.sub(r" *annotation.*;", "", CHAIN), encoding="utf-8")
     for words, message in (
+        (("short.csv", "--along", "p[:].x", "--out", "short.csv"), "short.csv"),
+        (("free.mbd", "--along", "link[:].a.N"), "or plot a result of `mbdsl simulate --stop 2s`"),
+        (("short.csv", "--along", "rod.M"), "profiles of rods and beams (`rod.M`) need the model or the run"),
+        (("other.mbd", "--along", "link[1].N,link[2].N"), "link[1].N and link[2].N are along different bodies"),
         (("chain.mbd", "--along", "joint[:].tua"), "there is no array of signals `joint[:].tua` in Chain"),
         (("short.csv", "--along", "p[:].x", "--at", "2s"), "t = 2 s is outside of the run, which is from 0 to 1 s"),
         (("short.csv", "--along", "rod.M"), "`rod.M` is not a signal along an array"),

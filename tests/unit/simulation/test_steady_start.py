@@ -126,6 +126,19 @@ def test_no_equilibrium():
         mbdsl.simulate(mbdsl.parse(text))
 
 
+def test_check_searches_for_the_equilibrium():
+    """Without stiffness there is none."""
+    text = str(mbdsl.check(mbdsl.parse(SPRING)))
+    assert text.endswith("starts at the static equilibrium that it reaches from here")
+    with pytest.raises(EquilibriumError, match="block keeps moving"):
+        mbdsl.check(mbdsl.parse(SPRING.replace("k = 100 N/m", "k = 0 N/m")))
+    assert str(mbdsl.check(mbdsl.parse(SPRING), quick=True)).endswith("(not searched)")
+
+
+def test_static_means_steady():
+    assert mbdsl.parse(SPRING.replace("= steady", "= static")).steady
+
+
 def test_zero_velocities_fit():
     scene = mbdsl.parse(SPRING.replace("guess slide.s = 0.1 m;", "guess slide.s = 0.1 m;\n  slide.v = 0 m/s;"))
     assert scene.steady
@@ -144,7 +157,9 @@ def test_values_after_the_statement():
 def test_only_of_the_model_that_runs():
     text = f"{SPRING}\nmodel Two\n  inner Ground ground;\n  Hanging a;\nend Two;"
     text = text.replace("  Ground ground;", "  outer Ground ground;", 1)
-    assert not mbdsl.parse(text, model="Two").steady
+    scene = mbdsl.parse(text, model="Two")
+    assert not scene.steady
+    assert "`initial(state = steady)` of `a` does not count here" in str(scene.warnings[0])
 
 
 def test_builder():

@@ -246,7 +246,7 @@ def test_gears_hold():
     check_balance(e)
     assert e["a.phi"] + 3.0 * e["b.phi"] == pytest.approx(0.0, abs=1e-12)
     assert 3.0 * e["a.x"] == pytest.approx(e["b.x"], rel=1e-10)
-    assert e.notes == ["constraints of velocities hold at rest by their reactions: c"]
+    assert e.notes == ["at rest, the reaction of the velocity constraint `c` carries part of the load"]
 
 
 def test_rolling():

@@ -138,7 +138,7 @@ def test_spans_of_lines(text, spans):
         ("at_max(ball.y)", "expected at_max(SIGNAL, OTHER)"),
         ("at_max(ball.y, ball.v?)", "the second argument is one signal"),
         ("at_max(ball.y, ball.q)", "there is no signal"),
-        ("time_whne(ball.y > 4 m)", "there is not a measure `time_whne`"),
+        ("time_whne(ball.y > 4 m)", "there is no measure `time_whne`"),
         ("time_when(ball.y > )", "is not a condition"),
     ],
 )

@@ -231,7 +231,7 @@ def test_no_answer_of_two(store):
         ({"L": "1:2"}, "max(mass.x) < 1 m", "`max(mass.x) < 1 m` is not a condition", "a condition is an equation"),
         ({"L": "1:2"}, "max(mass.x) <= 1 m", "`max(mass.x) <= 1 m` is not a condition", "a condition is an equation"),
         ({"L": "1:2"}, "max(mass.x) = 1 kg", "max(mass.x): `1 kg` has the wrong unit: expected m", "max(mass.x) = 2 m"),
-        ({"L": "1:2"}, "largest(mass.x) = 1", "there is not a measure `largest`", ""),
+        ({"L": "1:2"}, "largest(mass.x) = 1", "there is no measure `largest`", ""),
         ({"L": "1:2"}, "max(mas.x) = 1", "mas.x", "mass.x"),
         ({"L": "1:2"}, "max(mass.?) = 1", "1 condition with 5 measures", "one signal of its own"),
         ({"L": "1:2"}, "frequency(x) = 1 Hz", "expected the number of a mode", "frequency(1)"),
