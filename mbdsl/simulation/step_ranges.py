@@ -65,13 +65,13 @@ class Range:
 
     def add(self, t: Array, y: Array, w: Array) -> None:
         """Add values y (N,) with their weights w (N,) in integrals; those that are not finite are left out."""
-        if not np.isfinite(integral := float(w @ y)):
+        if not np.isfinite(integral := float((w * y).sum())):
             finite = np.isfinite(y)
             t, y, w, self.finite = t[finite], y[finite], w[finite], False
-            integral = float(w @ y)
+            integral = float((w * y).sum())
         self.see(t, y)
         self.integral, self.span = self.integral + integral, self.span + float(w.sum())
-        self.square += float(np.einsum("i,i,i", w, y, y))
+        self.square += float((w * y * y).sum())
 
     def join(self, other: Range) -> None:
         """Add what another range contains, of other times."""
@@ -125,10 +125,11 @@ def _ranges(steps: Steps, names: Sequence[str], begin: float, end: float, betwee
 
 def _add(found: Sequence[Range], t: Array, y: Array, w: Array) -> NDArray[np.bool_]:
     """Add values (k, N) of signals to their ranges; whether they are finite, and not constant (k,)."""
-    integral = y @ w
+    weighted = y * w  # sums of pairs: those of BLAS depend on the place of arrays in memory
+    integral = weighted.sum(axis=1)
     finite = np.isfinite(integral)
     low, high = y.argmin(axis=1), y.argmax(axis=1)
-    square, span = (y * y) @ w, float(w.sum())
+    square, span = (y * weighted).sum(axis=1), float(w.sum())
     for k, own in enumerate(found):
         if finite[k]:
             own.see(t[[low[k], high[k]]], y[k, [low[k], high[k]]])
