@@ -69,7 +69,7 @@ def ways(name: str, every: bool = False) -> list[tuple]:
     """The ways of claiming an accuracy by which a model is tested."""
     first = TURNS * list(CLAIMS).index(name)
     turns = IN_TURN if every else [IN_TURN[(first + k) % len(IN_TURN)] for k in range(TURNS)]
-    contacts = CONTACTS if CLAIMS[name].family == "contacts" or "Floor" in name else []
+    contacts = CONTACTS if CLAIMS[name].family in ("bouncing", "grazing") or "Floor" in name else []
     return list(dict.fromkeys([*ALWAYS, *turns, *FURTHER.get(name, []), *contacts]))
 
 
