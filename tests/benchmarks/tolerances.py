@@ -48,6 +48,7 @@ STEPS = {
     "flexible_pendulum": 1e-5,
     "flexible_slider_crank": 2e-5,
     "four_bar": 1e-4,
+    "hoist": 1e-5,
     "pendulum": 1e-4,
     "rolling_disc": 5e-4,
     "seven_body": 1e-6,
