@@ -6,13 +6,14 @@ r_b is negative for an open belt, whose pulleys turn in the same sense, and posi
 is the difference of the tensions of the strands [N].
 """
 
-from mbdsl.compilation.marks import kernel
 from mbdsl.elements import belt_drive
-from mbdsl.elements.in_space.gear_pair import REACTIONS, SIGNALS
+from mbdsl.elements.in_space.gear_pair import REACTIONS, SIGNALS, gradient, hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES, rolling, rolling_hessian
+from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES
 from mbdsl.elements.in_space.revolute import AXIS
 from mbdsl.elements.in_space.vectors import both, direction
+
+__all__ = ["KIND", "gradient", "hessian"]  #: the kernels are those of a pair of gears
 
 DRAWING = "belt"
 
@@ -28,13 +29,3 @@ KIND = in_space(
     counted=("phi_a", "phi_b"),
     first_angles=FIRST_ANGLES,
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    rolling(frames, a, b, p, G)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    rolling_hessian(frames, a, b, p, s, H)

@@ -6,13 +6,14 @@ a BeltDrive.
 with the angles from the line of centres, see line_of_centres.py, and g_0 at the start.
 """
 
-from mbdsl.compilation.marks import kernel
 from mbdsl.elements import elastic_belt
-from mbdsl.elements.in_space.gear_pair import SIGNALS
+from mbdsl.elements.in_space.gear_pair import SIGNALS, gradient, hessian
 from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES, rolling, rolling_hessian
+from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES
 from mbdsl.elements.in_space.revolute import AXIS
 from mbdsl.elements.in_space.vectors import both, direction
+
+__all__ = ["KIND", "gradient", "hessian"]  #: the kernels are those of a pair of gears
 
 DRAWING = "belt"
 
@@ -27,13 +28,3 @@ KIND = in_space(
     counted=("phi_a", "phi_b"),
     first_angles=FIRST_ANGLES,
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    rolling(frames, a, b, p, G)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    rolling_hessian(frames, a, b, p, s, H)

@@ -81,7 +81,7 @@ def test_transmissibility(damping):
     height = np.sqrt((1.0 + 4.0 * damping**2 * r2) / ((1.0 - r2) ** 2 + 4.0 * damping**2 * r2))
     assert peak.amplitude == pytest.approx(height, rel=1e-6)
     assert peak.damping == pytest.approx(damping, rel=1e-6) and 2.0 * damping * peak.Q == pytest.approx(1.0, rel=1e-6)
-    assert found.amplitude[:, 0, 0].max() == pytest.approx(height, rel=1e-2)  # the points reach the narrow peak
+    assert found.amplitude[:, 0, 0].max() == pytest.approx(height, rel=1e-6)  # the points reach the narrow peak
     assert len(found.f) < 700
 
 
@@ -108,7 +108,8 @@ def test_unbalance():
     assert found.at_frequency(F)[:, :, 0] == pytest.approx(np.stack([x, -1j * y], axis=1), rel=1e-9)
     assert found.input_units == ["kg.m"]
     assert [peak.output for peak in found.peaks] == ["rotor.x", "rotor.y"]
-    assert found.peaks[1].frequency == pytest.approx(np.sqrt(1600.0) / (2.0 * np.pi), rel=1e-2)
+    w0, D = np.sqrt(8000.0 / 5.0), 9.0 / (2.0 * np.sqrt(8000.0 * 5.0))
+    assert found.peaks[1].frequency == pytest.approx(w0 / np.sqrt(1.0 - 2.0 * D**2) / (2.0 * np.pi), rel=1e-7)
 
 
 ABSORBER = """model Absorber
@@ -172,58 +173,32 @@ def test_pendulum_on_a_driven_support():
     assert not found.H[:, 1:].any()
 
 
+def arm(drive, first="", inertias=("0.2", "0.1"), spatial=""):
+    """A slider on an arm that turns with 3 rad/s; ``first``: the first of the initial equations."""
+    declared = "      input AngularVelocity u(start = 3 rad/s);\n" if "= u)" in drive else ""
+    return f"""{spatial}model Arm
+{declared}      Ground ground(g = 0);
+      Body arm(m = 1 kg, I = {inertias[0]} kg.m2);
+      Body slider(m = 2 kg, I = {inertias[1]} kg.m2);
+      {drive};
+      Revolute pivot(ground, arm.c);
+      Prismatic guide(arm.c, slider.c);
+      TranslationalSpringDamper spring(arm.c, slider.c, k = 100 N/m, c = 4 N.s/m, s0 = 0.5 m);
+    initial equation
+      {first}guide.s = 50/82*1 m;
+      guide.v = 0 m/s;
+    end Arm;"""
+
+
 ARM = {
-    "": """model Arm
-      Ground ground(g = 0);
-      Body arm(m = 1 kg, I = 0.2 kg.m2);
-      Body slider(m = 2 kg, I = 0.1 kg.m2);
-      RotationalDriver drive(ground, arm.c, phi = 3 rad/s*time);
-      Revolute pivot(ground, arm.c);
-      Prismatic guide(arm.c, slider.c);
-      TranslationalSpringDamper spring(arm.c, slider.c, k = 100 N/m, c = 4 N.s/m, s0 = 0.5 m);
-    initial equation
-      guide.s = 50/82*1 m;
-      guide.v = 0 m/s;
-    end Arm;""",
-    "velocity": """model Arm
-      Ground ground(g = 0);
-      Body arm(m = 1 kg, I = 0.2 kg.m2);
-      Body slider(m = 2 kg, I = 0.1 kg.m2);
-      RotationalVelocityDriver drive(ground, arm.c, w = 3 rad/s);
-      Revolute pivot(ground, arm.c);
-      Prismatic guide(arm.c, slider.c);
-      TranslationalSpringDamper spring(arm.c, slider.c, k = 100 N/m, c = 4 N.s/m, s0 = 0.5 m);
-    initial equation
-      pivot.phi = 0 rad;
-      guide.s = 50/82*1 m;
-      guide.v = 0 m/s;
-    end Arm;""",
-    "input": """model Arm
-      input AngularVelocity u(start = 3 rad/s);
-      Ground ground(g = 0);
-      Body arm(m = 1 kg, I = 0.2 kg.m2);
-      Body slider(m = 2 kg, I = 0.1 kg.m2);
-      RotationalVelocityDriver drive(ground, arm.c, w = u);
-      Revolute pivot(ground, arm.c);
-      Prismatic guide(arm.c, slider.c);
-      TranslationalSpringDamper spring(arm.c, slider.c, k = 100 N/m, c = 4 N.s/m, s0 = 0.5 m);
-    initial equation
-      pivot.phi = 0 rad;
-      guide.s = 50/82*1 m;
-      guide.v = 0 m/s;
-    end Arm;""",
-    "space": """spatial model Arm
-      Ground ground(g = 0);
-      Body arm(m = 1 kg, I = {0.3, 0.3, 0.2} kg.m2);
-      Body slider(m = 2 kg, I = {0.3, 0.3, 0.1} kg.m2);
-      RotationalDriver drive(ground, arm.c, phi = 3 rad/s*time);
-      Revolute pivot(ground, arm.c);
-      Prismatic guide(arm.c, slider.c);
-      TranslationalSpringDamper spring(arm.c, slider.c, k = 100 N/m, c = 4 N.s/m, s0 = 0.5 m);
-    initial equation
-      guide.s = 50/82*1 m;
-      guide.v = 0 m/s;
-    end Arm;""",
+    "": arm("RotationalDriver drive(ground, arm.c, phi = 3 rad/s*time)"),
+    "velocity": arm("RotationalVelocityDriver drive(ground, arm.c, w = 3 rad/s)", "pivot.phi = 0 rad; "),
+    "input": arm("RotationalVelocityDriver drive(ground, arm.c, w = u)", "pivot.phi = 0 rad; "),
+    "space": arm(
+        "RotationalDriver drive(ground, arm.c, phi = 3 rad/s*time)",
+        inertias=("{0.3, 0.3, 0.2}", "{0.3, 0.3, 0.1}"),
+        spatial="spatial ",
+    ),
 }
 
 

@@ -56,7 +56,8 @@ def test_flexible_bodies_begin_in_their_static_shape():
     end Cantilever;"""
     run = mbdsl.simulate(mbdsl.parse(text), stop=0.01)
     droop = run["beam.b.y"]
-    assert droop[0] == pytest.approx(-9.81 / (8.0 * 50.0), rel=1e-2)
+    # q L^4/(8 E I), of small deflections: with 2.5 % of the length, the beam is stiffer by the square of that
+    assert droop[0] == pytest.approx(-9.81 / (8.0 * 50.0), rel=1e-3)
     assert droop == pytest.approx(droop[0], rel=1e-6)
 
 
