@@ -62,7 +62,7 @@ CHOSEN = {
     "CircleContact": {"r_a": 3.0, "r_b": 0.9, "e": 0.6},
     "GearPair": {"r_a": 0.6, "r_b": 1.3},
     "PlanetaryGear": {"ratio": 1.7},
-    "Rope": {"length": 0.4, **dict.fromkeys(("radius", "mu", "drum"))},
+    "Rope": {"length": 0.4, "turns": 1.0, **dict.fromkeys(("radius", "mu", "drum"))},
     "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7},
     "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5},
 }
