@@ -210,8 +210,8 @@ def allowed(name: str, method: str, trajectory) -> dict[str, float]:
     return {k: rounding * units[k.rsplit(".", 1)[1]] + 1e-4 * error[k] for k in of}
 
 
-#: the sides on which a rope passes its discs are in the formulas of its spans, which this change of axes leaves as they
-#: are
+#: a Rope is not described by its parameters alone, but by formulas with values at the start, which are known only to the
+#: original scene; test_ropes.py mirrors the text of the hoist
 MIRRORED = [name for name in RUNS if name != "hoist"]
 
 

@@ -6,6 +6,7 @@ damping ends the vibration, and the test compares what follows.
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 import mbdsl
 from mbdsl import Builder
 
+HOIST = Path(__file__).parents[2] / "models" / "hoist.mbd"
 G, K = 9.81, 1e5
 E1, E2 = np.array([0.6, 0.8, 0.0]), np.array([-0.48, 0.36, 0.8])
 
@@ -319,3 +321,24 @@ def test_a_rope_that_leaves_its_disc(spatial):
     )
     run = mbdsl.simulate(mbdsl.parse(text), stop=0.6, interval=0.001, method="hht-si2", step=1e-3)
     assert not any("leaves" in x for x in run.stats["warnings"])
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "radau5"])
+def test_a_mirrored_hoist_moves_as_in_a_mirror(method):
+    """Every place and every sense of turning of models/hoist.mbd is reversed from left to right."""
+    text = HOIST.read_text(encoding="utf-8")
+    image = text
+    for old, new in (
+        ("r = {-r, 3 m}", "r = {r, 3 m}"),
+        ("r = {2*r, 3 m}", "r = {-2*r, 3 m}"),
+        ("r = {1 m, 0}", "r = {-1 m, 0}"),
+        ("radius = {r, -r}, drum = -0.15 m", "radius = {-r, r}, drum = 0.15 m"),
+        ("(-speed*tanh", "(speed*tanh"),
+    ):
+        assert old in image
+        image = image.replace(old, new)
+    one, other = (mbdsl.simulate(mbdsl.parse(x), stop=0.2, method=method, step=1e-4) for x in (text, image))
+    for name in ("block.y", "rope.s", "rope.tension", "rope.tension_b", "rope.span2.tension", "rope.power"):
+        assert other[name] == pytest.approx(one[name], rel=1e-12, abs=1e-12)
+    for name in ("block.phi", "disc.w", "drum.w"):
+        assert other[name] == pytest.approx(-one[name], rel=1e-12, abs=1e-12)

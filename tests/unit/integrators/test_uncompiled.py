@@ -71,8 +71,6 @@ def test_corrections_at_rest_without_dampers_are_exact(uncompiled):
     in hht-add changes with M(q), which is of order h^2 and neglected."""
     assert len(uncompiled["at rest"]) >= 4 * len(NAMES)
     for key, steps in uncompiled["at rest"].items():
-        if key.startswith("hoist "):  # the damper of its rope and the friction on its discs remain
-            continue
         (coarse, _), (left, radius) = steps[0], steps[-1]
         flexible = key.split()[0] in FLEXIBLE
         if flexible and key.endswith("hht-add") and not key.startswith("flexible_pendulum"):

@@ -194,7 +194,8 @@ if __name__ == "__main__":
             # the longer step shows terms of order h, which exact matrices do not neglect
             steps = (h,) if modules()[name].METHOD.index == 3 else (4 * h, h)
             found["contraction"][key] = [contraction(path, name, x) for x in steps]
-            if not any(c.kind.springs for c in mbdsl.load(path).components.values() if isinstance(c.kind, ForceKind)):
+            forces = [c.kind for c in mbdsl.load(path).components.values() if isinstance(c.kind, ForceKind)]
+            if not any(kind.springs or "damping" in kind.effects for kind in forces):
                 steps = (4 * h, h) if name == "hht-add" else (h,)  # it neglects a term of order h^2
                 found["at rest"][key] = [contraction(path, name, x, at_rest=True) for x in steps]
     json.dump(found, sys.stdout)
