@@ -22,7 +22,7 @@ from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.loop import loop_state
-from mbdsl.integrators.loop.compiled_loop import loop_name
+from mbdsl.integrators.loop.compiled_loop import has_own_step, loop_name
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
@@ -31,6 +31,7 @@ from mbdsl.mechanism.reduction.gyrostats import Gyrostats
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SIZES
 from mbdsl.numerics.hermite import between
+from mbdsl.simulation import derived_signals
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.left_out_rows import violated, violations
 from mbdsl.simulation.plan import Plan, check_space
@@ -68,6 +69,12 @@ class Moving:
     method: str
     initial: InitialState
     integration: Run
+
+    def accelerations(self, t: Array, q: Array, v: Array) -> Array | None:
+        """Those (N, n) of the equations of motion at N states; None if they depend on more than the states."""
+        if self.system.tables.inputs or self.system.counts_angles or self.method == KINEMATIC:
+            return None
+        return derived_signals.motion(self.system, t, q, v, self.initial.redundant, {})[0]
 
 
 @dataclass(frozen=True)
@@ -529,15 +536,21 @@ class Motion:
         return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
 
     def _together(
-        self, known: Sequence[Array], states: list[tuple[Array, Array, Array]]
+        self, known: Sequence[Array], states: list[tuple[Array, Array, Array]], precise: bool = False
     ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
-        """The states of all parts at all of their ``known`` times that all of them have reached."""
+        """The states of all parts at all of their ``known`` times that all of them have reached.
+
+        Between its own times, a part has cubic polynomials; ``precise``: of degree 5.
+        """
         if all(np.array_equal(known[0], t) for t in known):
             return known[0], states
         times = np.unique(np.concatenate(known))
         times = times[(times >= max(t[0] for t in known)) & (times <= min(t[-1] for t in known))]
-        turning = [p.system.tables.rotations[:, 0] for p in self.parts]
-        return times, [between(times, t, *own, d) for t, own, d in zip(known, states, turning, strict=True)]
+        found = []
+        for p, t, own in zip(self.parts, known, states, strict=True):
+            a = p.accelerations(t, *own[:2]) if precise else None
+            found.append(between(times, t, *own, p.system.tables.rotations[:, 0], a))
+        return times, found
 
     def kept_numbers(self) -> int:
         """Quantity of numbers in the states that the parts keep at the ends of their steps."""
@@ -564,10 +577,11 @@ class Motion:
             run.flush()
             kept.append(run.kept)
         sizes, whole, together = [p.system.n for p in self.parts], self.whole, self._together
+        precise = has_own_step(self.plan.method)
 
         def found(some: slice = slice(None)) -> Ends:
             states = [_ordered(rows[some], n) for rows, n in zip(kept, sizes, strict=True)]
-            times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states])
+            times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states], precise)
             return times, *whole.state(times, parts, own=False)
 
         return found if kept else None

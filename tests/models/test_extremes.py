@@ -227,3 +227,27 @@ def test_turns_are_counted_between_kept_ends(part, given):
         assert found[name].least == pytest.approx(x.min(), rel=1e-3, abs=1e-5)
         assert found[name].largest == pytest.approx(x.max(), rel=1e-3)
         assert found[name].mean == pytest.approx(np.trapezoid(x, t) / (t[-1] - t[0]), rel=1e-3)
+
+
+APART = """model Apart
+  Ground ground(g = 0);
+  Frame f(ground, r = {1 m, 0});
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Body c(m = 1 kg, I = 1 kg.m2);
+  Revolute P(ground, b.c);
+  Revolute Q(f, c.c);
+  RotationalSpringDamper s(P, k = 4 N.m/rad, c = 0);
+  RotationalSpringDamper fast(Q, k = 70 N.m/rad, c = 0);
+initial equation
+  P.phi = 1 rad; Q.phi = 0.3 rad;
+  annotation(experiment(StopTime = 10 s));
+end Apart;"""
+
+
+@pytest.mark.parametrize(("method", "tol"), [("dop853", 1e-6), ("radau9", 1e-9)])
+def test_parts_with_long_steps_of_their_own(method, tol):
+    """Two oscillators that are solved apart: each has its own ends of steps, which the other passes over."""
+    found = mbdsl.simulate(mbdsl.parse(APART), method=method, tol=tol).extremes(["P.w", "b.alpha"])
+    assert found["P.w"].largest == pytest.approx(2.0, abs=2e-6) and found["P.w"].least == pytest.approx(-2.0, abs=2e-6)
+    assert found["P.w"].rms == pytest.approx(np.sqrt(4.0 * (0.5 - np.sin(40.0) / 80.0)), abs=2e-6)
+    assert found["b.alpha"].largest == pytest.approx(4.0, abs=1e-5)
