@@ -16,7 +16,6 @@ from mbdsl.errors import Interrupted
 from mbdsl.initial.mirrored_poses import MIRRORED
 from mbdsl.initial.misfits import misfits
 from mbdsl.initial.redundancy import not_unique, repeated
-from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.compiled_loop import has_own_step
 from mbdsl.lang.asked_signals import AskedSignals
@@ -345,7 +344,7 @@ def _collect(
 def _steps_of(motion: Motion) -> Callable[..., Steps] | None:
     """A function that returns the steps which the present run keeps, or a slice of them; None if it keeps none."""
     ends, system, left_out = motion.ends_of_steps(), motion.system, motion.left_out
-    own, precise = motion.own_reactions, backend(motion.plan.method) is None and has_own_step(motion.plan.method)
+    own, precise = motion.own_reactions, has_own_step(motion.plan.method)
     if ends is None:
         return None
 

@@ -15,6 +15,7 @@ import pytest
 
 import mbdsl
 from mbdsl.elements import modules
+from mbdsl.elements.kind import ANY
 from mbdsl.lang import parser, units
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -30,7 +31,7 @@ COUNTS = ("steps", "rejected", "iterations", "evaluations", "matrix_evaluations"
 
 def factor(unit: str, scales: tuple[float, float, float]) -> float:
     """The factor on a number in ``unit``."""
-    if unit in ("", "1"):
+    if unit in ("", "1", ANY):
         return 1.0
     of = dict(zip(units.BASE, units.dimension(unit), strict=True))
     length, mass, time = scales

@@ -44,7 +44,7 @@ def _kernels(module: ModuleType) -> list[tuple[str, str, str]]:
 
 def has_own_step(method: str) -> bool:
     """Whether a method brings its own step (kernel ``take``) in place of the common one."""
-    return hasattr(modules()[method], "take")
+    return method in modules() and hasattr(modules()[method], "take")
 
 
 def controls_locally(method: str) -> bool:
