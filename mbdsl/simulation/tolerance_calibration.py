@@ -118,7 +118,7 @@ class Ladder:
         self.few = self.order > 5 and not method.searches  #: our methods with few, long steps
         #: whether errors decrease irregularly: such a step passes a peak, or a corner of a force, that a slightly
         #: shorter one resolves
-        self.irregular = self.order > 5 and any(p.system.tables.has_tape for p in motion.parts)
+        self.irregular = (self.order > 5 or method.searches) and any(p.system.tables.has_tape for p in motion.parts)
         self.span = plan.stop - plan.start
         self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
         self.first = min(self.first, LOOSEST)
