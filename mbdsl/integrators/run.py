@@ -181,7 +181,7 @@ class Integration(RunState):
         found = jerk
         if controlled:
             self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
-            self.h = getattr(representable, "py_func", representable)(self.h, self)
+            self.h = representable(self.h, self)
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
@@ -300,9 +300,7 @@ class Integration(RunState):
         reals[loop_state.TIMES : loop_state.TIMES + 2] = t, t - h
         velocity_error = getattr(modules()[self.method], "velocity_error", None)
         if velocity_error is not None:
-            error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.coefficients) * normal_part(
-                system, t, q, v, jerk, self.left_out
-            )
+            error = velocity_error(h, h, self.coefficients) * normal_part(system, t, q, v, jerk, self.left_out)
             self.vectors[buffer_layout.VELOCITY0, :n] += error
             self.vectors[buffer_layout.KEPT2, :n] += error  # v of the previous step, in methods that read this row
 

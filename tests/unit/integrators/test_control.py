@@ -47,7 +47,7 @@ def test_local_errors_add_up_to_the_error_attained(method):
     2 by the exact solution, are the error there, except for a part that vanishes with h. In a two-step method, the
     carry-over from the step before multiplies this by 1/(1 - 1/3)."""
     module, ratios = modules()[method], []
-    local_error = getattr(module.local_error, "py_func", module.local_error)
+    local_error = module.local_error
     for h in (2e-2, 1e-2, 5e-3):
         system, run = started(oscillator(), method, h, 2.0)
         assert run.advance() == loop_state.DONE
@@ -113,7 +113,7 @@ def test_bdf2_is_exact_for_quadratics(ratio):
     from mbdsl.integrators.methods import nstiff
 
     run = SimpleNamespace(memory=np.zeros(4))
-    getattr(nstiff.set_ratio, "py_func", nstiff.set_ratio)(ratio, run)
+    nstiff.set_ratio(ratio, run)
     s_squared, s, p = run.memory[[nstiff.S_SQUARED, nstiff.S, nstiff.P]]
     h, last, s, s_squared = ratio, 1.0, s * ratio, s_squared * ratio**2
     for k in range(3):

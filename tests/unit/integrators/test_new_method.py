@@ -140,7 +140,7 @@ def test_every_check_of_all_methods_runs_on_it(environment, tmp_path):
 def test_its_correction_is_newtons(environment, tmp_path):
     """One correction leaves only rounding of an error, as with the other methods of index 3."""
     code = UNCOMPILED.format(script=str(TESTS / "unit" / "integrators" / "uncompiled.py"))
-    largest, _ = eval(output({**environment, "NUMBA_DISABLE_JIT": "1"}, tmp_path, "-c", code))
+    largest, _ = eval(output({**environment, "MBDSL_NO_COMPILE": "1"}, tmp_path, "-c", code))
     assert largest < 1e-8
 
 

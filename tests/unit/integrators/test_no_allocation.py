@@ -133,7 +133,7 @@ def test_what_allocates_does_not_compile():
     text = "import numpy as np\n\ndef allocates(n):\n    return np.zeros(n).size\n"
     try:
         module = code_cache.import_text("mbdsl_test_allocates", text)
-        with pytest.raises(Untranslatable, match=r"line 4: `np.zeros\(n\)`"):
+        with pytest.raises(Untranslatable, match=r":4:5: cannot compile the kernel allocates: `np.zeros\(n\)`"):
             translation.translate("a", {"f": module.allocates}, {"f": code_cache.Signature(("int",), gives="int")})
     finally:
         sys.modules.pop("mbdsl_test_allocates", None)

@@ -1,4 +1,4 @@
-"""Run by test_uncompiled.py in a process of its own, with NUMBA_DISABLE_JIT=1: checks that are easier, or only
+"""Run by test_uncompiled.py in a process of its own, with MBDSL_NO_COMPILE=1: checks that are easier, or only
 possible, without compilation.
 
 Prints a JSON object: trajectories of a few steps; and for every method and shipped model, how one correction compares

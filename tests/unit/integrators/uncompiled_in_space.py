@@ -1,4 +1,4 @@
-"""Run by test_newton_in_space.py in a process of its own, with NUMBA_DISABLE_JIT=1, for bodies that turn far in a step.
+"""Run by test_newton_in_space.py in a process of its own, with MBDSL_NO_COMPILE=1, for bodies that turn far in a step.
 
 Prints a JSON object: for every method with the common step, model and step, how one correction compares with the
 Jacobian of the residual by differences (see uncompiled.py), and the largest rotation in the step.

@@ -1,4 +1,4 @@
-"""Run by test_radau5.py in a process of its own, with NUMBA_DISABLE_JIT=1: checks that are easier, or only possible,
+"""Run by test_radau5.py in a process of its own, with MBDSL_NO_COMPILE=1: checks that are easier, or only possible,
 without compilation.
 
 Prints a JSON object: for every shipped model, how one correction of all stages compares with the Jacobian of their
