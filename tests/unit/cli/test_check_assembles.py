@@ -2,14 +2,13 @@
 
 import re
 import sys
-import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mbdsl import simulate
-from mbdsl.compilation import code_cache, marks
+from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.initial.start_check import check_start

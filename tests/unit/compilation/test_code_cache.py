@@ -1,6 +1,5 @@
 """Machine code: compiled, stored as objects, loaded again, and refused where a kernel cannot be translated."""
 
-import ast
 import importlib.metadata
 import importlib.util
 import os

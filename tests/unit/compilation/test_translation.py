@@ -302,7 +302,10 @@ def test_compiled_functions_are_called_by_their_address(compiled):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("x = [1, 2]", r":{line}:5: cannot compile the kernel f: `\[1, 2\]`\n    +x = .*\n .*\n  = write a tuple, or fill"),
+        (
+            "x = [1, 2]",
+            r":{line}:5: cannot compile the kernel f: `\[1, 2\]`\n +x = .*\n .*\n  = write a tuple",
+        ),
         ("a.sort()", "`a.sort`"),
         ("b = a[::2]", "a slice with a step"),
         ("a[1:] = 0.0", "assign its entries in a loop"),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import UsageError, cli, integrators
+from mbdsl import cli, integrators
 from mbdsl.compilation import code_cache
 from mbdsl.integrators import method_files
 from mbdsl.studies import workers
