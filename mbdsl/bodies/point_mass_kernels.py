@@ -1,19 +1,8 @@
 """Motion of the frames of a point mass with q = (x, y): B = [[1, 0], [0, 1], [0, 0]] is constant."""
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    FRAMES,
-    MU_WRENCH,
-    PAST_FORCE,
-    PAST_WRENCH,
-    POSE,
-    POSITION,
-    RATE,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel
 
 N = 2  #: coordinates
 RECORD = 5  #: ints of a body in layout, as of a rigid body
@@ -29,10 +18,14 @@ def move(block, vectors, frames, numbers, layout):
         o = layout[block + 1] + RECORD * e
         d, f0, k = layout[o], layout[o + 1], layout[o + 3]
         for f in range(f0, f0 + layout[o + 2]):
-            for j in range(PAST_WRENCH):
+            for j in range(C.PAST_WRENCH):
                 frames[f, j] = 0.0
-            frames[f, 0], frames[f, 1], frames[f, 2] = vectors[POSITION, d], vectors[POSITION, d + 1], numbers[k + 2]
-            frames[f, RATE], frames[f, RATE + 1] = vectors[VELOCITY, d], vectors[VELOCITY, d + 1]
+            frames[f, 0], frames[f, 1], frames[f, 2] = (
+                vectors[L.POSITION, d],
+                vectors[L.POSITION, d + 1],
+                numbers[k + 2],
+            )
+            frames[f, C.RATE], frames[f, C.RATE + 1] = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1]
             k += POINT
 
 
@@ -49,20 +42,20 @@ def gather(block, wrench, row, vectors, frames, layout):
 @kernel
 def collect(block, vectors, frames, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, WRENCH, FORCE, vectors, frames, layout)
+    gather(block, C.WRENCH, L.FORCE, vectors, frames, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu."""
     collect(block, vectors, frames, layout)
-    gather(block, MU_WRENCH, FORCE2, vectors, frames, layout)
+    gather(block, C.MU_WRENCH, L.FORCE2, vectors, frames, layout)
 
 
 @kernel
 def collect_past(block, vectors, frames, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi."""
-    gather(block, PAST_WRENCH, PAST_FORCE, vectors, frames, layout)
+    gather(block, C.PAST_WRENCH, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -71,7 +64,7 @@ def jacobians(block, vectors, frames, numbers, layout):
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            k = layout[layout[FRAMES] + 2 * f + 1]
-            for j in range(2 * POSE * N):
+            k = layout[layout[L.FRAMES] + 2 * f + 1]
+            for j in range(2 * C.POSE * N):
                 numbers[k + j] = 0.0
             numbers[k], numbers[k + N + 1] = 1.0, 1.0

@@ -12,22 +12,9 @@ number of frames, offset in numbers of the frames' (s_x, s_y, phi0), slot of (ph
 
 from math import cos, sin
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    FRAMES,
-    LEVER,
-    MU_WRENCH,
-    PAST_FORCE,
-    PAST_LEVER,
-    PAST_WRENCH,
-    POSITION,
-    RATE,
-    SLOTS,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel
 
 RECORD = 5  #: ints of a body in layout
 POINT = 3  #: floats of a frame in numbers: s_x, s_y, phi0
@@ -41,17 +28,17 @@ def move(block, vectors, frames, numbers, layout):
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         d, f0, k = layout[o], layout[o + 1], layout[o + 3]
-        x, y, phi = vectors[POSITION, d], vectors[POSITION, d + 1], vectors[POSITION, d + 2]
-        vx, vy, w = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
+        x, y, phi = vectors[L.POSITION, d], vectors[L.POSITION, d + 1], vectors[L.POSITION, d + 2]
+        vx, vy, w = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         c, s = cos(phi), sin(phi)
         for f in range(f0, f0 + layout[o + 2]):
             sx, sy = numbers[k], numbers[k + 1]
             lx, ly = c * sx - s * sy, s * sx + c * sy
             frames[f, 0], frames[f, 1], frames[f, 2] = x + lx, y + ly, phi + numbers[k + 2]
-            frames[f, RATE], frames[f, RATE + 1], frames[f, RATE + 2] = vx - ly * w, vy + lx * w, w
-            frames[f, LEVER], frames[f, LEVER + 1] = lx, ly
-            frames[f, WRENCH], frames[f, WRENCH + 1], frames[f, WRENCH + 2] = 0.0, 0.0, 0.0
-            frames[f, MU_WRENCH], frames[f, MU_WRENCH + 1], frames[f, MU_WRENCH + 2] = 0.0, 0.0, 0.0
+            frames[f, C.RATE], frames[f, C.RATE + 1], frames[f, C.RATE + 2] = vx - ly * w, vy + lx * w, w
+            frames[f, C.LEVER], frames[f, C.LEVER + 1] = lx, ly
+            frames[f, C.WRENCH], frames[f, C.WRENCH + 1], frames[f, C.WRENCH + 2] = 0.0, 0.0, 0.0
+            frames[f, C.MU_WRENCH], frames[f, C.MU_WRENCH + 1], frames[f, C.MU_WRENCH + 2] = 0.0, 0.0, 0.0
             k += POINT
 
 
@@ -71,7 +58,7 @@ def gather(block, wrench, lever, row, vectors, frames, layout):
 @kernel
 def collect(block, vectors, frames, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, WRENCH, LEVER, FORCE, vectors, frames, layout)
+    gather(block, C.WRENCH, C.LEVER, L.FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -82,25 +69,25 @@ def collect_with_mu(block, vectors, frames, layout):
         d = layout[o]
         x, y, phi, mu_x, mu_y, mu_phi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            lx, ly = frames[f, LEVER], frames[f, LEVER + 1]
-            x += frames[f, WRENCH]
-            y += frames[f, WRENCH + 1]
-            phi += frames[f, WRENCH + 2] - ly * frames[f, WRENCH] + lx * frames[f, WRENCH + 1]
-            mu_x += frames[f, MU_WRENCH]
-            mu_y += frames[f, MU_WRENCH + 1]
-            mu_phi += frames[f, MU_WRENCH + 2] - ly * frames[f, MU_WRENCH] + lx * frames[f, MU_WRENCH + 1]
-        vectors[FORCE, d] += x
-        vectors[FORCE, d + 1] += y
-        vectors[FORCE, d + 2] += phi
-        vectors[FORCE2, d] = mu_x
-        vectors[FORCE2, d + 1] = mu_y
-        vectors[FORCE2, d + 2] = mu_phi
+            lx, ly = frames[f, C.LEVER], frames[f, C.LEVER + 1]
+            x += frames[f, C.WRENCH]
+            y += frames[f, C.WRENCH + 1]
+            phi += frames[f, C.WRENCH + 2] - ly * frames[f, C.WRENCH] + lx * frames[f, C.WRENCH + 1]
+            mu_x += frames[f, C.MU_WRENCH]
+            mu_y += frames[f, C.MU_WRENCH + 1]
+            mu_phi += frames[f, C.MU_WRENCH + 2] - ly * frames[f, C.MU_WRENCH] + lx * frames[f, C.MU_WRENCH + 1]
+        vectors[L.FORCE, d] += x
+        vectors[L.FORCE, d + 1] += y
+        vectors[L.FORCE, d + 2] += phi
+        vectors[L.FORCE2, d] = mu_x
+        vectors[L.FORCE2, d + 1] = mu_y
+        vectors[L.FORCE2, d + 2] = mu_phi
 
 
 @kernel
 def collect_past(block, vectors, frames, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
-    gather(block, PAST_WRENCH, PAST_LEVER, PAST_FORCE, vectors, frames, layout)
+    gather(block, C.PAST_WRENCH, C.PAST_LEVER, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -109,10 +96,10 @@ def jacobians(block, vectors, frames, numbers, layout):
     value, zero."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        w = vectors[VELOCITY, layout[o] + 2]
+        w = vectors[L.VELOCITY, layout[o] + 2]
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            k = layout[layout[FRAMES] + 2 * f + 1]
-            lx, ly = frames[f, LEVER], frames[f, LEVER + 1]
+            k = layout[layout[L.FRAMES] + 2 * f + 1]
+            lx, ly = frames[f, C.LEVER], frames[f, C.LEVER + 1]
             numbers[k], numbers[k + 4], numbers[k + 8] = 1.0, 1.0, 1.0
             numbers[k + 2], numbers[k + 5] = -ly, lx
             numbers[k + 11], numbers[k + 14] = -lx * w, -ly * w
@@ -126,5 +113,5 @@ def stiffness(block, cK, frames, layout, matrix):
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            lx, ly, fx, fy = frames[f, LEVER], frames[f, LEVER + 1], frames[f, WRENCH], frames[f, WRENCH + 1]
-            matrix[layout[layout[SLOTS] + layout[o + 4]]] += cK * (lx * fx + ly * fy)
+            lx, ly, fx, fy = frames[f, C.LEVER], frames[f, C.LEVER + 1], frames[f, C.WRENCH], frames[f, C.WRENCH + 1]
+            matrix[layout[layout[L.SLOTS] + layout[o + 4]]] += cK * (lx * fx + ly * fy)

@@ -1,6 +1,6 @@
 """Compilation of marked kernels and the cache of their machine code; without LLVM, kernels run as plain Python.
 
-Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
+Element files only mark their kernels (:mod:`mbdsl.kernels.marks`), because ``mbdsl check`` imports these files
 without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object: the kernels
 are translated to LLVM code (:mod:`mbdsl.compilation.translation`; docs/decisions/translator.md has the reason).
 ``MBDSL_NO_COMPILE=1`` runs them as plain Python.
@@ -24,9 +24,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
 from mbdsl.compilation.native_call import Native, Signature
+from mbdsl.kernels import marks
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
 

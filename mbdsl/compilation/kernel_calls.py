@@ -6,7 +6,6 @@ import ast
 import inspect
 from collections.abc import Callable
 
-from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_code import Code, returned, translates
 from mbdsl.compilation.kernel_expressions import comparison
 from mbdsl.compilation.kernel_types import (
@@ -25,6 +24,7 @@ from mbdsl.compilation.kernel_types import (
     join,
     of_argument,
 )
+from mbdsl.kernels import marks
 
 #: functions of floats -> the intrinsic or the function of the C library
 INTRINSICS = {"sin": "llvm.sin.f64", "cos": "llvm.cos.f64", "sqrt": "llvm.sqrt.f64", "exp": "llvm.exp.f64"}

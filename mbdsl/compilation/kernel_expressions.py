@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Sequence
+from dataclasses import is_dataclass
 from functools import partial
 from types import ModuleType
 
@@ -54,7 +55,7 @@ def _tuple(code: Code, node: ast.Tuple) -> Value:
 @translates(ast.Attribute)
 def _attribute(code: Code, node: ast.Attribute) -> Value:
     of = code.value(node.value)
-    if isinstance(of.type, Fixed) and isinstance(of.type.value, ModuleType):
+    if isinstance(of.type, Fixed) and (isinstance(of.type.value, ModuleType) or is_dataclass(of.type.value)):
         return constant(getattr(of.type.value, node.attr))
     if isinstance(of.type, Group) and of.type.named is not None:
         return of.items[of.type.named._fields.index(node.attr)]  # type: ignore[attr-defined]

@@ -16,14 +16,14 @@ from numbers import Number
 from pathlib import Path
 from types import ModuleType
 
-from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.errors import Span
+from mbdsl.kernels import marks
 
 #: names of emitted modules, which have no source file
 emitted: set[str] = set()
 #: packages whose modules define kernels, or constants that kernels read
-_ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "numerics", "system"))
+_ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "kernels", "numerics", "system"))
 #: modules that element and method files import for their declarations; no kernel reads them
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 #: packages whose versions are part of the name of the cache's subfolder, or which kernels cannot use
@@ -110,11 +110,9 @@ def _is_read(name: str) -> bool:
 def file_of(name: str) -> Path | None:
     """The file of a module; None for packages of mbdsl, emitted modules, and modules without a file."""
     if name.startswith("mbdsl."):
-        # variants in space have the source of their counterparts in the plane, whether they are imported or not
-        for module in (name, name.removesuffix("_in_space")):
-            path = Path(__file__).parents[1].joinpath(*module.split(".")[1:]).with_suffix(".py")
-            if path.exists():
-                return path
+        path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
+        if path.exists():
+            return path
     file = getattr(sys.modules.get(name), "__file__", None)
     if file is None or name in emitted or (name.startswith("mbdsl.") and Path(file).name == "__init__.py"):
         return None

@@ -22,11 +22,11 @@ from pathlib import Path
 from types import ModuleType
 
 from mbdsl import integrators
-from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, names_of
 from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.errors import MbdslError, Span, UsageError
 from mbdsl.integrators.method import KERNELS, STEP_KERNELS, Method
+from mbdsl.kernels import marks
 
 PREFIX = "mbdsl_method_file_"  #: of the names of modules; a digest of the text follows
 PAGE = "docs/backends.md describes both kinds of files"

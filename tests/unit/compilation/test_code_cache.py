@@ -136,7 +136,7 @@ def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path,
     library = tmp_path / "library"
     library.mkdir()
     source = library / "threefold.py"
-    source.write_text("from mbdsl.compilation.marks import kernel\n@kernel\ndef scale(x):\n    return 3 * x\n")
+    source.write_text("from mbdsl.kernels.marks import kernel\n@kernel\ndef scale(x):\n    return 3 * x\n")
     monkeypatch.syspath_prepend(library)
     import threefold
 
@@ -156,7 +156,7 @@ HELPERS = {
     "helpers_of_a_user/__init__.py": "from .lengths import SHORT\n",
     "helpers_of_a_user/lengths.py": "SHORT = 1\n",
     "helpers_of_a_user/scaling.py": """
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 from . import factors
 
 @kernel
@@ -165,7 +165,7 @@ def scale(x):
 """,
     "helpers_of_a_user/factors.py": """
 import math
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 try:
     from more_helpers_of_a_user import TWO
 except ImportError:
@@ -179,7 +179,7 @@ def three():
     "basic_helpers_of_a_user.py": "ONE = 1\n",
     "kernels_of_a_user.py": """
 import helpers_of_a_user.scaling
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 
 @kernel
 def scale(x):
@@ -227,7 +227,7 @@ def test_libraries_are_no_sources_of_machine_code(tmp_path, monkeypatch):
     for name, text in {
         "plain_library": "import inner_of_a_library\n",
         "inner_of_a_library": "",
-        "library_of_kernels": "import mbdsl.compilation.marks, with_constants\n",
+        "library_of_kernels": "import mbdsl.kernels.marks, with_constants\n",
         "with_constants": "",
     }.items():
         (tmp_path / "site-packages" / f"{name}.py").write_text(text)
@@ -256,7 +256,7 @@ def test_a_source_that_cannot_be_read_is_no_part_of_a_digest(tmp_path, monkeypat
 def test_constants_from_other_files_of_a_user_are_part_of_the_digest(fresh, tmp_path, monkeypatch):
     """Machine code contains their values, which the source of the kernels does not show."""
     (tmp_path / "user_constants.py").write_text("FACTOR, TABLE = 3, (1, (2, 5))\n")
-    source = "import user_constants\nfrom user_constants import TABLE\nfrom mbdsl.compilation.marks import kernel\n"
+    source = "import user_constants\nfrom user_constants import TABLE\nfrom mbdsl.kernels.marks import kernel\n"
     source += "@kernel\ndef scale(x):\n    return user_constants.FACTOR * x + TABLE[1][1]\n"
     (tmp_path / "user_kernels.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
@@ -489,11 +489,3 @@ print(len(failures), *failures)
 @needs_compiler
 def test_threads_share_a_cold_start(tmp_path):
     assert run(THREADS, tmp_path) == ["0"]
-
-
-def test_sources_of_variants_in_space_are_found_before_their_import(monkeypatch):
-    """Else every process would compile models in space again."""
-    monkeypatch.delitem(sys.modules, "mbdsl.system.loops_in_space", raising=False)
-    assert kernel_sources.file_of("mbdsl.system.loops_in_space").name == "loops.py"
-    assert kernel_sources.file_of("mbdsl.system.frame_block_in_space").name == "frame_block_in_space.py"
-    assert kernel_sources.digest_of(["mbdsl.system.loops_in_space"]) is not None

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation import code_cache, marks, translation
+from mbdsl.compilation import code_cache, translation
 from mbdsl.compilation.kernel_calls import INTRINSICS, LIBRARY
 from mbdsl.compilation.kernel_code import ALTERNATIVES, TRANSLATIONS
 from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.compilation.native_call import Signature
+from mbdsl.kernels import marks
 from mbdsl.storage import cache_folder
 
 needs_compiler = pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
@@ -23,7 +24,7 @@ import math
 from math import atan2, ceil, floor, hypot, log, pi
 from numpy import arccos, floor as floored, log10, sin, sinh, sqrt, tan
 from typing import Callable, NamedTuple
-from mbdsl.compilation.marks import kernel, rare, square
+from mbdsl.kernels.marks import kernel, rare, square
 
 TABLE = ((1.5, 2.5, -3.5), (4.0, 5.0, 6.0))
 NODES = (0.25, 0.5, 1.0)
@@ -262,7 +263,7 @@ def test_square_is_a_view(compiled):
 
 
 USER = """
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 
 @kernel
 def last(x, k):

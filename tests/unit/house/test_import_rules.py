@@ -24,6 +24,7 @@ ROOMS = (
         "expressions",
         "numerics",
         "compilation",
+        "kernels",
         "storage",
         "errors",
         "messages",
@@ -258,8 +259,8 @@ def test_the_reader_of_imports_sees_them():
 def test_the_closure_sees_far():
     """From the command line, through functions, to the kernels' marks; at import, not even to numpy."""
     ways = closure(["mbdsl.cli.simulate"], (AT_IMPORT, IN_FUNCTION))
-    assert {"mbdsl.compilation.marks", "mbdsl.studies.ladder", "numpy"} <= set(ways)
-    assert len(ways["mbdsl.compilation.marks"]) > 3
+    assert {"mbdsl.kernels.marks", "mbdsl.studies.ladder", "numpy"} <= set(ways)
+    assert len(ways["mbdsl.kernels.marks"]) > 3
     assert "numpy" not in closure(["mbdsl.cli.simulate"], (AT_IMPORT,))
 
 

@@ -21,8 +21,8 @@ from mbdsl.studies.store import Store, method_code
 ROOT = Path(__file__).parents[3]
 CRANK = ROOT / "models" / "slider_crank.mbd"
 RK4 = re.search(r'```python\n("""rk4\.py""".*?)```', (ROOT / "docs" / "backends.md").read_text("utf-8"), re.DOTALL)[1]
-EULER = """from mbdsl.compilation.buffer_layout import N_Q, POSITION, POSITION0, UNKNOWN, VELOCITY, VELOCITY0
-from mbdsl.compilation.marks import kernel
+EULER = """from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.newmark import METHOD as newmark
 from mbdsl.integrators.methods.nstiff import correct, matrix, residual
@@ -36,9 +36,9 @@ METHOD = Method(
 @kernel
 def motion(h, run):
     y = run.vectors
-    for i in range(run.layout[N_Q]):
-        y[VELOCITY, i] = y[VELOCITY0, i] + h * y[UNKNOWN, i]
-        y[POSITION, i] = y[POSITION0, i] + h * y[VELOCITY, i]
+    for i in range(run.layout[L.N_Q]):
+        y[L.VELOCITY, i] = y[L.VELOCITY0, i] + h * y[L.UNKNOWN, i]
+        y[L.POSITION, i] = y[L.POSITION0, i] + h * y[L.VELOCITY, i]
 
 
 @kernel
@@ -175,10 +175,10 @@ def test_a_changed_file_that_it_imports_is_part_of_its_digest(files, tmp_path, m
             "  = docs/backends.md describes both kinds of files\n",
         ),
         (
-            EULER.replace("= y[POSITION0, i]", "= positions[i]"),
-            "m.py:18:26: error: the kernel motion uses `positions`, which is not defined\n"
-            "            y[POSITION, i] = positions[i] + h * y[VELOCITY, i]\n"
-            "                             ^^^^^^^^^\n",
+            EULER.replace("= y[L.POSITION0, i]", "= positions[i]"),
+            "m.py:18:28: error: the kernel motion uses `positions`, which is not defined\n"
+            "            y[L.POSITION, i] = positions[i] + h * y[L.VELOCITY, i]\n"
+            "                               ^^^^^^^^^\n",
         ),
     ],
 )

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state, sparse_lu
 from mbdsl.integrators.methods import radau5_coefficients, radau5_stages
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 

@@ -229,8 +229,8 @@ def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
     """A complete file with the right sources and the right text, but written by another user."""
     body = "\n".join(
         [
-            kernel_sources.digest_of(["mbdsl.compilation.marks"]),
-            "mbdsl.compilation.marks",
+            kernel_sources.digest_of(["mbdsl.kernels.marks"]),
+            "mbdsl.kernels.marks",
             code_cache._asked("text", {}),
             "",
             "",
