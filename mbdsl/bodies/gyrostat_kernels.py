@@ -24,10 +24,16 @@ from math import cos, sin
 
 from mbdsl.bodies import spatial_rigid_body_kernels as rigid
 from mbdsl.bodies.spatial_rigid_body_kernels import (
+    COUNT,
+    FIRST,
+    FRAME,
     INVERSE_INERTIA,
     PAST,
     RECORD,
+    ROTATION,
+    ROTORS,
     SCRATCH,
+    SLOT,
     R,
     frame_jacobian,
     past_jacobian,
@@ -51,7 +57,7 @@ def move(block, vectors, frames, numbers, layout):
     rigid.move(block, vectors, frames, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own, r = layout[o] + ANGLES, numbers[layout[o + 4] :], layout[o + 6]
+        d, own, r = layout[o + FIRST] + ANGLES, numbers[layout[o + ROTATION] :], layout[o + ROTORS]
         for k in range(layout[r + 2]):
             f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
             nx, ny, nz = axle(i, r, own, numbers, layout)
@@ -84,7 +90,7 @@ def turn_axes(f, c, s, nx, ny, nz, frames):
 def gather_on_rotors(o, wrench, attitude_at, row, vectors, frames, numbers, layout):
     """vectors[row] += the torques about the axles, of the record at ``o``; arguments as of ``rigid.gather``, and the
     matrix of the attitude is at the offset ``attitude_at`` of the body's rotation in numbers."""
-    d, own, r = layout[o] + ANGLES, numbers[layout[o + 4] + attitude_at :], layout[o + 6]
+    d, own, r = layout[o + FIRST] + ANGLES, numbers[layout[o + ROTATION] + attitude_at :], layout[o + ROTORS]
     for k in range(layout[r + 2]):
         f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
         nx, ny, nz = axle(i, r, own, numbers, layout)
@@ -120,9 +126,9 @@ def collect_past(block, vectors, frames, numbers, layout):
 def jacobians(block, vectors, frames, numbers, layout):
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
         wx, wy, wz = turned(own, vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2])
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             B = layout[L.FRAMES] + 2 * f
             frame_jacobian(f, layout[B], wx, wy, wz, frames, numbers[layout[B + 1] :])
         of_angles(o, R, numbers, layout)
@@ -131,7 +137,7 @@ def jacobians(block, vectors, frames, numbers, layout):
 @kernel
 def of_angles(o, attitude_at, numbers, layout):
     """Write the columns (0, R n) of B, with the R at the offset ``attitude_at`` of the body's rotation."""
-    own, r = numbers[layout[o + 4] + attitude_at :], layout[o + 6]
+    own, r = numbers[layout[o + ROTATION] + attitude_at :], layout[o + ROTORS]
     for k in range(layout[r + 2]):
         B = numbers[layout[layout[L.FRAMES] + 2 * layout[r + 3 + 2 * k] + 1] :]
         # rows of seven columns; the last three contain the angular velocity
@@ -142,9 +148,9 @@ def of_angles(o, attitude_at, numbers, layout):
 def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
     for e in range(layout[block] if layout[L.CHART] else 0):
         o = layout[block + 1] + RECORD * e
-        W = numbers[layout[o + 4] + SCRATCH :]
-        rigid.velocity_by_turn(layout[L.CHART], cK, cD, layout[o] + 3, vectors, numbers[layout[o + 4] :])
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        W = numbers[layout[o + ROTATION] + SCRATCH :]
+        rigid.velocity_by_turn(layout[L.CHART], cK, cD, layout[o + FIRST] + 3, vectors, numbers[layout[o + ROTATION] :])
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             B = layout[L.FRAMES] + 2 * f
             step_jacobian(f, layout[B], W, frames, numbers[layout[B + 1] :])
         of_angles(o, R, numbers, layout)
@@ -154,10 +160,10 @@ def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
 def past_jacobians(block, cG, frames, numbers, layout):
     for e in range(layout[block] if cG != 0.0 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         Q = own[SCRATCH:]
         rigid.turn_since(own, Q)
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             B = layout[L.FRAMES] + 2 * f
             past_jacobian(f, layout[B], Q, frames, numbers[layout[B + 1] :])
         of_angles(o, PAST, numbers, layout)
@@ -176,8 +182,8 @@ def add_stiffness_on_rotors(block, cK, wrench, frames, numbers, layout, matrix):
         return
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own, r = numbers[layout[o + 4] :], layout[o + 6]
-        slots = layout[layout[L.SLOTS] + layout[o + 5] + 9 + 3 * layout[r] :]
+        own, r = numbers[layout[o + ROTATION] :], layout[o + ROTORS]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] + 9 + 3 * layout[r] :]
         for k in range(layout[r + 2]):
             f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
             nx, ny, nz = axle(i, r, own, numbers, layout)
@@ -193,7 +199,7 @@ def forces(block, vectors, numbers, layout):
     rigid.forces(block, vectors, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d = layout[o] + 3
+        d = layout[o + FIRST] + 3
         x, y, z = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         hx, hy, hz = momentum(o, L.VELOCITY, vectors, numbers, layout)
         vectors[L.FORCE, d] -= y * hz - z * hy
@@ -204,7 +210,7 @@ def forces(block, vectors, numbers, layout):
 @kernel
 def momentum(o, row, vectors, numbers, layout):
     """sum C n vectors[row, theta], in body axes."""
-    d, r = layout[o] + ANGLES, layout[o + 6]
+    d, r = layout[o + FIRST] + ANGLES, layout[o + ROTORS]
     hx, hy, hz = 0.0, 0.0, 0.0
     for i in range(layout[r]):
         at = numbers[layout[r + 1] + ROTOR * i :]
@@ -223,7 +229,7 @@ def inertia(block, task, row, target, vectors, numbers, layout):
     rigid.inertia(block, task, row, target, vectors, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, r = layout[o] + 3, layout[o + 6]
+        d, r = layout[o + FIRST] + 3, layout[o + ROTORS]
         if task == L.TIMES:
             hx, hy, hz = momentum(o, row, vectors, numbers, layout)
             vectors[target, d] += hx
@@ -234,7 +240,7 @@ def inertia(block, task, row, target, vectors, numbers, layout):
             for i in range(layout[r]):
                 at, Q = numbers[layout[r + 1] + ROTOR * i :], vectors[row, d + 3 + i]
                 x, y, z = x - Q * at[0], y - Q * at[1], z - Q * at[2]
-            ax, ay, az = turned(numbers[layout[o + 4] + INVERSE_INERTIA :], x, y, z)
+            ax, ay, az = turned(numbers[layout[o + ROTATION] + INVERSE_INERTIA :], x, y, z)
             vectors[target, d], vectors[target, d + 1], vectors[target, d + 2] = ax, ay, az
         for i in range(layout[r]):
             at = numbers[layout[r + 1] + ROTOR * i :]
@@ -253,9 +259,9 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     rigid.tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own, r = layout[o] + 3, numbers[layout[o + 4] :], layout[o + 6]
+        d, own, r = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :], layout[o + ROTORS]
         S, P, T = own[SCRATCH:], own[SCRATCH + 9 :], own[SCRATCH + 18 :]
-        slots = layout[layout[L.SLOTS] + layout[o + 5] :]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
         set_turn(layout[L.CHART] == 1 and (cK != 0.0 or cD != 0.0), vectors[L.POSITION, d:], T)
         add_in_rows(cM, r, own, T, numbers, layout, slots, matrix)
         hx, hy, hz = momentum(o, L.VELOCITY, vectors, numbers, layout)
@@ -315,10 +321,10 @@ def step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix):
     add_stiffness_on_rotors(block, -cU, SPACE.MU_WRENCH, frames, numbers, layout, matrix)
     for e in range(layout[block] if layout[L.CHART] == 1 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         Q = own[SCRATCH + 18 :]
-        inverse_tangent(vectors[L.POSITION, layout[o] + 3 :], Q)
+        inverse_tangent(vectors[L.POSITION, layout[o + FIRST] + 3 :], Q)
         for j in range(3):
             Q[4 * j] -= 1.0
-        slots = layout[layout[L.SLOTS] + layout[o + 5] :]
-        add_in_rows(cM, layout[o + 6], own, Q, numbers, layout, slots, matrix)
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
+        add_in_rows(cM, layout[o + ROTORS], own, Q, numbers, layout, slots, matrix)

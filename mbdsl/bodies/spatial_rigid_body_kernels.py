@@ -12,9 +12,7 @@ they change with the motion of the mechanism alone, and not with the spin of its
 :mod:`mbdsl.integrators.loop.rotation_chart` turns residuals and corrections. The attitude is R = R_0 exp(psi~), with
 psi in the coordinates and R_0, as a quaternion, in numbers.
 
-Record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames' (s, R_m),
-offset in numbers of the rotation (see the names below), first of nine slots of the rotations in the iteration matrix,
-and of a body that carries rotors (:mod:`mbdsl.bodies.gyrostat_kernels`) the offset in layout of their record.
+
 
 Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137, for the formulation on R^3 x SO(3).
 """
@@ -24,12 +22,16 @@ from mbdsl.kernels.columns import SPACE
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import BASE, INVERSE_INERTIA, attitude, inverse_tangent, product, turned, turned_back
 
-RECORD = 7  #: ints of a body in layout
+#: record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames'
+#: (s, R_m), offset in numbers of the rotation (see R below), first of nine slots of the rotations in the iteration
+#: matrix, and of a body that carries rotors (:mod:`mbdsl.bodies.gyrostat_kernels`) the offset in layout of their record
+FIRST, FRAME, COUNT, POSES, ROTATION, SLOT, ROTORS = range(7)
+RECORD = 7
 POINT = 12  #: floats of a frame in numbers: s, then the columns of R_m
 #: floats of a rotation in numbers: R, row by row; the quaternion of R_0; R at the start of the step; moments of inertia
 #: J, row by row, and their inverse; scratch
 R, PAST, J, SCRATCH = 0, 13, 22, 40
-ROTATION = SCRATCH + 27
+ROTATION_SIZE = SCRATCH + 27
 MASS = 1  #: the mass matrix is constant in body axes
 MODEL = "mbdsl.bodies.spatial_rigid_body"
 
@@ -39,11 +41,11 @@ def move(block, vectors, frames, numbers, layout):
     """Write pose, rate and lever of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, f0, k = layout[o], layout[o + 1], layout[o + 3]
-        own = numbers[layout[o + 4] :]
+        d, f0, k = layout[o + FIRST], layout[o + FRAME], layout[o + POSES]
+        own = numbers[layout[o + ROTATION] :]
         attitude(vectors[L.POSITION, d + 3 :], own[BASE:], own)
         wx, wy, wz = turned(own, vectors[L.VELOCITY, d + 3], vectors[L.VELOCITY, d + 4], vectors[L.VELOCITY, d + 5])
-        for f in range(f0, f0 + layout[o + 2]):
+        for f in range(f0, f0 + layout[o + COUNT]):
             lx, ly, lz = turned(own, numbers[k], numbers[k + 1], numbers[k + 2])
             frames[f, SPACE.LEVER], frames[f, SPACE.LEVER + 1], frames[f, SPACE.LEVER + 2] = lx, ly, lz
             frames[f, 0], frames[f, 1], frames[f, 2] = (
@@ -73,15 +75,16 @@ def move(block, vectors, frames, numbers, layout):
 def keep(block, numbers, layout):
     """At the start of a step, store R for ``collect_past``."""
     for e in range(layout[block] if layout[L.KEEP] else 0):
-        own = numbers[layout[layout[block + 1] + RECORD * e + 4] :]
+        own = numbers[layout[layout[block + 1] + RECORD * e + ROTATION] :]
         for j in range(9):
             own[PAST + j] = own[R + j]
 
 
 @kernel
-def gather(d, f0, count, wrench, lever, attitude_of, row, vectors, frames):
-    """vectors[row] += B^T F of ``count`` frames from f0 on, with F and l in the columns of frames from ``wrench`` and
-    ``lever`` on; the torque is turned to body axes by the matrix ``attitude_of``."""
+def gather(o, wrench, lever, attitude_of, row, vectors, frames, layout):
+    """vectors[row] += B^T F of the frames of the body with the record at ``o``, with F and l in the columns of frames
+    from ``wrench`` and ``lever`` on; the torque is turned to body axes by the matrix ``attitude_of``."""
+    d, f0, count = layout[o + FIRST], layout[o + FRAME], layout[o + COUNT]
     x, y, z, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for f in range(f0, f0 + count):
         fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
@@ -104,8 +107,8 @@ def collect(block, vectors, frames, numbers, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
-        gather(layout[o], layout[o + 1], layout[o + 2], SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames)
+        own = numbers[layout[o + ROTATION] :]
+        gather(o, SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -113,9 +116,9 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
-        gather(layout[o], layout[o + 1], layout[o + 2], SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames)
-        gather(layout[o], layout[o + 1], layout[o + 2], SPACE.MU_WRENCH, SPACE.LEVER, own, L.FORCE2, vectors, frames)
+        own = numbers[layout[o + ROTATION] :]
+        gather(o, SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames, layout)
+        gather(o, SPACE.MU_WRENCH, SPACE.LEVER, own, L.FORCE2, vectors, frames, layout)
 
 
 @kernel
@@ -123,18 +126,8 @@ def collect_past(block, vectors, frames, numbers, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] + PAST :]
-        gather(
-            layout[o],
-            layout[o + 1],
-            layout[o + 2],
-            SPACE.PAST_WRENCH,
-            SPACE.PAST_LEVER,
-            own,
-            L.PAST_FORCE,
-            vectors,
-            frames,
-        )
+        own = numbers[layout[o + ROTATION] + PAST :]
+        gather(o, SPACE.PAST_WRENCH, SPACE.PAST_LEVER, own, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -143,7 +136,7 @@ def jacobians(block, vectors, frames, numbers, layout):
     value, zero."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             wx, wy, wz = frames[f, SPACE.RATE + 3], frames[f, SPACE.RATE + 4], frames[f, SPACE.RATE + 5]
             frame_jacobian(f, 6, wx, wy, wz, frames, numbers[layout[layout[L.FRAMES] + 2 * f + 1] :])
 
@@ -166,9 +159,9 @@ def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
     """In a step, add B W = [[0, -l~ W], [0, W]] to (B v)_q of every frame."""
     for e in range(layout[block] if layout[L.CHART] else 0):
         o = layout[block + 1] + RECORD * e
-        W = numbers[layout[o + 4] + SCRATCH :]
-        velocity_by_turn(layout[L.CHART], cK, cD, layout[o] + 3, vectors, numbers[layout[o + 4] :])
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        W = numbers[layout[o + ROTATION] + SCRATCH :]
+        velocity_by_turn(layout[L.CHART], cK, cD, layout[o + FIRST] + 3, vectors, numbers[layout[o + ROTATION] :])
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             step_jacobian(f, 6, W, frames, numbers[layout[layout[L.FRAMES] + 2 * f + 1] :])
 
 
@@ -223,10 +216,10 @@ def past_jacobians(block, cG, frames, numbers, layout):
     in the axes of which Q = R_{n+1} R_n^T makes the present ones."""
     for e in range(layout[block] if cG != 0.0 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         Q = own[SCRATCH:]
         turn_since(own, Q)
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             past_jacobian(f, 6, Q, frames, numbers[layout[layout[L.FRAMES] + 2 * f + 1] :])
 
 
@@ -275,7 +268,7 @@ def add_stiffness(block, cK, wrench, frames, layout, matrix):
         o = layout[block + 1] + RECORD * e
         tx, ty, tz, lf = 0.0, 0.0, 0.0, 0.0
         xx, xy, xz, yx, yy, yz, zx, zy, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
             lx, ly, lz = frames[f, SPACE.LEVER], frames[f, SPACE.LEVER + 1], frames[f, SPACE.LEVER + 2]
             tx, ty, tz = tx + frames[f, wrench + 3], ty + frames[f, wrench + 4], tz + frames[f, wrench + 5]
@@ -284,7 +277,7 @@ def add_stiffness(block, cK, wrench, frames, layout, matrix):
             xx, xy, xz = xx + fx * lx, xy + fx * ly, xz + fx * lz
             yx, yy, yz = yx + fy * lx, yy + fy * ly, yz + fy * lz
             zx, zy, zz = zx + fz * lx, zy + fz * ly, zz + fz * lz
-        slots = layout[layout[L.SLOTS] + layout[o + 5] :]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
         matrix[slots[0]] -= cK * (xx - lf)
         matrix[slots[1]] -= cK * (xy - tz)
         matrix[slots[2]] -= cK * (xz + ty)
@@ -307,7 +300,7 @@ def forces(block, vectors, numbers, layout):
     """vectors[FORCE] -= Omega x J Omega."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
         x, y, z = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         hx, hy, hz = angular_momentum(own, x, y, z)
         vectors[L.FORCE, d] -= y * hz - z * hy
@@ -320,7 +313,7 @@ def inertia(block, task, row, target, vectors, numbers, layout):
     """vectors[target] += (J without its diagonal) vectors[row], or = J^{-1} vectors[row], of rotations in body axes."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
         x, y, z = vectors[row, d], vectors[row, d + 1], vectors[row, d + 2]
         if task == L.TIMES:
             vectors[target, d] += own[J + 1] * y + own[J + 2] * z
@@ -341,7 +334,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     """
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
         S, P = own[SCRATCH:], own[SCRATCH + 9 :]
         x, y, z = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         hx, hy, hz = angular_momentum(own, x, y, z)
@@ -358,7 +351,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
             product(S, own[SCRATCH + 18 :], P)
             S, P = own[SCRATCH + 9 :], own[SCRATCH:]
         product(own[R:], S, P)
-        slots = layout[layout[L.SLOTS] + layout[o + 5] :]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
         for i in range(3):
             for j in range(3):
                 value = (
@@ -376,17 +369,17 @@ def step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix):
     add_stiffness(block, -cU, SPACE.MU_WRENCH, frames, layout, matrix)
     for e in range(layout[block] if layout[L.CHART] == 1 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         S, P, Q = own[SCRATCH:], own[SCRATCH + 9 :], own[SCRATCH + 18 :]
         for j in range(9):
             S[j] = cM * own[J + j]
-        inverse_tangent(vectors[L.POSITION, layout[o] + 3 :], Q)
+        inverse_tangent(vectors[L.POSITION, layout[o + FIRST] + 3 :], Q)
         for j in range(3):
             S[4 * j] += cE
             Q[4 * j] -= 1.0
         product(S, Q, P)
         product(own[R:], P, S)
-        slots = layout[layout[L.SLOTS] + layout[o + 5] :]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
         for i in range(3):
             for j in range(3):
                 matrix[slots[3 * i + j]] += (
