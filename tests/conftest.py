@@ -77,7 +77,6 @@ verification/test_space.py::*bricard*
 !verification/test_sudden_forces.py*
 !verification/test_unseen_fixed.py*
 !verification/test_velocity_level.py*
-unit/compilation/test_code_cache.py::*numba*
 unit/compilation/test_optimisation.py*
 unit/editor/test_server.py::test_without_the_extra
 unit/elements/test_new_kind.py*

@@ -13,11 +13,11 @@ import numpy as np
 from mbdsl.bodies.contract import POSITIONS
 from mbdsl.elements.kind import ForceKind
 from mbdsl.expressions.symbolic import Expr, coordinate, diff, input_signal, leaves
+from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.system import System
-from mbdsl.system.in_space import layout_of
 from mbdsl.system.signals import gradients, values
 from mbdsl.system.structure import Block, law_expressions
 
@@ -95,7 +95,7 @@ def _tables(system: System, t: float, q: Array, v: Array, lam: Array) -> Iterato
 def _directions(system: System, c: Component, table: Array, t: float, q: Array, v: Array) -> Array:
     """The derivatives (rows, n) of the coordinates g of a component whose rows of the gradient table are ``table``."""
     motion = np.vstack([_motion(system, c.ports[port], t, q, v) for port in c.kind.ports])
-    return np.asarray(table[:, : layout_of(system.scene.spatial).PAIR_POSE] @ motion)
+    return np.asarray(table[:, : columns_of(system.scene.spatial).PAIR_POSE] @ motion)
 
 
 def _motion(system: System, name: str, t: float, q: Array, v: Array) -> Array:

@@ -30,22 +30,9 @@ slot.
 
 from math import atan2, floor, pi, sqrt
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    FRAMES,
-    INVERSE,
-    LEVER,
-    MU_WRENCH,
-    PAST_FORCE,
-    PAST_LEVER,
-    PAST_WRENCH,
-    POSITION,
-    SLOTS,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.banded import cholesky_solve_pairs
 
 MASS = 1  #: the mass matrix is constant, but not diagonal
@@ -91,14 +78,15 @@ def move(block, vectors, frames, numbers, layout):
         o = layout[block + 1] + RECORD * e
         d = layout[o + FIRST]
         first = floor(
-            (numbers[layout[o + TURN]] - angle(vectors[POSITION, d + 2], vectors[POSITION, d + 3])) / (2.0 * pi) + 0.5
+            (numbers[layout[o + TURN]] - angle(vectors[L.POSITION, d + 2], vectors[L.POSITION, d + 3])) / (2.0 * pi)
+            + 0.5
         )
         for f in range(layout[o + N_FRAME]):
             r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
             k, n = layout[r], layout[r + 2]
             q, v = (
-                vectors[POSITION, layout[o + FIRST] + layout[r + 1] :],
-                vectors[VELOCITY, layout[o + FIRST] + layout[r + 1] :],
+                vectors[L.POSITION, layout[o + FIRST] + layout[r + 1] :],
+                vectors[L.VELOCITY, layout[o + FIRST] + layout[r + 1] :],
             )
             x, y, vx, vy, ax, ay, ux, uy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for j in range(k):
@@ -116,14 +104,17 @@ def move(block, vectors, frames, numbers, layout):
             turns, last = first, d + layout[r + 1] // 4 * 4 + 2
             for i in range(d + 2, last, 4):
                 turns += passed(
-                    vectors[POSITION, i], vectors[POSITION, i + 1], vectors[POSITION, i + 4], vectors[POSITION, i + 5]
+                    vectors[L.POSITION, i],
+                    vectors[L.POSITION, i + 1],
+                    vectors[L.POSITION, i + 4],
+                    vectors[L.POSITION, i + 5],
                 )
-            turns += passed(vectors[POSITION, last], vectors[POSITION, last + 1], ax, ay)
+            turns += passed(vectors[L.POSITION, last], vectors[L.POSITION, last + 1], ax, ay)
             z[0], z[1], z[2] = x, y, angle(ax, ay) + 2.0 * pi * turns + numbers[n]
             z[3], z[4], z[5] = vx, vy, px * ux + py * uy
-            z[LEVER], z[LEVER + 1] = px, py
+            z[C.LEVER], z[C.LEVER + 1] = px, py
             for j in range(3):
-                z[WRENCH + j], z[MU_WRENCH + j] = 0.0, 0.0
+                z[C.WRENCH + j], z[C.MU_WRENCH + j] = 0.0, 0.0
 
 
 @kernel
@@ -144,20 +135,20 @@ def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
 @kernel
 def collect(block, vectors, frames, numbers, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, WRENCH, LEVER, FORCE, vectors, frames, numbers, layout)
+    gather(block, C.WRENCH, C.LEVER, L.FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, numbers, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu."""
-    gather(block, WRENCH, LEVER, FORCE, vectors, frames, numbers, layout)
-    gather(block, MU_WRENCH, LEVER, FORCE2, vectors, frames, numbers, layout)
+    gather(block, C.WRENCH, C.LEVER, L.FORCE, vectors, frames, numbers, layout)
+    gather(block, C.MU_WRENCH, C.LEVER, L.FORCE2, vectors, frames, numbers, layout)
 
 
 @kernel
 def collect_past(block, vectors, frames, numbers, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi and the slopes at the start of the step."""
-    gather(block, PAST_WRENCH, PAST_LEVER, PAST_FORCE, vectors, frames, numbers, layout)
+    gather(block, C.PAST_WRENCH, C.PAST_LEVER, L.PAST_FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -187,7 +178,7 @@ def forces(block, vectors, numbers, layout):
         EA, EI, T = numbers[m], numbers[m + 1], numbers[m + 2]
         for i in range(layout[o + ELEMENTS]):
             d = layout[o + FIRST] + 4 * i
-            q, v, f = vectors[POSITION, d : d + 8], vectors[VELOCITY, d : d + 8], vectors[FORCE, d : d + 8]
+            q, v, f = vectors[L.POSITION, d : d + 8], vectors[L.VELOCITY, d : d + 8], vectors[L.FORCE, d : d + 8]
             for g in range(layout[o + N_STRETCH]):
                 c = numbers[layout[o + STRETCH] + STRETCH_POINT * g :]
                 (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
@@ -209,9 +200,9 @@ def forces(block, vectors, numbers, layout):
 
 @kernel
 def inertia(block, task, row, target, vectors, numbers, layout):
-    """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`: here INVERSE, which writes vectors[target].
+    """Tasks of the mass matrix, see :mod:`mbdsl.kernels.buffer_layout`: here INVERSE, which writes vectors[target].
     :mod:`mbdsl.system.loops` multiplies with the constant entries of M."""
-    if task == INVERSE:
+    if task == L.INVERSE:
         for e in range(layout[block]):
             o = layout[block + 1] + RECORD * e
             d, k = layout[o + FIRST], 2 * (layout[o + ELEMENTS] + 1)
@@ -232,8 +223,8 @@ def jacobians(block, vectors, frames, numbers, layout):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + N_FRAME]):
             r, row = layout[o + OF_FRAMES] + FRAME_RECORD * f, layout[o + FRAME] + f
-            k, n, v = layout[r], layout[r + 2], vectors[VELOCITY, layout[o + FIRST] + layout[r + 1] :]
-            B, px, py = layout[layout[FRAMES] + 2 * row + 1], frames[row, LEVER], frames[row, LEVER + 1]
+            k, n, v = layout[r], layout[r + 2], vectors[L.VELOCITY, layout[o + FIRST] + layout[r + 1] :]
+            B, px, py = layout[layout[L.FRAMES] + 2 * row + 1], frames[row, C.LEVER], frames[row, C.LEVER + 1]
             ux, uy = 0.0, 0.0
             for j in range(k):
                 ux += numbers[n + 1 + k + j] * v[2 * j]
@@ -256,8 +247,8 @@ def stiffness(block, cK, frames, numbers, layout, matrix):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + N_FRAME]):
             r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
-            k, t, slot = layout[r], layout[r + 2] + 1 + layout[r], layout[SLOTS] + layout[r + 3]
-            px, py, tau = z[LEVER], z[LEVER + 1], -cK * z[WRENCH + 2]
+            k, t, slot = layout[r], layout[r + 2] + 1 + layout[r], layout[L.SLOTS] + layout[r + 3]
+            px, py, tau = z[C.LEVER], z[C.LEVER + 1], -cK * z[C.WRENCH + 2]
             P_xx, P_xy = -2.0 * px * py * tau, (px * px - py * py) * tau
             for i in range(k):
                 for j in range(k):
@@ -278,9 +269,9 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
             d = layout[o + FIRST] + 4 * i
             for j in range(64):
                 H[j] = 0.0
-            of_stretch(o, cK, cD, vectors[POSITION, d : d + 8], vectors[VELOCITY, d : d + 8], H, numbers, layout)
-            of_bending(o, cK, cD, vectors[POSITION, d : d + 8], vectors[VELOCITY, d : d + 8], H, numbers, layout)
-            slot = layout[SLOTS] + layout[o + BLOCKS] + 64 * i
+            of_stretch(o, cK, cD, vectors[L.POSITION, d : d + 8], vectors[L.VELOCITY, d : d + 8], H, numbers, layout)
+            of_bending(o, cK, cD, vectors[L.POSITION, d : d + 8], vectors[L.VELOCITY, d : d + 8], H, numbers, layout)
+            slot = layout[L.SLOTS] + layout[o + BLOCKS] + 64 * i
             for j in range(64):
                 matrix[layout[slot + j]] += H[j]
 

@@ -28,28 +28,9 @@ its constants, of N (or -1), of A u_j now and at the start of the step, first sl
 
 from math import cos, sin
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    FRAMES,
-    INVERSE,
-    KEEP,
-    LEVER,
-    MASS_ROW,
-    MU_WRENCH,
-    NEW_MASS,
-    PAST_FORCE,
-    PAST_LEVER,
-    PAST_WRENCH,
-    POSITION,
-    SLOTS,
-    TANGENT_ROW,
-    TEMPORARY,
-    TIMES,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.banded import cholesky_solve
 
 MASS = 2  #: the mass matrix depends on q
@@ -107,7 +88,7 @@ def parts(o, row, at, vectors, numbers, layout):
 @kernel
 def of_mass(o, layout):
     """The offset in numbers of the parts for M."""
-    return layout[o + NOW] if layout[MASS_ROW] == POSITION else layout[o + HELD]
+    return layout[o + NOW] if layout[L.MASS_ROW] == L.POSITION else layout[o + HELD]
 
 
 @kernel
@@ -119,11 +100,11 @@ def move(block, vectors, frames, numbers, layout):
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d, at = layout[o + FIRST], layout[o + NOW]
-        parts(o, POSITION, at, vectors, numbers, layout)
-        if layout[MASS_ROW] != POSITION and layout[NEW_MASS]:
-            parts(o, layout[MASS_ROW], layout[o + HELD], vectors, numbers, layout)
-        c, s, w = numbers[at + COS], numbers[at + SIN], vectors[VELOCITY, d + 2]
-        q, v = vectors[POSITION, d + 3 :], vectors[VELOCITY, d + 3 :]
+        parts(o, L.POSITION, at, vectors, numbers, layout)
+        if layout[L.MASS_ROW] != L.POSITION and layout[L.NEW_MASS]:
+            parts(o, layout[L.MASS_ROW], layout[o + HELD], vectors, numbers, layout)
+        c, s, w = numbers[at + COS], numbers[at + SIN], vectors[L.VELOCITY, d + 2]
+        q, v = vectors[L.POSITION, d + 3 :], vectors[L.VELOCITY, d + 3 :]
         for f in range(layout[o + N_FRAME]):
             r, row = layout[o + OF_FRAMES] + FRAME_RECORD * f, layout[o + FRAME] + f
             k, which, n, N, to = layout[r], layout[r + 1], layout[r + 2], layout[r + 3], layout[r + 4]
@@ -149,24 +130,24 @@ def move(block, vectors, frames, numbers, layout):
                 ry += uy * v[i]
             lx, ly = c * px - s * py, s * px + c * py
             frames[row, 0], frames[row, 1], frames[row, 2] = (
-                vectors[POSITION, d] + lx,
-                vectors[POSITION, d + 1] + ly,
-                vectors[POSITION, d + 2] + theta,
+                vectors[L.POSITION, d] + lx,
+                vectors[L.POSITION, d + 1] + ly,
+                vectors[L.POSITION, d + 2] + theta,
             )
             frames[row, 3], frames[row, 4], frames[row, 5] = (
-                vectors[VELOCITY, d] - ly * w + rx,
-                vectors[VELOCITY, d + 1] + lx * w + ry,
+                vectors[L.VELOCITY, d] - ly * w + rx,
+                vectors[L.VELOCITY, d + 1] + lx * w + ry,
                 w + turn,
             )
-            frames[row, LEVER], frames[row, LEVER + 1] = lx, ly
+            frames[row, C.LEVER], frames[row, C.LEVER + 1] = lx, ly
             for j in range(3):
-                frames[row, WRENCH + j], frames[row, MU_WRENCH + j] = 0.0, 0.0
+                frames[row, C.WRENCH + j], frames[row, C.MU_WRENCH + j] = 0.0, 0.0
 
 
 @kernel
 def keep(block, numbers, layout):
     """At the start of a step, copy the parts and A u_j of the last evaluation within numbers, for ``collect_past``."""
-    if layout[KEEP]:
+    if layout[L.KEEP]:
         for e in range(layout[block]):
             o = layout[layout[block + 1] + e]
             for j in range(LISTS + 7 * layout[o + SIZE] + 6):
@@ -202,7 +183,7 @@ def gather(block, wrench, lever, columns, row, vectors, frames, numbers, layout)
 @kernel
 def collect(block, vectors, frames, numbers, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, WRENCH, LEVER, 4, FORCE, vectors, frames, numbers, layout)
+    gather(block, C.WRENCH, C.LEVER, 4, L.FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -213,25 +194,25 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
         d = layout[o + FIRST]
         for f in range(layout[o + N_FRAME]):
             r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
-            lx, ly, fx, fy, tau = z[LEVER], z[LEVER + 1], z[WRENCH], z[WRENCH + 1], z[WRENCH + 2]
-            gx, gy, mu = z[MU_WRENCH], z[MU_WRENCH + 1], z[MU_WRENCH + 2]
-            vectors[FORCE, d] += fx
-            vectors[FORCE, d + 1] += fy
-            vectors[FORCE, d + 2] += tau - ly * fx + lx * fy
-            vectors[FORCE2, d] += gx
-            vectors[FORCE2, d + 1] += gy
-            vectors[FORCE2, d + 2] += mu - ly * gx + lx * gy
+            lx, ly, fx, fy, tau = z[C.LEVER], z[C.LEVER + 1], z[C.WRENCH], z[C.WRENCH + 1], z[C.WRENCH + 2]
+            gx, gy, mu = z[C.MU_WRENCH], z[C.MU_WRENCH + 1], z[C.MU_WRENCH + 2]
+            vectors[L.FORCE, d] += fx
+            vectors[L.FORCE, d + 1] += fy
+            vectors[L.FORCE, d + 2] += tau - ly * fx + lx * fy
+            vectors[L.FORCE2, d] += gx
+            vectors[L.FORCE2, d + 1] += gy
+            vectors[L.FORCE2, d + 2] += mu - ly * gx + lx * gy
             k, turn, u = layout[r], layout[r + 2] + 3 + 2 * layout[r], layout[r + 4]
             for j in range(k):
                 i, ux, uy = d + 3 + layout[layout[r + 1] + j], numbers[u + j], numbers[u + k + j]
-                vectors[FORCE, i] += ux * fx + uy * fy + numbers[turn + j] * tau
-                vectors[FORCE2, i] += ux * gx + uy * gy + numbers[turn + j] * mu
+                vectors[L.FORCE, i] += ux * fx + uy * fy + numbers[turn + j] * tau
+                vectors[L.FORCE2, i] += ux * gx + uy * gy + numbers[turn + j] * mu
 
 
 @kernel
 def collect_past(block, vectors, frames, numbers, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
-    gather(block, PAST_WRENCH, PAST_LEVER, 5, PAST_FORCE, vectors, frames, numbers, layout)
+    gather(block, C.PAST_WRENCH, C.PAST_LEVER, 5, L.PAST_FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -250,7 +231,12 @@ def forces(block, vectors, numbers, layout):
             layout[o + SCRATCH],
         )
         c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
-        q, v, w, f = vectors[POSITION, d + 3 :], vectors[VELOCITY, d + 3 :], vectors[VELOCITY, d + 2], vectors[FORCE]
+        q, v, w, f = (
+            vectors[L.POSITION, d + 3 :],
+            vectors[L.VELOCITY, d + 3 :],
+            vectors[L.VELOCITY, d + 2],
+            vectors[L.FORCE],
+        )
         cx, cy, Hq = numbers[at + LISTS :], numbers[at + LISTS + k :], numbers[at + LISTS + 3 * k :]
         gx, gy = c * numbers[n + 2] + s * numbers[n + 3], c * numbers[n + 3] - s * numbers[n + 2]
         rates(o, v, x, numbers, layout)
@@ -310,12 +296,12 @@ def border(o, at, sign, row, target, vectors, numbers, layout):
 
 @kernel
 def inertia(block, task, row, target, vectors, numbers, layout):
-    """Tasks of the mass matrix (:mod:`mbdsl.compilation.buffer_layout`): reads vectors[row], writes vectors[target]."""
+    """Tasks of the mass matrix (:mod:`mbdsl.kernels.buffer_layout`): reads vectors[row], writes vectors[target]."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
-        if task == TIMES:
+        if task == L.TIMES:
             border(o, of_mass(o, layout), 1.0, row, target, vectors, numbers, layout)
-        elif task == INVERSE:
+        elif task == L.INVERSE:
             decompose(o, of_mass(o, layout), numbers, layout)
             solve(o, of_mass(o, layout), row, target, vectors, numbers, layout)
 
@@ -325,9 +311,9 @@ def carry_over(block, vectors, numbers, layout):
     """vectors[PAST_FORCE] = M M_n^{-1} vectors[PAST_FORCE] with M_n at the start of the step; uses row TEMPORARY."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
-        solve(o, layout[o + PAST], PAST_FORCE, TEMPORARY, vectors, numbers, layout)
-        border(o, layout[o + NOW], 1.0, TEMPORARY, PAST_FORCE, vectors, numbers, layout)
-        border(o, layout[o + PAST], -1.0, TEMPORARY, PAST_FORCE, vectors, numbers, layout)
+        solve(o, layout[o + PAST], L.PAST_FORCE, L.TEMPORARY, vectors, numbers, layout)
+        border(o, layout[o + NOW], 1.0, L.TEMPORARY, L.PAST_FORCE, vectors, numbers, layout)
+        border(o, layout[o + PAST], -1.0, L.TEMPORARY, L.PAST_FORCE, vectors, numbers, layout)
 
 
 @kernel
@@ -398,7 +384,7 @@ def jacobians(block, vectors, frames, numbers, layout):
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d, at = layout[o + FIRST], layout[o + NOW]
-        c, s, w, v = numbers[at + COS], numbers[at + SIN], vectors[VELOCITY, d + 2], vectors[VELOCITY, d + 3 :]
+        c, s, w, v = numbers[at + COS], numbers[at + SIN], vectors[L.VELOCITY, d + 2], vectors[L.VELOCITY, d + 3 :]
         for f in range(layout[o + N_FRAME]):
             r, row = layout[o + OF_FRAMES] + FRAME_RECORD * f, layout[o + FRAME] + f
             k, which, turn, N, u = (
@@ -408,8 +394,8 @@ def jacobians(block, vectors, frames, numbers, layout):
                 layout[r + 3],
                 layout[r + 4],
             )
-            nb, B = 3 + k, layout[layout[FRAMES] + 2 * row + 1]
-            lx, ly, rx, ry = frames[row, LEVER], frames[row, LEVER + 1], 0.0, 0.0
+            nb, B = 3 + k, layout[layout[L.FRAMES] + 2 * row + 1]
+            lx, ly, rx, ry = frames[row, C.LEVER], frames[row, C.LEVER + 1], 0.0, 0.0
             rate = B + 3 * nb
             for j in range(k):
                 ux, uy = numbers[u + j], numbers[u + k + j]
@@ -436,9 +422,9 @@ def stiffness(block, cK, frames, numbers, layout, matrix):
         c, s = numbers[layout[o + NOW] + COS], numbers[layout[o + NOW] + SIN]
         for f in range(layout[o + N_FRAME]):
             r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
-            k, N, u, slot = layout[r], layout[r + 3], layout[r + 4], layout[SLOTS] + layout[r + 6]
-            fx, fy = cK * z[WRENCH], cK * z[WRENCH + 1]
-            matrix[layout[slot]] += z[LEVER] * fx + z[LEVER + 1] * fy
+            k, N, u, slot = layout[r], layout[r + 3], layout[r + 4], layout[L.SLOTS] + layout[r + 6]
+            fx, fy = cK * z[C.WRENCH], cK * z[C.WRENCH + 1]
+            matrix[layout[slot]] += z[C.LEVER] * fx + z[C.LEVER + 1] * fy
             for j in range(k):
                 value = numbers[u + k + j] * fx - numbers[u + j] * fy
                 matrix[layout[slot + 1 + 2 * j]] += value
@@ -464,7 +450,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
         )
         c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
         cx, cy, Hq = numbers[at + LISTS :], numbers[at + LISTS + k :], numbers[at + LISTS + 3 * k :]
-        v, w, a = vectors[VELOCITY, d + 3 :], vectors[VELOCITY, d + 2], vectors[layout[TANGENT_ROW], d:]
+        v, w, a = vectors[L.VELOCITY, d + 3 :], vectors[L.VELOCITY, d + 2], vectors[layout[L.TANGENT_ROW], d:]
         ax, ay, alpha = c * a[0] + s * a[1], c * a[1] - s * a[0], cA * a[2]
         gx, gy = c * numbers[n + 2] + s * numbers[n + 3], c * numbers[n + 3] - s * numbers[n + 2]
         ex, ey = cA * ax - cK * gx, cA * ay - cK * gy
@@ -487,7 +473,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
         tx = -c_y * alpha + cA * qx + cK * (ddx - 2.0 * w * dy - w * w * c_x)
         ty = c_x * alpha + cA * qy + cK * (2.0 * w * dx - w * w * c_y)
         tx, ty = -ty - 2.0 * cD * (dy + w * c_x), tx + 2.0 * cD * (dx - w * c_y)
-        slot = layout[SLOTS] + layout[o + BORDER]
+        slot = layout[L.SLOTS] + layout[o + BORDER]
         Mx, My = -cM * (ms * mx + mc * my), cM * (mc * mx - ms * my)
         matrix[layout[slot]] += c * tx - s * ty + Mx
         matrix[layout[slot + 1]] += s * tx + c * ty + My
@@ -512,11 +498,11 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
         entries, values = layout[o + INERTIAL_AT], layout[o + INERTIAL_VALUES]
         for b in range(layout[o + INERTIAL]):
             H, G, N = numbers[values + 3 * b], numbers[values + 3 * b + 1], numbers[values + 3 * b + 2]
-            matrix[layout[layout[SLOTS] + layout[entries + 3 * b + 2]]] -= (
+            matrix[layout[layout[L.SLOTS] + layout[entries + 3 * b + 2]]] -= (
                 ex * N + (alpha + 2.0 * cD * w) * G + cK * w * w * H
             )
         entries, values = layout[o + ELASTIC_AT], layout[o + ELASTIC_VALUES]
         for b in range(layout[o + ELASTIC]):
-            matrix[layout[layout[SLOTS] + layout[entries + 3 * b + 2]]] += (
+            matrix[layout[layout[L.SLOTS] + layout[entries + 3 * b + 2]]] += (
                 cK * numbers[values + 2 * b] + cD * numbers[values + 2 * b + 1]
             )

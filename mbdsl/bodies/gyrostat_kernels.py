@@ -24,33 +24,25 @@ from math import cos, sin
 
 from mbdsl.bodies import spatial_rigid_body_kernels as rigid
 from mbdsl.bodies.spatial_rigid_body_kernels import (
+    COUNT,
+    FIRST,
+    FRAME,
     INVERSE_INERTIA,
-    MU_WRENCH,
     PAST,
-    PAST_WRENCH,
     RECORD,
+    ROTATION,
+    ROTORS,
     SCRATCH,
-    WRENCH,
+    SLOT,
     R,
     frame_jacobian,
     past_jacobian,
     step_jacobian,
 )
 from mbdsl.bodies.spatial_rigid_body_kernels import keep as keep
-from mbdsl.compilation.buffer_layout_in_space import (
-    AXES,
-    CHART,
-    FORCE,
-    FORCE2,
-    FRAMES,
-    PAST_FORCE,
-    POSITION,
-    RATE,
-    SLOTS,
-    TIMES,
-    VELOCITY,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import SPACE
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import inverse_tangent, product, turned, turned_back
 
 ROTOR = 4  #: floats of a rotor in numbers: n, C
@@ -65,15 +57,15 @@ def move(block, vectors, frames, numbers, layout):
     rigid.move(block, vectors, frames, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own, r = layout[o] + ANGLES, numbers[layout[o + 4] :], layout[o + 6]
+        d, own, r = layout[o + FIRST] + ANGLES, numbers[layout[o + ROTATION] :], layout[o + ROTORS]
         for k in range(layout[r + 2]):
             f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
             nx, ny, nz = axle(i, r, own, numbers, layout)
-            theta, rate = vectors[POSITION, d + i], vectors[VELOCITY, d + i]
+            theta, rate = vectors[L.POSITION, d + i], vectors[L.VELOCITY, d + i]
             turn_axes(f, cos(theta), sin(theta), nx, ny, nz, frames)
-            frames[f, RATE + 3] += rate * nx
-            frames[f, RATE + 4] += rate * ny
-            frames[f, RATE + 5] += rate * nz
+            frames[f, SPACE.RATE + 3] += rate * nx
+            frames[f, SPACE.RATE + 4] += rate * ny
+            frames[f, SPACE.RATE + 5] += rate * nz
 
 
 @kernel
@@ -86,7 +78,7 @@ def axle(i, r, attitude_of, numbers, layout):
 @kernel
 def turn_axes(f, c, s, nx, ny, nz, frames):
     """Turn the axes of frame ``f`` about n by the angle with this cosine and sine."""
-    for j in range(AXES, AXES + 9, 3):
+    for j in range(SPACE.AXES, SPACE.AXES + 9, 3):
         x, y, z = frames[f, j], frames[f, j + 1], frames[f, j + 2]
         along = (1.0 - c) * (nx * x + ny * y + nz * z)
         frames[f, j] = c * x + s * (ny * z - nz * y) + along * nx
@@ -98,7 +90,7 @@ def turn_axes(f, c, s, nx, ny, nz, frames):
 def gather_on_rotors(o, wrench, attitude_at, row, vectors, frames, numbers, layout):
     """vectors[row] += the torques about the axles, of the record at ``o``; arguments as of ``rigid.gather``, and the
     matrix of the attitude is at the offset ``attitude_at`` of the body's rotation in numbers."""
-    d, own, r = layout[o] + ANGLES, numbers[layout[o + 4] + attitude_at :], layout[o + 6]
+    d, own, r = layout[o + FIRST] + ANGLES, numbers[layout[o + ROTATION] + attitude_at :], layout[o + ROTORS]
     for k in range(layout[r + 2]):
         f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
         nx, ny, nz = axle(i, r, own, numbers, layout)
@@ -109,7 +101,7 @@ def gather_on_rotors(o, wrench, attitude_at, row, vectors, frames, numbers, layo
 def collect(block, vectors, frames, numbers, layout):
     rigid.collect(block, vectors, frames, numbers, layout)
     for e in range(layout[block]):
-        gather_on_rotors(layout[block + 1] + RECORD * e, WRENCH, R, FORCE, vectors, frames, numbers, layout)
+        gather_on_rotors(layout[block + 1] + RECORD * e, SPACE.WRENCH, R, L.FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -117,8 +109,8 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
     rigid.collect_with_mu(block, vectors, frames, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        gather_on_rotors(o, WRENCH, R, FORCE, vectors, frames, numbers, layout)
-        gather_on_rotors(o, MU_WRENCH, R, FORCE2, vectors, frames, numbers, layout)
+        gather_on_rotors(o, SPACE.WRENCH, R, L.FORCE, vectors, frames, numbers, layout)
+        gather_on_rotors(o, SPACE.MU_WRENCH, R, L.FORCE2, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -126,7 +118,7 @@ def collect_past(block, vectors, frames, numbers, layout):
     rigid.collect_past(block, vectors, frames, numbers, layout)
     for e in range(layout[block]):
         gather_on_rotors(
-            layout[block + 1] + RECORD * e, PAST_WRENCH, PAST, PAST_FORCE, vectors, frames, numbers, layout
+            layout[block + 1] + RECORD * e, SPACE.PAST_WRENCH, PAST, L.PAST_FORCE, vectors, frames, numbers, layout
         )
 
 
@@ -134,10 +126,10 @@ def collect_past(block, vectors, frames, numbers, layout):
 def jacobians(block, vectors, frames, numbers, layout):
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
-        wx, wy, wz = turned(own, vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2])
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            B = layout[FRAMES] + 2 * f
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
+        wx, wy, wz = turned(own, vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2])
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            B = layout[L.FRAMES] + 2 * f
             frame_jacobian(f, layout[B], wx, wy, wz, frames, numbers[layout[B + 1] :])
         of_angles(o, R, numbers, layout)
 
@@ -145,21 +137,21 @@ def jacobians(block, vectors, frames, numbers, layout):
 @kernel
 def of_angles(o, attitude_at, numbers, layout):
     """Write the columns (0, R n) of B, with the R at the offset ``attitude_at`` of the body's rotation."""
-    own, r = numbers[layout[o + 4] + attitude_at :], layout[o + 6]
+    own, r = numbers[layout[o + ROTATION] + attitude_at :], layout[o + ROTORS]
     for k in range(layout[r + 2]):
-        B = numbers[layout[layout[FRAMES] + 2 * layout[r + 3 + 2 * k] + 1] :]
+        B = numbers[layout[layout[L.FRAMES] + 2 * layout[r + 3 + 2 * k] + 1] :]
         # rows of seven columns; the last three contain the angular velocity
         B[27], B[34], B[41] = axle(layout[r + 4 + 2 * k], r, own, numbers, layout)
 
 
 @kernel
 def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
-    for e in range(layout[block] if layout[CHART] else 0):
+    for e in range(layout[block] if layout[L.CHART] else 0):
         o = layout[block + 1] + RECORD * e
-        W = numbers[layout[o + 4] + SCRATCH :]
-        rigid.velocity_by_turn(layout[CHART], cK, cD, layout[o] + 3, vectors, numbers[layout[o + 4] :])
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            B = layout[FRAMES] + 2 * f
+        W = numbers[layout[o + ROTATION] + SCRATCH :]
+        rigid.velocity_by_turn(layout[L.CHART], cK, cD, layout[o + FIRST] + 3, vectors, numbers[layout[o + ROTATION] :])
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            B = layout[L.FRAMES] + 2 * f
             step_jacobian(f, layout[B], W, frames, numbers[layout[B + 1] :])
         of_angles(o, R, numbers, layout)
 
@@ -168,11 +160,11 @@ def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
 def past_jacobians(block, cG, frames, numbers, layout):
     for e in range(layout[block] if cG != 0.0 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         Q = own[SCRATCH:]
         rigid.turn_since(own, Q)
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            B = layout[FRAMES] + 2 * f
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            B = layout[L.FRAMES] + 2 * f
             past_jacobian(f, layout[B], Q, frames, numbers[layout[B + 1] :])
         of_angles(o, PAST, numbers, layout)
 
@@ -181,7 +173,7 @@ def past_jacobians(block, cG, frames, numbers, layout):
 def stiffness(block, cK, frames, numbers, layout, matrix):
     """matrix += -cK d(B^T F)/dq; of the torque about an axle, R n . tau, it is (R n x tau) in the axes of the world."""
     rigid.stiffness(block, cK, frames, numbers, layout, matrix)
-    add_stiffness_on_rotors(block, cK, WRENCH, frames, numbers, layout, matrix)
+    add_stiffness_on_rotors(block, cK, SPACE.WRENCH, frames, numbers, layout, matrix)
 
 
 @rare
@@ -190,8 +182,8 @@ def add_stiffness_on_rotors(block, cK, wrench, frames, numbers, layout, matrix):
         return
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own, r = numbers[layout[o + 4] :], layout[o + 6]
-        slots = layout[layout[SLOTS] + layout[o + 5] + 9 + 3 * layout[r] :]
+        own, r = numbers[layout[o + ROTATION] :], layout[o + ROTORS]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] + 9 + 3 * layout[r] :]
         for k in range(layout[r + 2]):
             f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
             nx, ny, nz = axle(i, r, own, numbers, layout)
@@ -207,18 +199,18 @@ def forces(block, vectors, numbers, layout):
     rigid.forces(block, vectors, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d = layout[o] + 3
-        x, y, z = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
-        hx, hy, hz = momentum(o, VELOCITY, vectors, numbers, layout)
-        vectors[FORCE, d] -= y * hz - z * hy
-        vectors[FORCE, d + 1] -= z * hx - x * hz
-        vectors[FORCE, d + 2] -= x * hy - y * hx
+        d = layout[o + FIRST] + 3
+        x, y, z = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
+        hx, hy, hz = momentum(o, L.VELOCITY, vectors, numbers, layout)
+        vectors[L.FORCE, d] -= y * hz - z * hy
+        vectors[L.FORCE, d + 1] -= z * hx - x * hz
+        vectors[L.FORCE, d + 2] -= x * hy - y * hx
 
 
 @kernel
 def momentum(o, row, vectors, numbers, layout):
     """sum C n vectors[row, theta], in body axes."""
-    d, r = layout[o] + ANGLES, layout[o + 6]
+    d, r = layout[o + FIRST] + ANGLES, layout[o + ROTORS]
     hx, hy, hz = 0.0, 0.0, 0.0
     for i in range(layout[r]):
         at = numbers[layout[r + 1] + ROTOR * i :]
@@ -237,8 +229,8 @@ def inertia(block, task, row, target, vectors, numbers, layout):
     rigid.inertia(block, task, row, target, vectors, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, r = layout[o] + 3, layout[o + 6]
-        if task == TIMES:
+        d, r = layout[o + FIRST] + 3, layout[o + ROTORS]
+        if task == L.TIMES:
             hx, hy, hz = momentum(o, row, vectors, numbers, layout)
             vectors[target, d] += hx
             vectors[target, d + 1] += hy
@@ -248,11 +240,11 @@ def inertia(block, task, row, target, vectors, numbers, layout):
             for i in range(layout[r]):
                 at, Q = numbers[layout[r + 1] + ROTOR * i :], vectors[row, d + 3 + i]
                 x, y, z = x - Q * at[0], y - Q * at[1], z - Q * at[2]
-            ax, ay, az = turned(numbers[layout[o + 4] + INVERSE_INERTIA :], x, y, z)
+            ax, ay, az = turned(numbers[layout[o + ROTATION] + INVERSE_INERTIA :], x, y, z)
             vectors[target, d], vectors[target, d + 1], vectors[target, d + 2] = ax, ay, az
         for i in range(layout[r]):
             at = numbers[layout[r + 1] + ROTOR * i :]
-            if task == TIMES:
+            if task == L.TIMES:
                 x, y, z = vectors[row, d], vectors[row, d + 1], vectors[row, d + 2]
                 vectors[target, d + 3 + i] += at[3] * (at[0] * x + at[1] * y + at[2] * z)
             else:
@@ -267,12 +259,12 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     rigid.tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own, r = layout[o] + 3, numbers[layout[o + 4] :], layout[o + 6]
+        d, own, r = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :], layout[o + ROTORS]
         S, P, T = own[SCRATCH:], own[SCRATCH + 9 :], own[SCRATCH + 18 :]
-        slots = layout[layout[SLOTS] + layout[o + 5] :]
-        set_turn(layout[CHART] == 1 and (cK != 0.0 or cD != 0.0), vectors[POSITION, d:], T)
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
+        set_turn(layout[L.CHART] == 1 and (cK != 0.0 or cD != 0.0), vectors[L.POSITION, d:], T)
         add_in_rows(cM, r, own, T, numbers, layout, slots, matrix)
-        hx, hy, hz = momentum(o, VELOCITY, vectors, numbers, layout)
+        hx, hy, hz = momentum(o, L.VELOCITY, vectors, numbers, layout)
         S[0], S[1], S[2] = 0.0, cD * hz, -cD * hy
         S[3], S[4], S[5] = -cD * hz, 0.0, cD * hx
         S[6], S[7], S[8] = cD * hy, -cD * hx, 0.0
@@ -283,7 +275,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
                 matrix[slots[3 * i + j]] += (
                     S[3 * i] * own[R + 3 * j] + S[3 * i + 1] * own[R + 3 * j + 1] + S[3 * i + 2] * own[R + 3 * j + 2]
                 )
-        wx, wy, wz = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
+        wx, wy, wz = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         for i in range(layout[r]):
             at = numbers[layout[r + 1] + ROTOR * i :]
             nx, ny, nz, C = at[0], at[1], at[2], at[3]
@@ -326,13 +318,13 @@ def step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix):
     rigid.step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix)
     if cU == 0.0:
         return
-    add_stiffness_on_rotors(block, -cU, MU_WRENCH, frames, numbers, layout, matrix)
-    for e in range(layout[block] if layout[CHART] == 1 else 0):
+    add_stiffness_on_rotors(block, -cU, SPACE.MU_WRENCH, frames, numbers, layout, matrix)
+    for e in range(layout[block] if layout[L.CHART] == 1 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         Q = own[SCRATCH + 18 :]
-        inverse_tangent(vectors[POSITION, layout[o] + 3 :], Q)
+        inverse_tangent(vectors[L.POSITION, layout[o + FIRST] + 3 :], Q)
         for j in range(3):
             Q[4 * j] -= 1.0
-        slots = layout[layout[SLOTS] + layout[o + 5] :]
-        add_in_rows(cM, layout[o + 6], own, Q, numbers, layout, slots, matrix)
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
+        add_in_rows(cM, layout[o + ROTORS], own, Q, numbers, layout, slots, matrix)

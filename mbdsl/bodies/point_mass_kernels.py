@@ -1,22 +1,11 @@
 """Motion of the frames of a point mass with q = (x, y): B = [[1, 0], [0, 1], [0, 0]] is constant."""
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    FRAMES,
-    MU_WRENCH,
-    PAST_FORCE,
-    PAST_WRENCH,
-    POSE,
-    POSITION,
-    RATE,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.bodies.rigid_body_kernels import COUNT, FIRST, FRAME, POSES, RECORD
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel
 
 N = 2  #: coordinates
-RECORD = 5  #: ints of a body in layout, as of a rigid body
 POINT = 3  #: floats of a frame in numbers
 MASS = 0  #: the mass matrix is diagonal and constant
 MODEL = "mbdsl.bodies.rigid_body"
@@ -27,12 +16,16 @@ def move(block, vectors, frames, numbers, layout):
     """Write pose and rate of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, f0, k = layout[o], layout[o + 1], layout[o + 3]
-        for f in range(f0, f0 + layout[o + 2]):
-            for j in range(PAST_WRENCH):
+        d, f0, k = layout[o + FIRST], layout[o + FRAME], layout[o + POSES]
+        for f in range(f0, f0 + layout[o + COUNT]):
+            for j in range(C.PAST_WRENCH):
                 frames[f, j] = 0.0
-            frames[f, 0], frames[f, 1], frames[f, 2] = vectors[POSITION, d], vectors[POSITION, d + 1], numbers[k + 2]
-            frames[f, RATE], frames[f, RATE + 1] = vectors[VELOCITY, d], vectors[VELOCITY, d + 1]
+            frames[f, 0], frames[f, 1], frames[f, 2] = (
+                vectors[L.POSITION, d],
+                vectors[L.POSITION, d + 1],
+                numbers[k + 2],
+            )
+            frames[f, C.RATE], frames[f, C.RATE + 1] = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1]
             k += POINT
 
 
@@ -41,28 +34,28 @@ def gather(block, wrench, row, vectors, frames, layout):
     """vectors[row] += B^T F of every frame, with F in the columns of frames from ``wrench`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            vectors[row, layout[o]] += frames[f, wrench]
-            vectors[row, layout[o] + 1] += frames[f, wrench + 1]
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            vectors[row, layout[o + FIRST]] += frames[f, wrench]
+            vectors[row, layout[o + FIRST] + 1] += frames[f, wrench + 1]
 
 
 @kernel
 def collect(block, vectors, frames, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, WRENCH, FORCE, vectors, frames, layout)
+    gather(block, C.WRENCH, L.FORCE, vectors, frames, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu."""
     collect(block, vectors, frames, layout)
-    gather(block, MU_WRENCH, FORCE2, vectors, frames, layout)
+    gather(block, C.MU_WRENCH, L.FORCE2, vectors, frames, layout)
 
 
 @kernel
 def collect_past(block, vectors, frames, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi."""
-    gather(block, PAST_WRENCH, PAST_FORCE, vectors, frames, layout)
+    gather(block, C.PAST_WRENCH, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -70,8 +63,8 @@ def jacobians(block, vectors, frames, numbers, layout):
     """Write B, then (B v)_q = 0, of every frame, 3 x 2 each, to numbers."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            k = layout[layout[FRAMES] + 2 * f + 1]
-            for j in range(2 * POSE * N):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            k = layout[layout[L.FRAMES] + 2 * f + 1]
+            for j in range(2 * C.POSE * N):
                 numbers[k + j] = 0.0
             numbers[k], numbers[k + N + 1] = 1.0, 1.0

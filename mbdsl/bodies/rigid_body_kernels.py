@@ -6,30 +6,19 @@ For a frame at s (body axes), l = A(phi) s:
     B = dz/dq = [[1, 0, -l_y], [0, 1, l_x], [0, 0, 1]],   (B v)_q = [[0, 0, -l_x w], [0, 0, -l_y w], [0, 0, 0]]
     d(B^T F)/dq = -(l . F) in (phi, phi)
 
-Joints and forces access a body through these functions only. Record of a body in layout: first coordinate, first frame,
-number of frames, offset in numbers of the frames' (s_x, s_y, phi0), slot of (phi, phi) in the iteration matrix.
+Joints and forces access a body through these functions only.
 """
 
 from math import cos, sin
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    FRAMES,
-    LEVER,
-    MU_WRENCH,
-    PAST_FORCE,
-    PAST_LEVER,
-    PAST_WRENCH,
-    POSITION,
-    RATE,
-    SLOTS,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel
 
-RECORD = 5  #: ints of a body in layout
+#: record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames'
+#: (s_x, s_y, phi0), slot of (phi, phi) in the iteration matrix
+FIRST, FRAME, COUNT, POSES, SLOT = range(5)
+RECORD = 5
 POINT = 3  #: floats of a frame in numbers: s_x, s_y, phi0
 MASS = 0  #: the mass matrix is diagonal and constant
 MODEL = "mbdsl.bodies.rigid_body"
@@ -40,18 +29,18 @@ def move(block, vectors, frames, numbers, layout):
     """Write pose, rate and lever of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, f0, k = layout[o], layout[o + 1], layout[o + 3]
-        x, y, phi = vectors[POSITION, d], vectors[POSITION, d + 1], vectors[POSITION, d + 2]
-        vx, vy, w = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
+        d, f0, k = layout[o + FIRST], layout[o + FRAME], layout[o + POSES]
+        x, y, phi = vectors[L.POSITION, d], vectors[L.POSITION, d + 1], vectors[L.POSITION, d + 2]
+        vx, vy, w = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         c, s = cos(phi), sin(phi)
-        for f in range(f0, f0 + layout[o + 2]):
+        for f in range(f0, f0 + layout[o + COUNT]):
             sx, sy = numbers[k], numbers[k + 1]
             lx, ly = c * sx - s * sy, s * sx + c * sy
             frames[f, 0], frames[f, 1], frames[f, 2] = x + lx, y + ly, phi + numbers[k + 2]
-            frames[f, RATE], frames[f, RATE + 1], frames[f, RATE + 2] = vx - ly * w, vy + lx * w, w
-            frames[f, LEVER], frames[f, LEVER + 1] = lx, ly
-            frames[f, WRENCH], frames[f, WRENCH + 1], frames[f, WRENCH + 2] = 0.0, 0.0, 0.0
-            frames[f, MU_WRENCH], frames[f, MU_WRENCH + 1], frames[f, MU_WRENCH + 2] = 0.0, 0.0, 0.0
+            frames[f, C.RATE], frames[f, C.RATE + 1], frames[f, C.RATE + 2] = vx - ly * w, vy + lx * w, w
+            frames[f, C.LEVER], frames[f, C.LEVER + 1] = lx, ly
+            frames[f, C.WRENCH], frames[f, C.WRENCH + 1], frames[f, C.WRENCH + 2] = 0.0, 0.0, 0.0
+            frames[f, C.MU_WRENCH], frames[f, C.MU_WRENCH + 1], frames[f, C.MU_WRENCH + 2] = 0.0, 0.0, 0.0
             k += POINT
 
 
@@ -60,8 +49,8 @@ def gather(block, wrench, lever, row, vectors, frames, layout):
     """vectors[row] += B^T F of every frame, with F and l in the columns of frames from ``wrench`` and ``lever`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d = layout[o]
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        d = layout[o + FIRST]
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             fx, fy = frames[f, wrench], frames[f, wrench + 1]
             vectors[row, d] += fx
             vectors[row, d + 1] += fy
@@ -71,7 +60,7 @@ def gather(block, wrench, lever, row, vectors, frames, layout):
 @kernel
 def collect(block, vectors, frames, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, WRENCH, LEVER, FORCE, vectors, frames, layout)
+    gather(block, C.WRENCH, C.LEVER, L.FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -79,28 +68,28 @@ def collect_with_mu(block, vectors, frames, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d = layout[o]
+        d = layout[o + FIRST]
         x, y, phi, mu_x, mu_y, mu_phi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            lx, ly = frames[f, LEVER], frames[f, LEVER + 1]
-            x += frames[f, WRENCH]
-            y += frames[f, WRENCH + 1]
-            phi += frames[f, WRENCH + 2] - ly * frames[f, WRENCH] + lx * frames[f, WRENCH + 1]
-            mu_x += frames[f, MU_WRENCH]
-            mu_y += frames[f, MU_WRENCH + 1]
-            mu_phi += frames[f, MU_WRENCH + 2] - ly * frames[f, MU_WRENCH] + lx * frames[f, MU_WRENCH + 1]
-        vectors[FORCE, d] += x
-        vectors[FORCE, d + 1] += y
-        vectors[FORCE, d + 2] += phi
-        vectors[FORCE2, d] = mu_x
-        vectors[FORCE2, d + 1] = mu_y
-        vectors[FORCE2, d + 2] = mu_phi
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            lx, ly = frames[f, C.LEVER], frames[f, C.LEVER + 1]
+            x += frames[f, C.WRENCH]
+            y += frames[f, C.WRENCH + 1]
+            phi += frames[f, C.WRENCH + 2] - ly * frames[f, C.WRENCH] + lx * frames[f, C.WRENCH + 1]
+            mu_x += frames[f, C.MU_WRENCH]
+            mu_y += frames[f, C.MU_WRENCH + 1]
+            mu_phi += frames[f, C.MU_WRENCH + 2] - ly * frames[f, C.MU_WRENCH] + lx * frames[f, C.MU_WRENCH + 1]
+        vectors[L.FORCE, d] += x
+        vectors[L.FORCE, d + 1] += y
+        vectors[L.FORCE, d + 2] += phi
+        vectors[L.FORCE2, d] = mu_x
+        vectors[L.FORCE2, d + 1] = mu_y
+        vectors[L.FORCE2, d + 2] = mu_phi
 
 
 @kernel
 def collect_past(block, vectors, frames, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
-    gather(block, PAST_WRENCH, PAST_LEVER, PAST_FORCE, vectors, frames, layout)
+    gather(block, C.PAST_WRENCH, C.PAST_LEVER, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -109,10 +98,10 @@ def jacobians(block, vectors, frames, numbers, layout):
     value, zero."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        w = vectors[VELOCITY, layout[o] + 2]
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            k = layout[layout[FRAMES] + 2 * f + 1]
-            lx, ly = frames[f, LEVER], frames[f, LEVER + 1]
+        w = vectors[L.VELOCITY, layout[o + FIRST] + 2]
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            k = layout[layout[L.FRAMES] + 2 * f + 1]
+            lx, ly = frames[f, C.LEVER], frames[f, C.LEVER + 1]
             numbers[k], numbers[k + 4], numbers[k + 8] = 1.0, 1.0, 1.0
             numbers[k + 2], numbers[k + 5] = -ly, lx
             numbers[k + 11], numbers[k + 14] = -lx * w, -ly * w
@@ -125,6 +114,6 @@ def stiffness(block, cK, frames, layout, matrix):
         return
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            lx, ly, fx, fy = frames[f, LEVER], frames[f, LEVER + 1], frames[f, WRENCH], frames[f, WRENCH + 1]
-            matrix[layout[layout[SLOTS] + layout[o + 4]]] += cK * (lx * fx + ly * fy)
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            lx, ly, fx, fy = frames[f, C.LEVER], frames[f, C.LEVER + 1], frames[f, C.WRENCH], frames[f, C.WRENCH + 1]
+            matrix[layout[layout[L.SLOTS] + layout[o + SLOT]]] += cK * (lx * fx + ly * fy)

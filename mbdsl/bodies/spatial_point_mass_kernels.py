@@ -1,26 +1,15 @@
 """Motion of frames at a point mass in space, with its position x as coordinates; the frames do not rotate.
 
     r = x,   r' = v,   B = [I; 0]
-
-Record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of their axes.
 """
 
-from mbdsl.compilation.buffer_layout_in_space import (
-    AXES,
-    FORCE,
-    FORCE2,
-    FRAMES,
-    MU_WRENCH,
-    PAST_FORCE,
-    PAST_WRENCH,
-    POSITION,
-    RATE,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import SPACE as C
+from mbdsl.kernels.marks import kernel
 
-RECORD = 4  #: ints of a body in layout
+#: record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of their axes
+FIRST, FRAME, COUNT, POSES = range(4)
+RECORD = 4
 MASS = 0  #: the mass matrix is diagonal and constant
 MODEL = "mbdsl.bodies.spatial_point_mass"
 
@@ -30,16 +19,16 @@ def move(block, vectors, frames, numbers, layout):
     """Write pose and rate of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        k = layout[o + 3]
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        k = layout[o + POSES]
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             for j in range(9):
-                frames[f, AXES + j] = numbers[k + j]
+                frames[f, C.AXES + j] = numbers[k + j]
             k += 9
             for j in range(3):
-                frames[f, j] = vectors[POSITION, layout[o] + j]
-                frames[f, RATE + j] = vectors[VELOCITY, layout[o] + j]
+                frames[f, j] = vectors[L.POSITION, layout[o + FIRST] + j]
+                frames[f, C.RATE + j] = vectors[L.VELOCITY, layout[o + FIRST] + j]
             for j in range(6):
-                frames[f, WRENCH + j], frames[f, MU_WRENCH + j] = 0.0, 0.0
+                frames[f, C.WRENCH + j], frames[f, C.MU_WRENCH + j] = 0.0, 0.0
 
 
 @kernel
@@ -47,28 +36,28 @@ def gather(block, wrench, row, vectors, frames, layout):
     """vectors[row] += the forces on every frame, in the columns of frames from ``wrench`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             for j in range(3):
-                vectors[row, layout[o] + j] += frames[f, wrench + j]
+                vectors[row, layout[o + FIRST] + j] += frames[f, wrench + j]
 
 
 @kernel
 def collect(block, vectors, frames, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, WRENCH, FORCE, vectors, frames, layout)
+    gather(block, C.WRENCH, L.FORCE, vectors, frames, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
-    gather(block, WRENCH, FORCE, vectors, frames, layout)
-    gather(block, MU_WRENCH, FORCE2, vectors, frames, layout)
+    gather(block, C.WRENCH, L.FORCE, vectors, frames, layout)
+    gather(block, C.MU_WRENCH, L.FORCE2, vectors, frames, layout)
 
 
 @kernel
 def collect_past(block, vectors, frames, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi."""
-    gather(block, PAST_WRENCH, PAST_FORCE, vectors, frames, layout)
+    gather(block, C.PAST_WRENCH, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -76,6 +65,6 @@ def jacobians(block, vectors, frames, numbers, layout):
     """Write B (6 x 3) of every frame to numbers; all other entries keep their initial value, zero."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             for j in range(3):
-                numbers[layout[layout[FRAMES] + 2 * f + 1] + 4 * j] = 1.0
+                numbers[layout[layout[L.FRAMES] + 2 * f + 1] + 4 * j] = 1.0

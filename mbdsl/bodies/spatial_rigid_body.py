@@ -10,7 +10,7 @@ import numpy as np
 from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
 from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
 from mbdsl.bodies.contract import Array, Described, Pose
-from mbdsl.bodies.spatial_rigid_body_kernels import POINT, ROTATION
+from mbdsl.bodies.spatial_rigid_body_kernels import POINT, ROTATION_SIZE
 from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
 
 #: principal moments of inertia below this part of the largest are zero: of a rod whose matrix of inertia is rounded
@@ -72,7 +72,7 @@ class SpatialRigid:
         singular = self.massless()[3:].any()
         inverse = np.zeros((3, 3)) if singular else np.linalg.inv(self._free)
         rotation = [*np.eye(3).ravel(), 1.0, 0.0, 0.0, 0.0, *np.eye(3).ravel(), *self._J.ravel(), *inverse.ravel()]
-        at = buffers.floats([*rotation, *[0.0] * (ROTATION - len(rotation))])
+        at = buffers.floats([*rotation, *[0.0] * (ROTATION_SIZE - len(rotation))])
         buffers.rotations.append((d + 3, at))
         rows = range(d + 3, d + 6)
         return [d, first, len(poses), offset, at, buffers.slots(rows, rows), 0]

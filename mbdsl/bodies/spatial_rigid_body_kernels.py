@@ -12,41 +12,26 @@ they change with the motion of the mechanism alone, and not with the spin of its
 :mod:`mbdsl.integrators.loop.rotation_chart` turns residuals and corrections. The attitude is R = R_0 exp(psi~), with
 psi in the coordinates and R_0, as a quaternion, in numbers.
 
-Record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames' (s, R_m),
-offset in numbers of the rotation (see the names below), first of nine slots of the rotations in the iteration matrix,
-and of a body that carries rotors (:mod:`mbdsl.bodies.gyrostat_kernels`) the offset in layout of their record.
+
 
 Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137, for the formulation on R^3 x SO(3).
 """
 
-from mbdsl.compilation.buffer_layout_in_space import (
-    AXES,
-    CHART,
-    FORCE,
-    FORCE2,
-    FRAMES,
-    KEEP,
-    LEVER,
-    MU_WRENCH,
-    PAST_FORCE,
-    PAST_LEVER,
-    PAST_WRENCH,
-    POSITION,
-    RATE,
-    SLOTS,
-    TIMES,
-    VELOCITY,
-    WRENCH,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import SPACE
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import BASE, INVERSE_INERTIA, attitude, inverse_tangent, product, turned, turned_back
 
-RECORD = 7  #: ints of a body in layout
+#: record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames'
+#: (s, R_m), offset in numbers of the rotation (see R below), first of nine slots of the rotations in the iteration
+#: matrix, and of a body that carries rotors (:mod:`mbdsl.bodies.gyrostat_kernels`) the offset in layout of their record
+FIRST, FRAME, COUNT, POSES, ROTATION, SLOT, ROTORS = range(7)
+RECORD = 7
 POINT = 12  #: floats of a frame in numbers: s, then the columns of R_m
 #: floats of a rotation in numbers: R, row by row; the quaternion of R_0; R at the start of the step; moments of inertia
 #: J, row by row, and their inverse; scratch
 R, PAST, J, SCRATCH = 0, 13, 22, 40
-ROTATION = SCRATCH + 27
+ROTATION_SIZE = SCRATCH + 27
 MASS = 1  #: the mass matrix is constant in body axes
 MODEL = "mbdsl.bodies.spatial_rigid_body"
 
@@ -56,45 +41,50 @@ def move(block, vectors, frames, numbers, layout):
     """Write pose, rate and lever of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, f0, k = layout[o], layout[o + 1], layout[o + 3]
-        own = numbers[layout[o + 4] :]
-        attitude(vectors[POSITION, d + 3 :], own[BASE:], own)
-        wx, wy, wz = turned(own, vectors[VELOCITY, d + 3], vectors[VELOCITY, d + 4], vectors[VELOCITY, d + 5])
-        for f in range(f0, f0 + layout[o + 2]):
+        d, f0, k = layout[o + FIRST], layout[o + FRAME], layout[o + POSES]
+        own = numbers[layout[o + ROTATION] :]
+        attitude(vectors[L.POSITION, d + 3 :], own[BASE:], own)
+        wx, wy, wz = turned(own, vectors[L.VELOCITY, d + 3], vectors[L.VELOCITY, d + 4], vectors[L.VELOCITY, d + 5])
+        for f in range(f0, f0 + layout[o + COUNT]):
             lx, ly, lz = turned(own, numbers[k], numbers[k + 1], numbers[k + 2])
-            frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2] = lx, ly, lz
+            frames[f, SPACE.LEVER], frames[f, SPACE.LEVER + 1], frames[f, SPACE.LEVER + 2] = lx, ly, lz
             frames[f, 0], frames[f, 1], frames[f, 2] = (
-                vectors[POSITION, d] + lx,
-                vectors[POSITION, d + 1] + ly,
-                vectors[POSITION, d + 2] + lz,
+                vectors[L.POSITION, d] + lx,
+                vectors[L.POSITION, d + 1] + ly,
+                vectors[L.POSITION, d + 2] + lz,
             )
             for j in range(3):
                 ax, ay, az = turned(own, numbers[k + 3 + 3 * j], numbers[k + 4 + 3 * j], numbers[k + 5 + 3 * j])
-                frames[f, AXES + 3 * j], frames[f, AXES + 3 * j + 1], frames[f, AXES + 3 * j + 2] = ax, ay, az
-            frames[f, RATE], frames[f, RATE + 1], frames[f, RATE + 2] = (
-                vectors[VELOCITY, d] + (wy * lz - wz * ly),
-                vectors[VELOCITY, d + 1] + (wz * lx - wx * lz),
-                vectors[VELOCITY, d + 2] + (wx * ly - wy * lx),
+                frames[f, SPACE.AXES + 3 * j], frames[f, SPACE.AXES + 3 * j + 1], frames[f, SPACE.AXES + 3 * j + 2] = (
+                    ax,
+                    ay,
+                    az,
+                )
+            frames[f, SPACE.RATE], frames[f, SPACE.RATE + 1], frames[f, SPACE.RATE + 2] = (
+                vectors[L.VELOCITY, d] + (wy * lz - wz * ly),
+                vectors[L.VELOCITY, d + 1] + (wz * lx - wx * lz),
+                vectors[L.VELOCITY, d + 2] + (wx * ly - wy * lx),
             )
-            frames[f, RATE + 3], frames[f, RATE + 4], frames[f, RATE + 5] = wx, wy, wz
+            frames[f, SPACE.RATE + 3], frames[f, SPACE.RATE + 4], frames[f, SPACE.RATE + 5] = wx, wy, wz
             for j in range(6):
-                frames[f, WRENCH + j], frames[f, MU_WRENCH + j] = 0.0, 0.0
+                frames[f, SPACE.WRENCH + j], frames[f, SPACE.MU_WRENCH + j] = 0.0, 0.0
             k += POINT
 
 
 @kernel
 def keep(block, numbers, layout):
     """At the start of a step, store R for ``collect_past``."""
-    for e in range(layout[block] if layout[KEEP] else 0):
-        own = numbers[layout[layout[block + 1] + RECORD * e + 4] :]
+    for e in range(layout[block] if layout[L.KEEP] else 0):
+        own = numbers[layout[layout[block + 1] + RECORD * e + ROTATION] :]
         for j in range(9):
             own[PAST + j] = own[R + j]
 
 
 @kernel
-def gather(d, f0, count, wrench, lever, attitude_of, row, vectors, frames):
-    """vectors[row] += B^T F of ``count`` frames from f0 on, with F and l in the columns of frames from ``wrench`` and
-    ``lever`` on; the torque is turned to body axes by the matrix ``attitude_of``."""
+def gather(o, wrench, lever, attitude_of, row, vectors, frames, layout):
+    """vectors[row] += B^T F of the frames of the body with the record at ``o``, with F and l in the columns of frames
+    from ``wrench`` and ``lever`` on; the torque is turned to body axes by the matrix ``attitude_of``."""
+    d, f0, count = layout[o + FIRST], layout[o + FRAME], layout[o + COUNT]
     x, y, z, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for f in range(f0, f0 + count):
         fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
@@ -117,8 +107,8 @@ def collect(block, vectors, frames, numbers, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
-        gather(layout[o], layout[o + 1], layout[o + 2], WRENCH, LEVER, own, FORCE, vectors, frames)
+        own = numbers[layout[o + ROTATION] :]
+        gather(o, SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -126,9 +116,9 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
-        gather(layout[o], layout[o + 1], layout[o + 2], WRENCH, LEVER, own, FORCE, vectors, frames)
-        gather(layout[o], layout[o + 1], layout[o + 2], MU_WRENCH, LEVER, own, FORCE2, vectors, frames)
+        own = numbers[layout[o + ROTATION] :]
+        gather(o, SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames, layout)
+        gather(o, SPACE.MU_WRENCH, SPACE.LEVER, own, L.FORCE2, vectors, frames, layout)
 
 
 @kernel
@@ -136,8 +126,8 @@ def collect_past(block, vectors, frames, numbers, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] + PAST :]
-        gather(layout[o], layout[o + 1], layout[o + 2], PAST_WRENCH, PAST_LEVER, own, PAST_FORCE, vectors, frames)
+        own = numbers[layout[o + ROTATION] + PAST :]
+        gather(o, SPACE.PAST_WRENCH, SPACE.PAST_LEVER, own, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
@@ -146,9 +136,9 @@ def jacobians(block, vectors, frames, numbers, layout):
     value, zero."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            wx, wy, wz = frames[f, RATE + 3], frames[f, RATE + 4], frames[f, RATE + 5]
-            frame_jacobian(f, 6, wx, wy, wz, frames, numbers[layout[layout[FRAMES] + 2 * f + 1] :])
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            wx, wy, wz = frames[f, SPACE.RATE + 3], frames[f, SPACE.RATE + 4], frames[f, SPACE.RATE + 5]
+            frame_jacobian(f, 6, wx, wy, wz, frames, numbers[layout[layout[L.FRAMES] + 2 * f + 1] :])
 
 
 @kernel
@@ -156,30 +146,30 @@ def frame_jacobian(f, n, wx, wy, wz, frames, B):
     """Write B and (B v)_q of frame ``f``, 6 x n each, in their first six columns; (wx, wy, wz) is the angular velocity
     of the body in world axes."""
     C = B[6 * n :]
-    lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+    lx, ly, lz = frames[f, SPACE.LEVER], frames[f, SPACE.LEVER + 1], frames[f, SPACE.LEVER + 2]
     for j in range(6):
         B[(n + 1) * j] = 1.0
     minus_cross(lx, ly, lz, n, B, 3)
     minus_cross(wy * lz - wz * ly, wz * lx - wx * lz, wx * ly - wy * lx, n, C, 3)
-    minus_cross(frames[f, RATE + 3], frames[f, RATE + 4], frames[f, RATE + 5], n, C, 3 * n + 3)
+    minus_cross(frames[f, SPACE.RATE + 3], frames[f, SPACE.RATE + 4], frames[f, SPACE.RATE + 5], n, C, 3 * n + 3)
 
 
 @kernel
 def step_jacobians(block, cK, cD, vectors, frames, numbers, layout):
     """In a step, add B W = [[0, -l~ W], [0, W]] to (B v)_q of every frame."""
-    for e in range(layout[block] if layout[CHART] else 0):
+    for e in range(layout[block] if layout[L.CHART] else 0):
         o = layout[block + 1] + RECORD * e
-        W = numbers[layout[o + 4] + SCRATCH :]
-        velocity_by_turn(layout[CHART], cK, cD, layout[o] + 3, vectors, numbers[layout[o + 4] :])
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            step_jacobian(f, 6, W, frames, numbers[layout[layout[FRAMES] + 2 * f + 1] :])
+        W = numbers[layout[o + ROTATION] + SCRATCH :]
+        velocity_by_turn(layout[L.CHART], cK, cD, layout[o + FIRST] + 3, vectors, numbers[layout[o + ROTATION] :])
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            step_jacobian(f, 6, W, frames, numbers[layout[layout[L.FRAMES] + 2 * f + 1] :])
 
 
 @kernel
 def step_jacobian(f, n, W, frames, B):
     """Add B W to (B v)_q of frame ``f``, 6 x n each."""
     C = B[6 * n :]
-    lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+    lx, ly, lz = frames[f, SPACE.LEVER], frames[f, SPACE.LEVER + 1], frames[f, SPACE.LEVER + 2]
     for j in range(3):
         x, y, z = W[j], W[3 + j], W[6 + j]
         C[(n + 1) * j + 3], C[(n + 1) * j + 3 * n + 3] = 0.0, 0.0  # not set otherwise
@@ -204,7 +194,7 @@ def velocity_by_turn(chart, cK, cD, d, vectors, own):
     positions at constant velocities. For methods with accelerations psi'', W = omega~/2, to first order in psi; the
     product (Phi_q v)_q v does not depend on it.
     """
-    W, q, v = own[SCRATCH:], vectors[POSITION, d:], vectors[VELOCITY, d:]
+    W, q, v = own[SCRATCH:], vectors[L.POSITION, d:], vectors[L.VELOCITY, d:]
     for j in range(9):
         W[j] = 0.0
     if chart == 2:
@@ -226,11 +216,11 @@ def past_jacobians(block, cG, frames, numbers, layout):
     in the axes of which Q = R_{n+1} R_n^T makes the present ones."""
     for e in range(layout[block] if cG != 0.0 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         Q = own[SCRATCH:]
         turn_since(own, Q)
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            past_jacobian(f, 6, Q, frames, numbers[layout[layout[FRAMES] + 2 * f + 1] :])
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
+            past_jacobian(f, 6, Q, frames, numbers[layout[layout[L.FRAMES] + 2 * f + 1] :])
 
 
 @kernel
@@ -248,7 +238,7 @@ def turn_since(own, Q):
 @kernel
 def past_jacobian(f, n, Q, frames, B):
     """Overwrite B of frame ``f``, 6 x n."""
-    lx, ly, lz = frames[f, PAST_LEVER], frames[f, PAST_LEVER + 1], frames[f, PAST_LEVER + 2]
+    lx, ly, lz = frames[f, SPACE.PAST_LEVER], frames[f, SPACE.PAST_LEVER + 1], frames[f, SPACE.PAST_LEVER + 2]
     for j in range(3):
         x, y, z = Q[3 * j], Q[3 * j + 1], Q[3 * j + 2]  # column j of Q^T
         B[3 + j], B[n + 3 + j], B[2 * n + 3 + j] = lz * y - ly * z, lx * z - lz * x, ly * x - lx * y
@@ -266,7 +256,7 @@ def minus_cross(x, y, z, n, B, k):
 @kernel
 def stiffness(block, cK, frames, numbers, layout, matrix):
     """matrix += cK * (-d(B^T F)/dq) = -cK (tau~ + l~ F~) with the accumulated wrenches F, from frames."""
-    add_stiffness(block, cK, WRENCH, frames, layout, matrix)
+    add_stiffness(block, cK, SPACE.WRENCH, frames, layout, matrix)
 
 
 @rare
@@ -278,16 +268,16 @@ def add_stiffness(block, cK, wrench, frames, layout, matrix):
         o = layout[block + 1] + RECORD * e
         tx, ty, tz, lf = 0.0, 0.0, 0.0, 0.0
         xx, xy, xz, yx, yy, yz, zx, zy, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+        for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
-            lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+            lx, ly, lz = frames[f, SPACE.LEVER], frames[f, SPACE.LEVER + 1], frames[f, SPACE.LEVER + 2]
             tx, ty, tz = tx + frames[f, wrench + 3], ty + frames[f, wrench + 4], tz + frames[f, wrench + 5]
             lf += lx * fx + ly * fy + lz * fz
             # l~ F~ = F l^T - (l . F) I
             xx, xy, xz = xx + fx * lx, xy + fx * ly, xz + fx * lz
             yx, yy, yz = yx + fy * lx, yy + fy * ly, yz + fy * lz
             zx, zy, zz = zx + fz * lx, zy + fz * ly, zz + fz * lz
-        slots = layout[layout[SLOTS] + layout[o + 5] :]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
         matrix[slots[0]] -= cK * (xx - lf)
         matrix[slots[1]] -= cK * (xy - tz)
         matrix[slots[2]] -= cK * (xz + ty)
@@ -310,12 +300,12 @@ def forces(block, vectors, numbers, layout):
     """vectors[FORCE] -= Omega x J Omega."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
-        x, y, z = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
+        x, y, z = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         hx, hy, hz = angular_momentum(own, x, y, z)
-        vectors[FORCE, d] -= y * hz - z * hy
-        vectors[FORCE, d + 1] -= z * hx - x * hz
-        vectors[FORCE, d + 2] -= x * hy - y * hx
+        vectors[L.FORCE, d] -= y * hz - z * hy
+        vectors[L.FORCE, d + 1] -= z * hx - x * hz
+        vectors[L.FORCE, d + 2] -= x * hy - y * hx
 
 
 @kernel
@@ -323,9 +313,9 @@ def inertia(block, task, row, target, vectors, numbers, layout):
     """vectors[target] += (J without its diagonal) vectors[row], or = J^{-1} vectors[row], of rotations in body axes."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
         x, y, z = vectors[row, d], vectors[row, d + 1], vectors[row, d + 2]
-        if task == TIMES:
+        if task == L.TIMES:
             vectors[target, d] += own[J + 1] * y + own[J + 2] * z
             vectors[target, d + 1] += own[J + 3] * x + own[J + 5] * z
             vectors[target, d + 2] += own[J + 6] * x + own[J + 7] * y
@@ -344,9 +334,9 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     """
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
         S, P = own[SCRATCH:], own[SCRATCH + 9 :]
-        x, y, z = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
+        x, y, z = vectors[L.VELOCITY, d], vectors[L.VELOCITY, d + 1], vectors[L.VELOCITY, d + 2]
         hx, hy, hz = angular_momentum(own, x, y, z)
         for j in range(3):
             a, b, c = own[J + j], own[J + 3 + j], own[J + 6 + j]
@@ -356,12 +346,12 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
         S[1], S[2] = S[1] + cD * hz, S[2] - cD * hy
         S[3], S[5] = S[3] - cD * hz, S[5] + cD * hx
         S[6], S[7] = S[6] + cD * hy, S[7] - cD * hx
-        if layout[CHART] == 1 and (cK != 0.0 or cD != 0.0):
-            inverse_tangent(vectors[POSITION, d:], own[SCRATCH + 18 :])
+        if layout[L.CHART] == 1 and (cK != 0.0 or cD != 0.0):
+            inverse_tangent(vectors[L.POSITION, d:], own[SCRATCH + 18 :])
             product(S, own[SCRATCH + 18 :], P)
             S, P = own[SCRATCH + 9 :], own[SCRATCH:]
         product(own[R:], S, P)
-        slots = layout[layout[SLOTS] + layout[o + 5] :]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
         for i in range(3):
             for j in range(3):
                 value = (
@@ -376,20 +366,20 @@ def step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix):
     with cU."""
     if cU == 0.0:
         return
-    add_stiffness(block, -cU, MU_WRENCH, frames, layout, matrix)
-    for e in range(layout[block] if layout[CHART] == 1 else 0):
+    add_stiffness(block, -cU, SPACE.MU_WRENCH, frames, layout, matrix)
+    for e in range(layout[block] if layout[L.CHART] == 1 else 0):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + 4] :]
+        own = numbers[layout[o + ROTATION] :]
         S, P, Q = own[SCRATCH:], own[SCRATCH + 9 :], own[SCRATCH + 18 :]
         for j in range(9):
             S[j] = cM * own[J + j]
-        inverse_tangent(vectors[POSITION, layout[o] + 3 :], Q)
+        inverse_tangent(vectors[L.POSITION, layout[o + FIRST] + 3 :], Q)
         for j in range(3):
             S[4 * j] += cE
             Q[4 * j] -= 1.0
         product(S, Q, P)
         product(own[R:], P, S)
-        slots = layout[layout[SLOTS] + layout[o + 5] :]
+        slots = layout[layout[L.SLOTS] + layout[o + SLOT] :]
         for i in range(3):
             for j in range(3):
                 matrix[slots[3 * i + j]] += (

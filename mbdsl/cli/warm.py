@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     if problem := folder.fault or cache_folder.unwritable(folder.path):
         raise UsageError(f"machine code cannot be stored: {problem}", hint=REMEDY)
     if not code_cache.enabled():
-        raise UsageError("kernels are not compiled: NUMBA_DISABLE_JIT is set, or llvmlite is not installed")
+        raise UsageError("kernels are not compiled: MBDSL_NO_COMPILE is set, or llvmlite is not installed")
     scenes = [(os.path.basename(path), load(path)) for path in args.models]
     if args.bytecode:
         _write_bytecode(args.quiet)

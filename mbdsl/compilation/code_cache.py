@@ -1,9 +1,9 @@
 """Compilation of marked kernels and the cache of their machine code; without LLVM, kernels run as plain Python.
 
-Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
+Element files only mark their kernels (:mod:`mbdsl.kernels.marks`), because ``mbdsl check`` imports these files
 without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object: the kernels
-are translated to LLVM code (:mod:`mbdsl.compilation.translation`; docs/decisions/translator.md has the reason). Kernels
-of users may contain Python that is not translated; numba compiles them (:mod:`mbdsl.compilation.numba_cfunc`).
+are translated to LLVM code (:mod:`mbdsl.compilation.translation`; docs/decisions/translator.md has the reason).
+``MBDSL_NO_COMPILE=1`` runs them as plain Python.
 
 Objects are cached on disk with a digest of their sources, in a folder named by a digest of the compiler. After an edit
 of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it.
@@ -24,21 +24,18 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
-from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.compilation.native_call import Native, Signature
+from mbdsl.kernels import marks
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
 
 if TYPE_CHECKING:
     import subprocess
 
-_kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
+SLOW = "running uncompiled, some 100 times slower"
 _plain_only = False
-#: (module, name) -> the Python function of a kernel, and the one of numba that has replaced it
-_replaced: dict[tuple[ModuleType, str], tuple[Callable, Callable]] = {}
 #: held while code is compiled or loaded: other threads wait and use the result
 lock = threading.RLock()
 
@@ -50,65 +47,42 @@ def uncompiled() -> Iterator[None]:
     global _plain_only
     with lock:
         before, _plain_only = _plain_only, True
-        for (module, name), (plain, _) in _replaced.items():
-            setattr(module, name, plain)
         try:
             yield
         finally:
             _plain_only = before
-            for (module, name), (_, compiled) in _replaced.items() if not before else ():
-                setattr(module, name, compiled)
 
 
 class Uncompiled(UserWarning):
-    """Kernels run as plain Python, because they are not translated and numba cannot be imported."""
-
-
-def numba(why: str) -> ModuleType | None:
-    """The numba module, which compiles kernels that are not translated; None if it cannot be imported.
-
-    ``why`` is the reason why a kernel is not translated, for the warning.
-    """
-    with lock:
-        try:
-            import numba
-        except ImportError as error:
-            remedy = "running uncompiled, some 100 times slower; try: pip install 'mbdsl[numba]'"
-            warnings.warn(f"{why}; numba cannot be imported ({error}); {remedy}", Uncompiled, stacklevel=2)
-            return None
-        return numba
+    """Kernels run as plain Python, because the installed llvmlite cannot compile them."""
 
 
 def enabled() -> bool:
     """Whether kernels are compiled."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        return False
-    if "numba" in sys.modules and getattr(sys.modules["numba"], "config", None) is not None:
-        return not sys.modules["numba"].config.DISABLE_JIT and _has_llvm()
-    return _has_llvm()
+    return os.environ.get("MBDSL_NO_COMPILE", "0") in ("", "0") and _has_llvm()
 
 
 @cache
 def _has_llvm() -> bool:
     found = importlib.util.find_spec("llvmlite") is not None
     if not found:
-        warnings.warn("llvmlite is not installed; running uncompiled, some 100 times slower", stacklevel=3)
+        warnings.warn(f"llvmlite is not installed; {SLOW}", stacklevel=3)
     return found
 
 
 def version() -> str:
     """Name of the subfolder of the cache folder with the objects and emitted modules that this process can use."""
-    settings = ("NUMBA_", "MBDSL_OPTIMISATION")
+    settings = ("MBDSL_CPU_", "MBDSL_OPTIMISATION")
     environment = tuple(sorted(item for item in os.environ.items() if item[0].startswith(settings)))
     return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest(environment)[:16]}"
 
 
 @cache
 def _digest(environment: tuple) -> str:
-    """Digest of the common dependencies of all machine code: this package, versions of numba, llvmlite and numpy,
-    settings of numba, the processor."""
+    """Digest of the common dependencies of all machine code: this package, versions of llvmlite and numpy, settings of
+    the compiler, the processor."""
     files = list(Path(__file__).parent.glob("*.py"))
-    for name, written in (("numba", "_version.py"), ("llvmlite", "_version.py"), ("numpy", "version.py")):
+    for name, written in (("llvmlite", "_version.py"), ("numpy", "version.py")):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:
             files += Path(spec.origin).parent.glob(written)
@@ -148,7 +122,7 @@ def functions(
 
 def is_compiled(name: str) -> bool:
     """Whether the module ``name`` needs no compilation: its code is on disk, or kernels run as plain Python."""
-    return not enabled() or _body(name) is not None or bool(_why_ordinary(name))
+    return not enabled() or _body(name) is not None
 
 
 def import_text(name: str, text: str) -> ModuleType:
@@ -178,57 +152,24 @@ def _plain(name: str, text: str, signatures: Mapping[str, Signature], modules: C
 
 
 def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules: Callable) -> list[Callable]:
+    from mbdsl.compilation import object_code, translation
+
     called = modules()
     module = import_text(name, text)
-    given = {function: getattr(module, function) for function in signatures}
+    translated = translation.translate(name, {f: getattr(module, f) for f in signatures}, signatures)
     sources = names_of(with_imports(tuple(called)))
-    head = [digest_of(sources) or "", " ".join(sources)]
-    reason = known = _why_ordinary(name)
-    if not known:
-        try:
-            from mbdsl.compilation import object_code, translation
-
-            made = object_code.compile_object(translation.translate(name, given, signatures))
-            body = "\n".join([*head, _asked(text, signatures), " ".join(made.needs), ""]).encode() + made.code
-            linked = _linked(name, body, signatures)
-            if linked is None:
-                raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
-            cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-            return linked
-        except Exception as error:  # a kernel of a user may contain Python that is not translated
-            of = "not translated" if isinstance(error, Untranslatable) else type(error).__name__
-            reason = f"{of}: {error}".splitlines()[0]
-            cache_folder.keep(_ordinary(name), "\n".join([*head, reason]).encode())
-    if numba(reason) is None:
+    head = [digest_of(sources) or "", " ".join(sources), _asked(text, signatures)]
+    try:
+        made = object_code.compile_object(translated)
+        body = "\n".join([*head, " ".join(made.needs), ""]).encode() + made.code
+        if (linked := _linked(name, body, signatures)) is None:
+            raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
+    except Exception as error:  # another version of llvmlite
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        warnings.warn(f"llvmlite cannot compile ({reason}); {SLOW}", Uncompiled, stacklevel=2)
         return _plain(name, text, signatures, modules)
-    if not known:
-        warnings.warn(f"compiling with numba's cfunc, which is slower: {reason}", stacklevel=2)
-    from mbdsl.compilation import numba_cfunc
-
-    _kernels.clear()
-    activate(*called, wrap=numba_cfunc.compile_kernel)
-    # numba's cache checks only the emitted file for changes: a folder by the digest of all sources
-    folder = cache_folder.subfolder(f"{version()}/{head[0][:16]}")
-    found: list[Callable] = [numba_cfunc.compile_function(given[f], signatures[f], folder) for f in given]
-    if folder is not None:
-        cache_folder.close(folder)
-    return found
-
-
-def activate(*modules: ModuleType, wrap: Callable) -> None:
-    """Replace the marked kernels of ``modules``, and of all modules that define them, by ``wrap(kernel)``.
-
-    A kernel is compiled when compiled code first calls it, so that the order of replacement does not matter.
-    """
-    for module in with_imports(modules):
-        for name, value in list(vars(module).items()):
-            if getattr(value, "__mbdsl_kernel__", False):
-                function = getattr(value, "py_func", value)
-                if function not in _kernels:
-                    # A call passes every field of every array, which takes longer than most kernels: inline them.
-                    _kernels[function] = wrap(function, forceinline=not hasattr(function, "__mbdsl_rare__"))
-                setattr(module, name, _kernels[function])
-                _replaced[module, name] = function, _kernels[function]
+    cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+    return linked
 
 
 # -- objects on disk -----------------------------------------------------------------------------------------
@@ -236,20 +177,6 @@ def activate(*modules: ModuleType, wrap: Callable) -> None:
 
 def _object(name: str) -> str:
     return f"{version()}/{name}.o"
-
-
-def _ordinary(name: str) -> str:
-    """Name of the file that exists, with the reason in it, if ``numba_cfunc`` had to compile the module."""
-    return f"{version()}/{name}.ordinary"
-
-
-def _why_ordinary(name: str) -> str:
-    """The reason why ``numba_cfunc`` compiles the present sources, or ""; changed ones are tried as an object again."""
-    try:
-        digest, sources, reason = (cache_folder.read(_ordinary(name)) or b"").decode().split("\n", 2)
-    except ValueError:
-        return ""
-    return reason if digest_of(sources.split()) == digest else ""
 
 
 def _asked(text: str, signatures: Mapping[str, Signature]) -> str:

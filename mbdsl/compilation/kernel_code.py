@@ -49,6 +49,38 @@ def _assigned(body: list[ast.stmt]) -> Iterator[str]:
             yield from _assigned(getattr(statement, part, []))
 
 
+#: type of a statement or an expression -> the function of (code, node) that translates it
+TRANSLATIONS: dict[type[ast.AST], Callable] = {}
+
+
+def translates(kind: type[ast.AST]) -> Callable[[Callable], Callable]:
+    """Mark the function that translates a kind of statements or expressions."""
+
+    def mark(function: Callable) -> Callable:
+        TRANSLATIONS[kind] = function
+        return function
+
+    return mark
+
+
+_STATUS = "return a number that the caller looks at"
+_TUPLE = "write a tuple, or fill the entries of an array that is an argument"
+_LOOP = "write a `for` loop"
+#: what to write in place of Python that is not translated
+ALTERNATIVES: dict[type[ast.AST], str] = {
+    **dict.fromkeys((ast.List, ast.Dict, ast.Set), _TUPLE),
+    **dict.fromkeys((ast.ListComp, ast.GeneratorExp, ast.DictComp, ast.SetComp), _LOOP),
+    **dict.fromkeys((ast.Try, ast.Raise, ast.Assert, ast.With), _STATUS),
+    **dict.fromkeys((ast.Lambda, ast.FunctionDef), "write a kernel at the level of the module"),
+    **dict.fromkeys((ast.Import, ast.ImportFrom), "import at the level of the module"),
+    ast.Match: "write `if ... elif ...`",
+    ast.Starred: "write the items of the tuple",
+    ast.NamedExpr: "write an assignment before the statement",
+    ast.Global: "pass the value as an argument and return it",
+    ast.AnnAssign: "leave out the type",
+}
+
+
 class Widened(Exception):
     """The type of a variable or of the result is wider than assumed so far."""
 
@@ -75,6 +107,18 @@ class Code:
             for k, (name, kind) in enumerate(zip(names, takes, strict=True))
         }
         self.assigned = set(_assigned(self.tree.body))
+
+    # -- parts of the syntax tree ------------------------------------------------------------------------------
+
+    def value(self, node: ast.expr) -> Value:
+        """The value of an expression."""
+        return self.translated(node)
+
+    def translated(self, node: ast.AST) -> Value:
+        function = TRANSLATIONS.get(type(node))
+        if function is None:
+            raise Untranslatable(f"`{ast.unparse(node).splitlines()[0]}`", hint=ALTERNATIVES.get(type(node)))
+        return function(self, node)
 
     # -- lines -----------------------------------------------------------------------------------------------
 

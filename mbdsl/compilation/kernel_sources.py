@@ -16,22 +16,23 @@ from numbers import Number
 from pathlib import Path
 from types import ModuleType
 
-from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_types import Untranslatable
+from mbdsl.errors import Span
+from mbdsl.kernels import marks
 
 #: names of emitted modules, which have no source file
 emitted: set[str] = set()
 #: packages whose modules define kernels, or constants that kernels read
-_ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "numerics", "system"))
+_ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "kernels", "numerics", "system"))
 #: modules that element and method files import for their declarations; no kernel reads them
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 #: packages whose versions are part of the name of the cache's subfolder, or which kernels cannot use
-_LIBRARIES = ("numpy", "scipy", "numba", "llvmlite")
+_LIBRARIES = ("numpy", "scipy", "llvmlite")
 #: folders of installed packages
 _INSTALLED = ("site-packages", "dist-packages")
 
 #: packages whose versions or sources are part of the digest of the compiler, or of that of kernels
-_VERSIONED = {"mbdsl", "numba", "numpy", *sys.stdlib_module_names}
+_VERSIONED = {"mbdsl", "numpy", *sys.stdlib_module_names}
 
 
 def with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
@@ -109,11 +110,9 @@ def _is_read(name: str) -> bool:
 def file_of(name: str) -> Path | None:
     """The file of a module; None for packages of mbdsl, emitted modules, and modules without a file."""
     if name.startswith("mbdsl."):
-        # variants in space have the source of their counterparts in the plane, whether they are imported or not
-        for module in (name, name.removesuffix("_in_space")):
-            path = Path(__file__).parents[1].joinpath(*module.split(".")[1:]).with_suffix(".py")
-            if path.exists():
-                return path
+        path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
+        if path.exists():
+            return path
     file = getattr(sys.modules.get(name), "__file__", None)
     if file is None or name in emitted or (name.startswith("mbdsl.") and Path(file).name == "__init__.py"):
         return None
@@ -172,6 +171,18 @@ def syntax_tree(function: Callable) -> ast.FunctionDef:
 @cache
 def _functions_of(module: ModuleType) -> dict[int, ast.FunctionDef]:
     """The functions of a module by their first line, which may be that of a decorator."""
-    text = vars(module).get(marks.TEXT) or Path(str(module.__file__)).read_text(encoding="utf-8-sig")
-    functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
+    functions = [node for node in ast.parse(_text_of(module)).body if isinstance(node, ast.FunctionDef)]
     return {min([node.lineno, *(x.lineno for x in node.decorator_list)]): node for node in functions}
+
+
+def place_of(function: Callable, node: ast.AST) -> Span:
+    """The place of a part of a kernel in its file."""
+    module = sys.modules[function.__module__]
+    line, column = getattr(node, "lineno", 1), getattr(node, "col_offset", 0)
+    text = _text_of(module).splitlines()[line - 1]
+    end = node.end_col_offset if getattr(node, "end_lineno", None) == line else len(text)  # type: ignore[attr-defined]
+    return Span(str(module.__file__), line, column + 1, end - column, text)
+
+
+def _text_of(module: ModuleType) -> str:
+    return vars(module).get(marks.TEXT) or Path(str(module.__file__)).read_text(encoding="utf-8-sig")

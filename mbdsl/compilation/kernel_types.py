@@ -8,13 +8,12 @@ from numbers import Integral, Real
 from typing import NamedTuple
 
 from mbdsl.compilation.native_call import ARRAYS, Signature
+from mbdsl.errors import UsageError
 
 
-class Untranslatable(Exception):
-    """A kernel contains Python that :mod:`mbdsl.compilation.translation` does not translate."""
-
-    def __str__(self) -> str:
-        return str(self.args[0])
+class Untranslatable(UsageError):
+    """A kernel contains Python that :mod:`mbdsl.compilation.translation` does not translate; docs/kernels.md lists
+    what it translates."""
 
 
 class Scalar(NamedTuple):

@@ -21,7 +21,7 @@ class Module:
     """The functions of a module, each a list of lines."""
 
     def __init__(self, translated: Callable) -> None:
-        self._translated = translated  #: :meth:`mbdsl.compilation.translation.Kernel.translated`
+        self._translated = translated  #: ``translation._translated``, which adds a kernel
         self.lines: list[str] = []
         self.declared: dict[str, str] = {}  # symbol -> declaration
         self._made: dict[tuple, tuple[str, Type]] = {}

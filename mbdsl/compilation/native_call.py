@@ -6,7 +6,6 @@ import ctypes
 import struct
 import weakref
 from collections.abc import Callable
-from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
@@ -82,17 +81,8 @@ class Native:
         words = list(block)
         for k, at in self._others:
             x = arguments[k]
-            words[at] = self._address_of(x) if isinstance(x, Native) else x
+            words[at] = x.address if isinstance(x, Native) else x
         return self._pack(*words)
-
-    @cached_property
-    def plain(self) -> int:
-        """The address for calls with plain arguments; see :mod:`mbdsl.compilation.entry_points`."""
-        return self.address
-
-    def _address_of(self, function: Native) -> int:
-        """The value of a function among the arguments."""
-        return function.plain
 
     def _look_at(self, arguments: tuple) -> tuple[list, list]:
         """Weak references to the arrays among the arguments, and a block of words with their addresses and shapes.

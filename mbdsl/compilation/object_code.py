@@ -22,7 +22,7 @@ def compile_object(text: str) -> Object:
     suites, whose runs are short. Results have the same bits.
     """
     level = optimisation()
-    machine = _machine(os.environ.get("NUMBA_CPU_NAME"), os.environ.get("NUMBA_CPU_FEATURES"), level)
+    machine = _machine(os.environ.get("MBDSL_CPU_NAME"), os.environ.get("MBDSL_CPU_FEATURES"), level)
     module = binding.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     module.verify()
@@ -67,7 +67,7 @@ def _needs(module) -> Iterator[str]:
 
 @cache
 def _machine(name: str | None, features: str | None, level: int):
-    """The processor of this machine, or the one that NUMBA_CPU_NAME and NUMBA_CPU_FEATURES name."""
+    """The processor of this machine, or the one that MBDSL_CPU_NAME and MBDSL_CPU_FEATURES name."""
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
     if features is None:

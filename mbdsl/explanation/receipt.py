@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.elements import declaring, kinds
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.integrators import backend, declared
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
@@ -276,7 +276,7 @@ def _drivers(motion: Motion) -> list[Entry]:
     nothing = "none" if not carried else "none is left: their bodies are functions of time"
     found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
     if any(
-        p.system.tables.layout[buffer_layout.N_MOVING] for p in motion.parts
+        p.system.tables.layout[L.N_MOVING] for p in motion.parts
     ):  # a component that is solved for is attached to one
         found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames", "expressions")))
     return found
@@ -388,15 +388,14 @@ def _deforming(motion: Motion, least: int) -> set[str]:
 
 
 def _hoisted(motion: Motion) -> list[str]:
-    kinds_ = {int(p.system.tables.layout[buffer_layout.MASS_KIND]) for p in motion.parts}
+    kinds_ = {int(p.system.tables.layout[L.MASS_KIND]) for p in motion.parts}
     found = ["the mass matrix, constant and diagonal: one vector"] if 0 in kinds_ else []
     if 1 in kinds_:
         found.append("the mass matrix of elements: constant, factorised once where its inverse is needed")
     if 2 in kinds_:
         found.append("of the mass matrix: integrals over shapes; elastic entries, factorised once")
     if any(
-        p.system.tables.numbers[p.system.tables.layout[buffer_layout.CONSTANT_FORCE] :][: p.system.n].any()
-        for p in motion.parts
+        p.system.tables.numbers[p.system.tables.layout[L.CONSTANT_FORCE] :][: p.system.n].any() for p in motion.parts
     ):
         found.append("gravity, constant in these coordinates: the initial vector of the forces")
     orders = [p for p in motion.parts if p.system.unknowns]
@@ -473,5 +472,5 @@ def _rows(motion: Motion) -> dict[str, int]:
             found["nonholonomic rows"] += len(c.velocity_constraints)
             found["drivers"] += c.kind.driver is not None and c.kind.rows > 0
     # a pose and its rates
-    found["moving frames"] = sum(6 * int(p.system.tables.layout[buffer_layout.N_MOVING]) for p in motion.parts)
+    found["moving frames"] = sum(6 * int(p.system.tables.layout[L.N_MOVING]) for p in motion.parts)
     return found

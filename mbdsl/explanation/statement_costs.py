@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from time import perf_counter
 
 from mbdsl.integrators import modules
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.system.emit import FACTORS, Line, load_repeated
@@ -35,18 +35,18 @@ def _run(p: Moving) -> tuple[float, float, float]:
     p.integration.advance(4)  # initial overhead
     start, least = integers.copy(), float("inf")
     while spent < RUN_PATIENCE:
-        before, begun = int(integers[loop_state.STEP]), perf_counter()
+        before, begun = int(integers[S.STEP]), perf_counter()
         status = p.integration.advance(slice_)
         now = perf_counter() - begun
         spent += now
         # the fastest interval, because other work on the machine slows down the rest
-        least = min(least, now / max(1, int(integers[loop_state.STEP]) - before))
-        if status != loop_state.RUNNING:
+        least = min(least, now / max(1, int(integers[S.STEP]) - before))
+        if status != S.RUNNING:
             break
     done = integers - start
-    steps = max(1, int(done[loop_state.STEP]))
-    matrices = int(done[loop_state.MATRICES]) * modules()[p.method].METHOD.matrices
-    return least, int(done[loop_state.ITERATIONS]) / steps, matrices / steps
+    steps = max(1, int(done[S.STEP]))
+    matrices = int(done[S.MATRICES]) * modules()[p.method].METHOD.matrices
+    return least, int(done[S.ITERATIONS]) / steps, matrices / steps
 
 
 def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:

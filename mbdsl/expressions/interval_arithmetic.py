@@ -24,7 +24,7 @@ from numpy import arctan as atan
 from numpy import arctan2 as atan2
 from numpy import ceil, cos, cosh, exp, floor, hypot, inf, log, log10, nan, pi, sinh, sqrt, tan, tanh
 
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.kernels.marks import kernel, rare
 
 #: relative error of an elementary function, with a margin
 ROUNDING = 2.0**-50

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.messages import install
 from mbdsl.numerics.hermite import between
 from mbdsl.system import System
@@ -190,7 +190,7 @@ class External:
         """Take at most ``steps`` states from the backend; return a status of ``loop_state``, or FAILED."""
         for _ in range(steps):
             if self._done:
-                return loop_state.DONE
+                return S.DONE
             try:
                 self._keep(*_state(next(self._states)))
             except StopIteration:
@@ -200,7 +200,7 @@ class External:
                 return self._fail(problem.message, problem)
             except Exception as problem:
                 return self._fail(f"{type(problem).__name__}: {problem}", problem)
-        return loop_state.DONE if self._done else loop_state.RUNNING
+        return S.DONE if self._done else S.RUNNING
 
     @property
     def _done(self) -> bool:

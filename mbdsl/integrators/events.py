@@ -19,14 +19,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.switch_location import LEFT
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.switches import Switch, combined
@@ -136,24 +136,24 @@ class Events:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches:
-            integers[loop_state.WATCHING] = True
+            integers[S.WATCHING] = True
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
-            integers[loop_state.CORNERS] = passed and all(switch.of_force for switch in switches)
-            integers[loop_state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
+            integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
+            integers[S.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
             self._known = self.system.time_events(t, run.stop, corners=declared(run.method).order > 2)
             self._next(t)
-            reals[loop_state.STEP_SIZE] = run.h = min(run.h, reals[loop_state.NEXT_EVENT] - t)
+            reals[S.STEP_SIZE] = run.h = min(run.h, reals[S.NEXT_EVENT] - t)
 
     def _next(self, t: float) -> None:
         """Set NEXT_EVENT to a time before the next known event, by more than the rounding error of times."""
-        before = self.run.reals[loop_state.LEAST_H]
+        before = self.run.reals[S.LEAST_H]
         later = (x - before for x in self._known)
-        self.run.reals[loop_state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+        self.run.reals[S.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
 
     def rejoin(self) -> None:
         """Generate the known times that are still to come, after the run was restored from a checkpoint."""
-        run, before, due = self.run, self.run.reals[loop_state.LEAST_H], self.run.reals[loop_state.NEXT_EVENT]
+        run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.NEXT_EVENT]
         if due < np.inf:
             known = self.system.time_events(run.start, run.stop, corners=declared(run.method).order > 2)
             self._known = dropwhile(lambda x: x - before <= due, known)
@@ -162,7 +162,7 @@ class Events:
         """Set the signature of the switches after a change of inputs."""
         run = self.run
         q, v, lam = run.state()
-        run.integers[loop_state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
+        run.integers[S.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
 
     def come(self) -> tuple[int, Restart | None]:
         """Look for a switch that changes here, where a step was cut short or ended at a known time.
@@ -174,27 +174,27 @@ class Events:
             Where the run has to restart; None if it goes on or stops.
         """
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
-        t, (q, v, lam), least = run.time, run.state(), reals[loop_state.LEAST_H]
-        known, cut = t >= reals[loop_state.NEXT_EVENT], integers[loop_state.CUT] > 0
+        t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
+        known, cut = t >= reals[S.NEXT_EVENT], integers[S.CUT] > 0
         at_once = not (known or cut)  # the switch is so close that no step was possible
-        h, integers[loop_state.CUT] = reals[loop_state.STEP_SIZE] if known else reals[loop_state.UNCUT], 0
+        h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
         if not known and self._stands_still(t):
             around = self._around(t, q, v, lam)
             if not around or not all(_of_time(x) for x in around):
                 self._hidden = around or self._hidden
-                return loop_state.SLIDING, None
+                return S.SLIDING, None
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         if known:
             self._next(t + s)
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = 4 * least if at_once else LEFT * reals[loop_state.LAST_H]
+                most = 4 * least if at_once else LEFT * reals[S.LAST_H]
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
                 if found is None:
-                    return self._progress(t, old) if at_once else loop_state.RUNNING, None
+                    return self._progress(t, old) if at_once else S.RUNNING, None
                 if found > 0.0 and declared(run.method).order > PRECISE:
                     way = self._refined(t, q, v, a, found)
                     found = self._distance(t, way, lam, old, most) or found
@@ -208,11 +208,11 @@ class Events:
         except InitialisationError:
             return self.no_accelerations(t, q, v), None
         new = system.switches(t, q, v, lam)
-        integers[loop_state.SIGNATURE] = combined(new)
-        integers[loop_state.EVENTS] += 1
+        integers[S.SIGNATURE] = combined(new)
+        integers[S.EVENTS] += 1
         self.times.append(t)
         self.rounding.append(self._of_rounding(t, q, v, a - old_a, known))
-        longest = min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t)
+        longest = min(h, min(run.stop, reals[S.NEXT_EVENT]) - t)
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         status = self._known_progress(t) if timed else self._progress(t, new)
@@ -244,7 +244,7 @@ class Events:
     def no_accelerations(self, t: float, q: Array, v: Array) -> int:
         """The status of a run that stops at a state without accelerations."""
         finite = np.isfinite(self.system.Q(t, q, v)).all()
-        return loop_state.SINGULAR if finite else loop_state.NOT_FINITE
+        return S.SINGULAR if finite else S.NOT_FINITE
 
     def _stands_still(self, t: float) -> bool:
         """Whether steps are cut short again and again, which happens also without events."""
@@ -254,14 +254,14 @@ class Events:
     def _around(self, t: float, q: Array, v: Array, lam: Array) -> list[Switch]:
         """The switches that differ between the state at t and the end of the last attempt or its search."""
         vectors, system, n = self.run.vectors, self.system, self.system.n
-        rows = ((buffer_layout.BEFORE, buffer_layout.BEFORE2), (buffer_layout.POSITION, buffer_layout.VELOCITY))
+        rows = ((L.BEFORE, L.BEFORE2), (L.POSITION, L.VELOCITY))
         ends = [(system.out_of_charts(vectors[x, :n], self.run.numbers), vectors[w, :n]) for x, w in rows]
         states = np.array([system.switches(t, *end, lam) for end in ((q, v), *ends)])
         return _changed(system, states.min(axis=0), states.max(axis=0))
 
     def _distance(self, t: float, way: Way, lam: Array, old: States, most: float) -> float | None:
         """The time from t until just behind the next change of a switch; None if it is longer than ``most``."""
-        if combined(old) != self.run.integers[loop_state.SIGNATURE]:
+        if combined(old) != self.run.integers[S.SIGNATURE]:
             return 0.0  # the last Newton correction of the step has changed a switch
 
         def same(s: float) -> bool:
@@ -271,7 +271,7 @@ class Events:
         if same(most):
             return None
         low, high = 0.0, most
-        while high - low > max(1e-9 * high, 0.01 * self.run.reals[loop_state.LEAST_H]):
+        while high - low > max(1e-9 * high, 0.01 * self.run.reals[S.LEAST_H]):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high
@@ -288,7 +288,7 @@ class Events:
     def _known_progress(self, t: float) -> int:
         """The status after an event at a time that was known in advance."""
         close = len(self.times) > MANY_KNOWN and t - self.times[-MANY_KNOWN] < HARDLY * (self.run.stop - self.run.start)
-        return loop_state.SLIDING if close else loop_state.RUNNING
+        return S.SLIDING if close else S.RUNNING
 
     def _progress(self, t: float, states: States) -> int:
         """Record an event at t not known in advance; return SLIDING if events make no progress, else RUNNING."""
@@ -298,8 +298,8 @@ class Events:
         span = self.run.stop - self.run.start
         self._found = [*self._found[-MANY:], t]
         if len(self._found) > MANY and t - self._found[0] < HARDLY * span:
-            return loop_state.SLIDING
-        return loop_state.SLIDING if len(self._recent) > CROWD else loop_state.RUNNING
+            return S.SLIDING
+        return S.SLIDING if len(self._recent) > CROWD else S.RUNNING
 
 
 def _of_time(switch: Switch) -> bool:

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.saddle_point import least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
@@ -52,10 +52,10 @@ def jump(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]
         If forces are not finite, or accelerations do not exist.
     """
     n = system.n
-    before = system._at(t, q, v).vectors[buffer_layout.FORCE, :n].copy()
+    before = system._at(t, q, v).vectors[L.FORCE, :n].copy()
     K = system.matrix(system.entries(t, cM=1.0, cP=1.0, cV=1.0))
     change()
-    dQ = system._at(t, q, v).vectors[buffer_layout.FORCE, :n] - before
+    dQ = system._at(t, q, v).vectors[L.FORCE, :n] - before
     if not np.isfinite(dQ).all():
         raise not_finite(system, t, q, v, "the forces")
     assert isinstance(K, np.ndarray)

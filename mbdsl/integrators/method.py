@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation.buffer_layout import POSITION, UNKNOWN, UNKNOWN2
+from mbdsl.kernels import buffer_layout as L
 
 if TYPE_CHECKING:
     from mbdsl.system import System
@@ -109,15 +109,15 @@ class Method:
     check_constrained: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     matrices: int = 1  #: number of iteration matrices, of ``run.matrices``
     coupled: bool = False  #: whether its two systems are solved as one where bodies in space turn far within a step
-    multipliers: tuple[int, int, int] = (UNKNOWN, UNKNOWN2, UNKNOWN)
+    multipliers: tuple[int, int, int] = (L.UNKNOWN, L.UNKNOWN2, L.UNKNOWN)
     sets: int = 1
     own_reactions: bool = True
     inverts_mass: bool = False
     mass_row: int = (
-        POSITION  #: row of the coordinates at which M is evaluated; a row other than POSITION is read once a step
+        L.POSITION  #: row of the coordinates at which M is evaluated; a row other than POSITION is read once a step
     )
-    inertia_rows: tuple[int, int] = (UNKNOWN, UNKNOWN2)  #: rows that M multiplies
-    tangent_row: int = UNKNOWN  #: x in (M x)_q of the iteration matrix
+    inertia_rows: tuple[int, int] = (L.UNKNOWN, L.UNKNOWN2)  #: rows that M multiplies
+    tangent_row: int = L.UNKNOWN  #: x in (M x)_q of the iteration matrix
     chosen: bool = True
     steps: tuple[str, ...] = ("fixed",)
     needs: str = ""
@@ -132,7 +132,7 @@ class Method:
     past_positions: int = 0  #: row of ``vectors`` with the positions at the start of the previous step; 0: none
     rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones
     older: int = 0  #: 2: unknowns are predicted from the last six steps instead of the last four
-    acceleration_row: int = UNKNOWN  #: UNKNOWN or UNKNOWN2: its differences over steps are those of accelerations
+    acceleration_row: int = L.UNKNOWN  #: UNKNOWN or UNKNOWN2: its differences over steps are those of accelerations
     node: Callable[[Array], float] = lambda c: 1.0  #: time within a step that this acceleration belongs to [steps]
     mass_weight: Callable[[Array], float] = lambda c: 1.0  #: factor on M in the (first) iteration matrix
     damping_weight: Callable[[Array], float] = lambda c: 2 / 3  #: factor on h D in that matrix

@@ -13,27 +13,24 @@ import builtins
 import dis
 import hashlib
 import os
-import re
 import sys
 import traceback
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 from mbdsl import integrators
-from mbdsl.compilation import code_cache, marks
 from mbdsl.compilation.kernel_sources import digest_of, names_of
+from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.errors import MbdslError, Span, UsageError
 from mbdsl.integrators.method import KERNELS, STEP_KERNELS, Method
+from mbdsl.kernels import marks
 
 PREFIX = "mbdsl_method_file_"  #: of the names of modules; a digest of the text follows
 PAGE = "docs/backends.md describes both kinds of files"
 _modules: dict[str, ModuleType] = {}  # file as given -> module
-_in_numba = re.compile(r'File "([^"]+)", line (\d+)')
-_in_translation = re.compile(rf"({PREFIX}\w+), line (\d+): ")
-_colours = re.compile(r"\x1b\[[0-9;]*m")  #: in messages of numba
 
 
 def load(path: str) -> str:
@@ -104,48 +101,32 @@ def digest(name: str) -> str | None:
 
 
 def place(problem: BaseException | None) -> Span | None:
-    """The line of a method's file that raised an exception, or that numba refuses; None if there is none."""
+    """The line of a method's file that raised an exception; None if there is none."""
     if problem is None:
         return None
     for frame in reversed(traceback.extract_tb(problem.__traceback__)):
         if frame.filename in _modules and frame.lineno is not None:
             columns = (getattr(frame, name, None) for name in ("colno", "end_colno"))  # since Python 3.11
             return _span(frame.filename, frame.lineno, *columns)
-    files = {str(module.__file__): path for path, module in _modules.items()}
-    for file, line in _in_numba.findall(_text(problem)):  # relative to the present folder
-        if (path := files.get(os.path.abspath(file))) is not None:
-            return _span(path, int(line))
-    names = {module.__name__: path for path, module in _modules.items()}
-    found = _in_translation.search(str(problem))
-    return _span(names[found[1]], int(found[2])) if found and found[1] in names else None
+    return None
 
 
 def blamed(problem: BaseException) -> MbdslError | None:
     """The error of an exception that the file of a method raised; None for other exceptions."""
     span = place(problem)
-    return None if span is None else UsageError(f"{type(problem).__name__}: {_reason(problem)}", span)
+    return None if span is None else UsageError(f"{type(problem).__name__}: {' '.join(str(problem).split())}", span)
 
 
 @contextmanager
 def compiling(module: ModuleType) -> Iterator[None]:
-    """While the kernels of a method's file are compiled: errors of numba become messages with a line of the file."""
-    if not _is_of_a_file(module):
-        yield
-        return
+    """While the kernels of a method's file are compiled: errors name the file as it was given."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # if compilation fails, it is tried in a slower way, which fails as well
-            warnings.simplefilter("error", code_cache.Uncompiled)
-            yield
-    except code_cache.Uncompiled as problem:
-        reason = _in_translation.sub("", str(problem).partition("; numba cannot")[0]).removeprefix("not translated: ")
-        why = f"cannot translate the kernels of {module.METHOD.name}: {reason}"
-        hint = "numba compiles more of Python: pip install 'mbdsl[numba]'; NUMBA_DISABLE_JIT=1 runs them as Python"
-        raise UsageError(why, place(problem), hint) from problem
-    except Exception as problem:
-        hint = "kernels take the parts of Python that numba compiles; NUMBA_DISABLE_JIT=1 runs them as Python"
-        why = f"cannot compile the kernels of {module.METHOD.name}: {_reason(problem)}"
-        raise UsageError(why, place(problem), hint) from problem
+        yield
+    except Untranslatable as problem:
+        given = {str(known.__file__): path for path, known in _modules.items()}
+        if problem.span is not None and problem.span.file in given:
+            problem.span = replace(problem.span, file=given[problem.span.file])
+        raise
 
 
 def _executed(path: str) -> ModuleType:
@@ -162,7 +143,7 @@ def _executed(path: str) -> ModuleType:
     module.__file__ = os.path.abspath(path)
     setattr(module, marks.TEXT, text.decode("utf-8-sig", errors="replace"))
     former = _modules.get(path)
-    _modules[path] = sys.modules[name] = module  # numba and pickle find functions by their modules
+    _modules[path] = sys.modules[name] = module  # the compiler and pickle find functions by their modules
     try:
         exec(compile(text, path, "exec"), vars(module))
     except (Exception, SystemExit) as problem:
@@ -212,18 +193,3 @@ def _span(path: str, line: int, start: int | None = None, end: int | None = None
     start = blank if start is None else max(start, 0)
     length = len(shown) - start if end is None or end <= start else end - start
     return Span(path, line, start + 1, max(1, length), shown)
-
-
-def _reason(problem: BaseException) -> str:
-    """The text of an exception on one line; of numba's, the line that gives the reason."""
-    text = _text(problem)
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    if "nopython" not in text:
-        return " ".join(lines)
-    headings = ("Failed in", "During:", "File ", "- Resolution failure", "<source")
-    reasons = [line.removeprefix(">>> ") for line in lines if not line.startswith(headings)] or lines
-    return " ".join(reasons[: 2 if reasons[0].endswith(":") else 1])
-
-
-def _text(problem: BaseException) -> str:
-    return _colours.sub("", str(problem))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbdsl.integrators.loop.loop_state import NOTED, NOTES, RUNNING, THIN
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.thinned_records import LEAST
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.peaks_along_motion import GIVEN_UP, not_searched
@@ -53,18 +53,18 @@ class Overlooked:
 
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most ``steps`` steps in the compiled loop; return a status."""
-        run, status = self._run, RUNNING
-        while steps > 0 and status == RUNNING and run.integers[NOTES] > 0:
+        run, status = self._run, S.RUNNING
+        while steps > 0 and status == S.RUNNING and run.integers[S.NOTES] > 0:
             before = run.steps
             status = call(steps)
             steps -= run.steps - before
-            if 0 < run.integers[NOTES] <= run.integers[NOTED]:
+            if 0 < run.integers[S.NOTES] <= run.integers[S.NOTED]:
                 self._search()
-        return call(steps) if steps > 0 and status == RUNNING else status
+        return call(steps) if steps > 0 and status == S.RUNNING else status
 
     def finish(self) -> None:
         """Search the steps since the last search."""
-        if self._run.integers[NOTES] > 0:
+        if self._run.integers[S.NOTES] > 0:
             self._search()
 
     def peak(self) -> Peak | None:
@@ -83,8 +83,8 @@ class Overlooked:
             self._look(run.recorded)
         run.drain()
         if not self._searching:  # record only what a run keeps
-            run.integers[NOTES] *= run.keeps
-            run.integers[THIN] = max(run.integers[THIN], LEAST) if run.keeps else 0
+            run.integers[S.NOTES] *= run.keeps
+            run.integers[S.THIN] = max(run.integers[S.THIN], LEAST) if run.keeps else 0
 
     @property
     def _searching(self) -> bool:

@@ -18,20 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.integrators.loop.loop_state import (
-    DONE,
-    LEAST_H,
-    LOOK,
-    NEXT_ZONE,
-    NOTED,
-    NOTES,
-    ROOM,
-    RUNNING,
-    SLIDING,
-    TOO_SMALL,
-    ZONE,
-    ZONES,
-)
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.switch_location import MIDDLE
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.close_approaches import Approach, Approaches
@@ -116,7 +103,7 @@ class Landings:
         """Restore the zones that the compiled loop does not hold, after the run was restored from a checkpoint."""
         run, self._pending = self._run, []
         run.approaches = [Approach(*x) for x in run.approaches]
-        held = {tuple(zone) for zone in run.reals[ZONE : ZONE + 2 * run.integers[ZONES]].reshape(-1, 2).tolist()}
+        held = {tuple(zone) for zone in run.reals[S.ZONE : S.ZONE + 2 * run.integers[S.ZONES]].reshape(-1, 2).tolist()}
         every = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start)) if held else ()
         self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
 
@@ -124,15 +111,15 @@ class Landings:
         """Write the next zones into ``reals`` for the compiled loop."""
         run = self._run
         ahead = ((z.start, z.end) for z in self._zones if z.start > run.time)
-        self._pending += islice(ahead, max(0, ROOM - len(self._pending)))
+        self._pending += islice(ahead, max(0, S.ROOM - len(self._pending)))
         now = sorted((zone for zone in self._pending if zone[0] > run.time), key=lambda zone: zone[1])
-        run.reals[ZONE : ZONE + 2 * len(now[:ROOM])] = np.ravel(now[:ROOM])
-        run.integers[NEXT_ZONE], run.integers[ZONES], self._pending = 0, len(now[:ROOM]), now[ROOM:]
+        run.reals[S.ZONE : S.ZONE + 2 * len(now[: S.ROOM])] = np.ravel(now[: S.ROOM])
+        run.integers[S.NEXT_ZONE], run.integers[S.ZONES], self._pending = 0, len(now[: S.ROOM]), now[S.ROOM :]
 
     def insert(self, zones: Iterable[Zone]) -> None:
         """Add further zones."""
         reals, integers = self._run.reals, self._run.integers
-        known = reals[ZONE + 2 * integers[NEXT_ZONE] : ZONE + 2 * integers[ZONES]].reshape(-1, 2)
+        known = reals[S.ZONE + 2 * integers[S.NEXT_ZONE] : S.ZONE + 2 * integers[S.ZONES]].reshape(-1, 2)
         self._pending += [(a, b) for a, b in known.tolist()] + [(z.start, z.end) for z in zones]
         self.refill()
 
@@ -153,16 +140,16 @@ class Landings:
         """Take at most ``steps`` steps in the compiled loop, search them for hidden peaks, and return a status."""
         run = self._run
         if not self._searching:
-            while (status := self._recorded(steps, call)) == LOOK:
+            while (status := self._recorded(steps, call)) == S.LOOK:
                 self.refill()
             return status
-        status, begun = RUNNING, self._looks.spent
+        status, begun = S.RUNNING, self._looks.spent
         most, batch = self._together
-        while steps > 0 and status == RUNNING and self._looks.spent - begun < PAUSE:
+        while steps > 0 and status == S.RUNNING and self._looks.spent - begun < PAUSE:
             spent = self._looks.spent
             before, t = _copied(run), run.time
             first = np.concatenate([[t], *run.state()])
-            run.integers[NOTED] = 0
+            run.integers[S.NOTED] = 0
             status = call(min(steps, batch))
             rows = run.recorded
             states = self._states(np.vstack([first, rows]))
@@ -176,9 +163,9 @@ class Landings:
                 if self._tries > MOST:
                     changing = within(zones[0].term, run.system.tables.switches)
                     self._blame(changing)
-                    return SLIDING if changing else TOO_SMALL
+                    return S.SLIDING if changing else S.TOO_SMALL
                 self._due = passed, zones
-                status, batch = RUNNING, self._insert_due(0) or FEW
+                status, batch = S.RUNNING, self._insert_due(0) or FEW
                 most = batch + FEW  # where there is one peak, another may follow
                 self._together = most, batch
                 continue
@@ -186,27 +173,27 @@ class Landings:
             run.keep_ends(rows)
             if changing := self._chattering(rows):
                 self._blame(changing)
-                return SLIDING
+                return S.SLIDING
             quick = self._looks.spent - spent < PAUSE
-            most = min(2 * most, int(run.integers[NOTES])) if quick else max(1, most // 4)
+            most = min(2 * most, int(run.integers[S.NOTES])) if quick else max(1, most // 4)
             steps, batch = steps - max(1, len(rows)), self._insert_due(len(rows)) or most
             self._together = most, batch
-            if status == LOOK:
+            if status == S.LOOK:
                 self.refill()
-                status = RUNNING
-            if status == DONE:
+                status = S.RUNNING
+            if status == S.DONE:
                 return status
         return status
 
     def _recorded(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most ``steps`` steps, and keep their ends; a status."""
-        run, status = self._run, RUNNING
-        if not run.integers[NOTES]:
+        run, status = self._run, S.RUNNING
+        if not run.integers[S.NOTES]:
             return call(steps)
-        while steps > 0 and status == RUNNING:
-            if 2 * run.integers[NOTED] > run.integers[NOTES]:
+        while steps > 0 and status == S.RUNNING:
+            if 2 * run.integers[S.NOTED] > run.integers[S.NOTES]:
                 run.drain()
-            some = min(steps, int(run.integers[NOTES] - run.integers[NOTED]))  # attempts count as well
+            some = min(steps, int(run.integers[S.NOTES] - run.integers[S.NOTED]))  # attempts count as well
             status, steps = call(some), steps - some
         return status
 
@@ -234,7 +221,7 @@ class Landings:
         run = self._run
         if len(states[0]) < 2 or not self._looks.terms:
             return []
-        given = float(run.reals[LEAST_H]), run.seen, run.searched, run.turns
+        given = float(run.reals[S.LEAST_H]), run.seen, run.searched, run.turns
         return self._looks.first(*states, self._inputs, *given)
 
     def _note_approaches(self, states: States) -> None:

@@ -11,11 +11,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import declared, input_jumps, modules
 from mbdsl.integrators.events import PRECISE, Events
-from mbdsl.integrators.loop import linear_solve, loop_state, step_control
+from mbdsl.integrators.loop import linear_solve, step_control
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
 from mbdsl.integrators.loop.run_data import RunData
 from mbdsl.integrators.loop.step_times import representable
@@ -27,6 +28,7 @@ from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.scheduled_jumps import Jumps, behind_a_jump
 from mbdsl.integrators.standstill import WINDOW, Standstill
 from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.massless import massless
@@ -89,9 +91,9 @@ class Integration(RunState):
         if self.controlled:
             self._control(modules()[self.method].METHOD)
         if self.rows is not None:
-            longest = self.h if self.tol is None else self.reals[loop_state.MOST_H]
-            self.integers[loop_state.MARGIN] = 2 + int(np.ceil(1.5 * longest / self.rows.spacing))
-            if 2 * self.integers[loop_state.MARGIN] > len(self.times):
+            longest = self.h if self.tol is None else self.reals[S.MOST_H]
+            self.integers[S.MARGIN] = 2 + int(np.ceil(1.5 * longest / self.rows.spacing))
+            if 2 * self.integers[S.MARGIN] > len(self.times):
                 raise ValueError("the window of the output is too small for the longest step")
 
     def _load(self) -> None:
@@ -119,24 +121,24 @@ class Integration(RunState):
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         self.searched = not_searched()
         reals, integers, span = self.reals, self.integers, self.stop - self.start
-        integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT] = self.every, np.inf
-        reals[loop_state.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
-        reals[loop_state.WITHIN] = landing_part(modules()[self.method].METHOD.order, reals[loop_state.TOL])
-        reals[loop_state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
+        integers[S.EVERY], reals[S.NEXT_EVENT] = self.every, np.inf
+        reals[S.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
+        reals[S.WITHIN] = landing_part(modules()[self.method].METHOD.order, reals[S.TOL])
+        reals[S.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
 
     def _control(self, method: Method) -> None:
-        reals, integers, span, tol = self.reals, self.integers, self.stop - self.start, self.reals[loop_state.TOL]
-        integers[loop_state.CONTROLLED], integers[loop_state.LANDING] = True, method.order == 0 and not self.every
-        reals[loop_state.SPEED] = 1.0 / span if span > 0.0 else 1.0
+        reals, integers, span, tol = self.reals, self.integers, self.stop - self.start, self.reals[S.TOL]
+        integers[S.CONTROLLED], integers[S.LANDING] = True, method.order == 0 and not self.every
+        reals[S.SPEED] = 1.0 / span if span > 0.0 else 1.0
         between = self.times[0] - self.start if len(self.times) and not self.every else span
-        reals[loop_state.FORGOTTEN] = min(span / POINTS, between)
-        reals[loop_state.EXPONENT] = 1.0 / (method.order + 1)
+        reals[S.FORGOTTEN] = min(span / POINTS, between)
+        reals[S.EXPONENT] = 1.0 / (method.order + 1)
         kept = np.array([step_control.KEPT_TO, step_control.KEPT_FROM])
-        reals[[loop_state.GOOD, loop_state.BAD]] = step_control.AIM * kept ** -(method.order + 1.0)
-        reals[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # interpolation between steps has order 4
-        reals[loop_state.NODE] = method.node(self.coefficients)
-        reals[loop_state.MASS_WEIGHT] = method.mass_weight(self.coefficients)
-        reals[loop_state.DAMPING] = method.damping_weight(self.coefficients)
+        reals[[S.GOOD, S.BAD]] = step_control.AIM * kept ** -(method.order + 1.0)
+        reals[S.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # interpolation between steps has order 4
+        reals[S.NODE] = method.node(self.coefficients)
+        reals[S.MASS_WEIGHT] = method.mass_weight(self.coefficients)
+        reals[S.DAMPING] = method.damping_weight(self.coefficients)
 
     def begin(
         self,
@@ -172,7 +174,7 @@ class Integration(RunState):
             return float(np.abs(x * scale).max(initial=0.0))
 
         if controlled:
-            left = max(self.stop - t0, self.reals[loop_state.LEAST_H])
+            left = max(self.stop - t0, self.reals[S.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
         behind = t0
         if t is None and (behind := behind_a_jump(system, t0, self.stop)) > t0:
@@ -181,7 +183,7 @@ class Integration(RunState):
         found = jerk
         if controlled:
             self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
-            self.h = getattr(representable, "py_func", representable)(self.h, self)
+            self.h = representable(self.h, self)
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
@@ -190,9 +192,9 @@ class Integration(RunState):
         if t is None:
             self.numbers[self.counters] = system.tables.numbers[self.counters]
         in_charts = system.into_charts(q, self.numbers)
-        vectors[buffer_layout.POSITION0, :n] = vectors[buffer_layout.POSITION, :n] = in_charts
-        vectors[buffer_layout.VELOCITY0, :n] = vectors[buffer_layout.VELOCITY, :n] = v
-        vectors[buffer_layout.FORCE0, :n] = system.M(t0, q) @ a
+        vectors[L.POSITION0, :n] = vectors[L.POSITION, :n] = in_charts
+        vectors[L.VELOCITY0, :n] = vectors[L.VELOCITY, :n] = v
+        vectors[L.FORCE0, :n] = system.M(t0, q) @ a
         self._begin_method(
             method, Start(self.h, in_charts, v, a, lam, fa, jerk, fa_rate, stiff), t is None or controlled
         )
@@ -204,8 +206,8 @@ class Integration(RunState):
             self._begin_events(behind, q, v, lam)
         # this evaluation gives the gradients at the start of the first step
         self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
-        self.layout[buffer_layout.KEEP] = 1
-        self.integers[loop_state.HISTORY], self.integers[loop_state.AIMED] = 1, 0
+        self.layout[L.KEEP] = 1
+        self.integers[S.HISTORY], self.integers[S.AIMED] = 1, 0
         self.keep_state()
 
     def _rates_at(self, t: float, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
@@ -222,8 +224,8 @@ class Integration(RunState):
             self.memory = np.array(method.memory(self.coefficients, start), float)
         for row, vector in method.begin(self.coefficients, start).items():
             vectors[row, : len(vector)] = vector
-        vectors[buffer_layout.UNKNOWN] = vectors[buffer_layout.UNKNOWN0]
-        vectors[buffer_layout.UNKNOWN2] = vectors[buffer_layout.UNKNOWN0 + buffer_layout.PAST]
+        vectors[L.UNKNOWN] = vectors[L.UNKNOWN0]
+        vectors[L.UNKNOWN2] = vectors[L.UNKNOWN0 + L.PAST]
 
     def _check_masses(self) -> None:
         free = massless(self.system.tables)
@@ -239,7 +241,7 @@ class Integration(RunState):
         has_order = modules()[self.method].METHOD.order > 0
         if self.tol is None and has_order:
             self.jumps = Jumps(self.system, self.start, self.stop, self.h)
-            self.reals[loop_state.NEXT_EVENT] = self.jumps.next[0]
+            self.reals[S.NEXT_EVENT] = self.jumps.next[0]
         elif self.tol is not None:
             if has_order:
                 self.events.begin(behind, q, v, lam)
@@ -269,55 +271,51 @@ class Integration(RunState):
         """Keep the ends of steps that are still in the buffer of the compiled loop."""
         if self.overlooked is not None:
             self.overlooked.finish()
-        elif self.integers[loop_state.THIN]:
+        elif self.integers[S.THIN]:
             self.drain()
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
-        module, reals, scale = modules()[self.method], self.reals, self.vectors[buffer_layout.SCALE, : self.system.n]
+        module, reals, scale = modules()[self.method], self.reals, self.vectors[L.SCALE, : self.system.n]
         span = self.stop - self.start
-        h = min(0.01 * span, reals[loop_state.MOST_H], 10.0 * self.h)
-        speed = max(reals[loop_state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
+        h = min(0.01 * span, reals[S.MOST_H], 10.0 * self.h)
+        speed = max(reals[S.SPEED], float(np.abs(v * scale).max(initial=0.0)))
         if module.METHOD.order == 0:
-            return min(h, 0.5 * reals[loop_state.LARGEST] / speed, *self.times[:1] - self.start)
-        allowed = step_control.AIM * step_control.SHARE * reals[loop_state.TOL]
-        error, exponent, e = module.local_error, reals[loop_state.EXPONENT], RATES * self.h
+            return min(h, 0.5 * reals[S.LARGEST] / speed, *self.times[:1] - self.start)
+        allowed = step_control.AIM * step_control.SHARE * reals[S.TOL]
+        error, exponent, e = module.local_error, reals[S.EXPONENT], RATES * self.h
         return first_step(error, self.coefficients, h, allowed, exponent, scale, speed, span, a, jerk, e)
 
     def _begin_control(self, t: float, q: Array, v: Array, jerk: Array) -> None:
         """Begin a history of controlled steps: it has the accelerations of a fictitious step before the start."""
         system, reals, integers, h, n = self.system, self.reals, self.integers, self.h, self.system.n
-        reals[loop_state.NOW], reals[loop_state.STEP_SIZE], reals[loop_state.LAST_H] = t, h, h
-        if reals[loop_state.EXPONENT] < 1.0:
-            reals[loop_state.UNIT] = h * h
-        integers[loop_state.SAME] = integers[loop_state.SINCE] = integers[loop_state.IN_A_ROW] = integers[
-            loop_state.FRESH
-        ] = integers[loop_state.ORDER] = 0
+        reals[S.NOW], reals[S.STEP_SIZE], reals[S.LAST_H] = t, h, h
+        if reals[S.EXPONENT] < 1.0:
+            reals[S.UNIT] = h * h
+        integers[S.SAME] = integers[S.SINCE] = integers[S.IN_A_ROW] = integers[S.FRESH] = integers[S.ORDER] = 0
         method = modules()[self.method].METHOD
-        a = buffer_layout.UNKNOWN0 + buffer_layout.PAST * (method.acceleration_row - buffer_layout.UNKNOWN)
+        a = L.UNKNOWN0 + L.PAST * (method.acceleration_row - L.UNKNOWN)
         self.vectors[a + 1, :n] = self.vectors[a, :n] - h * jerk
-        first = t + (reals[loop_state.NODE] - 1.0) * h
-        reals[loop_state.NODES : loop_state.NODES + 2] = first, first - h
-        reals[loop_state.TIMES : loop_state.TIMES + 2] = t, t - h
+        first = t + (reals[S.NODE] - 1.0) * h
+        reals[S.NODES : S.NODES + 2] = first, first - h
+        reals[S.TIMES : S.TIMES + 2] = t, t - h
         velocity_error = getattr(modules()[self.method], "velocity_error", None)
         if velocity_error is not None:
-            error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.coefficients) * normal_part(
-                system, t, q, v, jerk, self.left_out
-            )
-            self.vectors[buffer_layout.VELOCITY0, :n] += error
-            self.vectors[buffer_layout.KEPT2, :n] += error  # v of the previous step, in methods that read this row
+            error = velocity_error(h, h, self.coefficients) * normal_part(system, t, q, v, jerk, self.left_out)
+            self.vectors[L.VELOCITY0, :n] += error
+            self.vectors[L.KEPT2, :n] += error  # v of the previous step, in methods that read this row
 
     def _begin_own(self, t: float, longest: float, jerk: Array) -> None:
         """Begin a history for a method that controls its own steps; its first step is at most ``longest``."""
         reals, n, d = self.reals, self.system.n, 1e-3 * self.h
-        reals[loop_state.NOW], reals[loop_state.STEP_SIZE], reals[loop_state.LAST_H], reals[loop_state.UNCUT] = (
+        reals[S.NOW], reals[S.STEP_SIZE], reals[S.LAST_H], reals[S.UNCUT] = (
             t,
             longest,
             longest,
             longest,
         )
-        self.integers[loop_state.FRESH] = 0
-        self.vectors[buffer_layout.UNKNOWN0 + 1, :n] = self.vectors[buffer_layout.UNKNOWN0, :n] - d * jerk
-        reals[loop_state.NODES : loop_state.NODES + 2] = t, t - d
+        self.integers[S.FRESH] = 0
+        self.vectors[L.UNKNOWN0 + 1, :n] = self.vectors[L.UNKNOWN0, :n] - d * jerk
+        reals[S.NODES : S.NODES + 2] = t, t - d
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         """Set inputs to new values from the present time on; accelerations and forces jump accordingly.
@@ -335,8 +333,8 @@ class Integration(RunState):
 
         if system.kept(input_jumps.acts_by_forces):
             vectors, n = self.vectors, system.n
-            q = system.out_of_charts(vectors[buffer_layout.POSITION0, :n], self.numbers)
-            v = vectors[buffer_layout.VELOCITY0, :n]
+            q = system.out_of_charts(vectors[L.POSITION0, :n], self.numbers)
+            v = vectors[L.VELOCITY0, :n]
             self.synchronise()
             self._add(input_jumps.jump(system, t, q, v, self.left_out, change))
         else:
@@ -355,8 +353,8 @@ class Integration(RunState):
             If accelerations do not exist, as in a singular pose.
         """
         system, vectors, n = self.system, self.vectors, self.system.n
-        q = system.out_of_charts(vectors[buffer_layout.POSITION0, :n], self.numbers)
-        v = vectors[buffer_layout.VELOCITY0, :n]
+        q = system.out_of_charts(vectors[L.POSITION0, :n], self.numbers)
+        v = vectors[L.VELOCITY0, :n]
         self.synchronise()
         old = accelerations(system, before, q, v, self.left_out)
         fa = applied(system, before, q, v, old[1])
@@ -371,14 +369,14 @@ class Integration(RunState):
         vectors, nothing = self.vectors, np.zeros(self.system.n)
         start = Start(self.h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
         method = modules()[self.method].METHOD
-        rows = {buffer_layout.FORCE0: jump.force, **method.begin(self.coefficients, start)}
+        rows = {L.FORCE0: jump.force, **method.begin(self.coefficients, start)}
         older = len(vectors) - 2 * method.older
         histories = {
-            buffer_layout.UNKNOWN0: older,
-            buffer_layout.UNKNOWN0 + buffer_layout.PAST: older + method.older,
+            L.UNKNOWN0: older,
+            L.UNKNOWN0 + L.PAST: older + method.older,
         }
         for row, part in rows.items():
-            past = buffer_layout.PAST if row in histories else 1
+            past = L.PAST if row in histories else 1
             vectors[row : row + past, : len(part)] += part
             if row in histories:
                 vectors[histories[row] : histories[row] + method.older, : len(part)] += part
@@ -389,11 +387,11 @@ class Integration(RunState):
             with suppress(InitialisationError):  # in a singular pose, which has no accelerations: keep the old history
                 self.jump(*self.jumps.next)
                 self.keep_state()
-            self.integers[loop_state.FRESH] = 0
+            self.integers[S.FRESH] = 0
             if not controls_locally(self.method):
-                self.integers[loop_state.HISTORY] = 1
+                self.integers[S.HISTORY] = 1
         self.jumps.go_on()
-        self.reals[loop_state.NEXT_EVENT] = self.jumps.next[0]
+        self.reals[S.NEXT_EVENT] = self.jumps.next[0]
 
     def _cross_event(self) -> int:
         """Restart after a switch, if one changes where the last step ended; a status."""
@@ -410,24 +408,22 @@ class Integration(RunState):
 
     def _record_end(self, q: Array, v: Array, lam: Array) -> None:
         """Output at the stop time, where a run has restarted, so that no step ends there."""
-        k = int(self.integers[loop_state.OUTPUT])
+        k = int(self.integers[S.OUTPUT])
         if self.every:
             self._make_room()
             self.times[k] = self.stop
         if k < len(self.times) and self.times[k] <= self.stop:
             self.out[k] = np.concatenate([q, v, lam])
-            self.integers[loop_state.OUTPUT] = k + 1
+            self.integers[S.OUTPUT] = k + 1
 
     def widen(self, start: Array, far: float) -> None:
         """Scale lengths by the largest displacement from ``start`` (n,) if that exceeds ``far`` times their scale."""
         vectors, reals, lengths = self.vectors, self.reals, self.system.tables.lengths
-        way = (vectors[buffer_layout.POSITION0, : self.system.n] - start) * vectors[
-            buffer_layout.SCALE, : self.system.n
-        ]
+        way = (vectors[L.POSITION0, : self.system.n] - start) * vectors[L.SCALE, : self.system.n]
         longest = float(np.abs(way[lengths]).max(initial=0.0))
         if longest > far:
-            vectors[buffer_layout.SCALE, : self.system.n][lengths] /= longest
-            reals[loop_state.SPEED] = max(reals[loop_state.SPEED] / longest, 1.0 / (self.stop - self.start))
+            vectors[L.SCALE, : self.system.n][lengths] /= longest
+            reals[S.SPEED] = max(reals[S.SPEED] / longest, 1.0 / (self.stop - self.start))
 
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; return a status of :mod:`mbdsl.integrators.loop.loop_state`.
@@ -440,8 +436,8 @@ class Integration(RunState):
             If every step is output, the rows are not released, and they would need too much memory.
         """
         if self.every:
-            status = loop_state.RUNNING
-            while steps > 0 and status == loop_state.RUNNING:
+            status = S.RUNNING
+            while steps > 0 and status == S.RUNNING:
                 self._make_room()
                 if self.out.size > MOST_OUTPUT:
                     raise UsageError(
@@ -453,7 +449,7 @@ class Integration(RunState):
                 steps -= ROOM
             return self._examined(status)
         status = self._advance_by(steps if self.tol is None else min(steps, WINDOW))
-        return self._examined(loop_state.RUNNING if status == loop_state.FULL else status)
+        return self._examined(S.RUNNING if status == S.FULL else status)
 
     def _examined(self, status: int) -> int:
         """The status after steps, or that of a run that stands still."""
@@ -465,7 +461,7 @@ class Integration(RunState):
 
     def _make_room(self) -> None:
         """Allocate rows of output for the next ``ROOM`` steps."""
-        used = int(self.integers[loop_state.OUTPUT])
+        used = int(self.integers[S.OUTPUT])
         if len(self.times) < used + ROOM:
             more = max(ROOM, used // 2)
             self.times = np.concatenate([self.times[:used], np.full(more, np.inf)])
@@ -491,20 +487,16 @@ class Integration(RunState):
         return self._continued(status, most, self._call)
 
     def _continued(self, status: int, most: int, call: Callable[[int], int]) -> int:
-        while self.tol is None and status == loop_state.EVENT:
+        while self.tol is None and status == S.EVENT:
             self._cross_jump()
             status = call(most - self.steps)
-        if status == loop_state.EVENT:
+        if status == S.EVENT:
             return self._cross_event()
-        if (
-            status == loop_state.SINGULAR
-            and self.solver == linear_solve.SPARSE_LU
-            and self.system.unknowns <= PIVOTING_LIMIT
-        ):
+        if status == S.SINGULAR and self.solver == linear_solve.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
             # the elimination order gives no usable pivot here: continue with the dense solver with pivoting
             self.use_solver(linear_solve.DENSE)
             self.pivoting_from = self.time
-            self.integers[loop_state.FRESH] = 0
+            self.integers[S.FRESH] = 0
             status = self._advance_by(most - self.steps)
         return status
 

@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.collection import uncollected
-from mbdsl.compilation import buffer_layout
 from mbdsl.integrators import modules
-from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
+from mbdsl.integrators.loop import linear_solve, sparse_lu, step_control
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.loop.coupled_correction import BLOCKS
 from mbdsl.integrators.loop.thinned_records import LEAST
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.peaks_along_motion import Turns, not_searched
@@ -75,35 +76,35 @@ class RunState:
         self.coefficients = np.array(declaration.coefficients(options), float)
         self.coefficients.flags.writeable = False
         self.memory = np.zeros(0)  # set when the run begins
-        self.reals = reals = np.zeros(loop_state.REALS)
-        self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
+        self.reals = reals = np.zeros(S.REALS)
+        self.integers = integers = np.zeros(S.INTEGERS, np.int64)
         self.released = 0  #: rows of output that were taken from the run
         self.ends: list[Array] = []  #: the parts of ``kept``
         if self.rows is not None:
             self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
-        reals[loop_state.START], reals[loop_state.STOP], reals[loop_state.STEP_SIZE] = self.start, self.stop, self.h
-        reals[loop_state.STEP_END] = reals[loop_state.NOW] = self.start
-        reals[loop_state.TOL] = self.tol or 0.0
-        reals[loop_state.CONTRACTION] = 0.1
+        reals[S.START], reals[S.STOP], reals[S.STEP_SIZE] = self.start, self.stop, self.h
+        reals[S.STEP_END] = reals[S.NOW] = self.start
+        reals[S.TOL] = self.tol or 0.0
+        reals[S.CONTRACTION] = 0.1
         # Newton's tolerances, relative to h times the speed, to the local error, and to the mechanism's size. The last
         # one bounds the second, because differences of an oscillating a do not show the local error. The second is
         # smaller for methods other than stabilised index 2, whose reactions have the error of positions times 1/h^2.
         relative = 1e-5 if declaration.sets == 2 else 1e-6
         # The first is smaller in space, where it is relative to speeds without spins.
         of_speed = 2e-12 if len(self.system.tables.rotations) else 8e-12
-        reals[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = of_speed, relative, 1e-11
+        reals[S.VELOCITY_TOL : S.LOOSEST + 1] = of_speed, relative, 1e-11
         # UNIT converts unknowns and residuals to positions. WILD is the largest change of an unknown over a step, as a
         # position: the step is too large for a motion whose acceleration changes more.
-        reals[loop_state.UNIT], reals[loop_state.WILD] = self.h**2, 25.0
+        reals[S.UNIT], reals[S.WILD] = self.h**2, 25.0
         if declaration.order == 0:
             # Kinematics has no local error, and errors of the iteration do not accumulate. But after a large step the
             # iteration may find another assembly of the mechanism: a bound on displacements.
-            reals[loop_state.RELATIVE_TOL : loop_state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
-        integers[loop_state.LAST_STEP] = round((self.stop - self.start) / self.h)
-        integers[loop_state.SAME] = step_control.LONG_AGO
-        reals[loop_state.NEXT_EVENT] = np.inf
-        integers[loop_state.STABILISED], integers[loop_state.OLDER] = declaration.sets > 1, declaration.older
+            reals[S.RELATIVE_TOL : S.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
+        integers[S.LAST_STEP] = round((self.stop - self.start) / self.h)
+        integers[S.SAME] = step_control.LONG_AGO
+        reals[S.NEXT_EVENT] = np.inf
+        integers[S.STABILISED], integers[S.OLDER] = declaration.sets > 1, declaration.older
 
     @uncollected
     def use_solver(self, solver: int) -> None:
@@ -117,8 +118,8 @@ class RunState:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
             length = size + 2 * N  # with the scales of rows and columns
         method = modules()[self.method].METHOD
-        work = system.workspace(slots, buffer_layout.ROWS + method.rows + 2 * method.older)
-        kept = self.layout[buffer_layout.KEEP] if hasattr(self, "layout") else 0
+        work = system.workspace(slots, L.ROWS + method.rows + 2 * method.older)
+        kept = self.layout[L.KEEP] if hasattr(self, "layout") else 0
         if hasattr(self, "vectors"):
             work.vectors[:], work.frames[:] = self.vectors, self.frames
             work.gradients[:], work.numbers[:] = self.gradients, self.numbers
@@ -128,18 +129,18 @@ class RunState:
         if more is not None and solver == linear_solve.SPARSE_LU:
             table = np.concatenate([table, more(system, len(work.layout) + len(table))])
         self.layout = layout = np.concatenate([work.layout, table])
-        layout[buffer_layout.SOLVER] = solver
-        layout[buffer_layout.SPARSE] = len(work.layout)
-        layout[buffer_layout.SIZE] = size
-        layout[[buffer_layout.LAM_ROW, buffer_layout.MU_ROW, buffer_layout.LAW_ROW]] = method.multipliers
-        layout[[buffer_layout.INERTIA_ROW, buffer_layout.INERTIA_ROW2]] = method.inertia_rows
-        layout[buffer_layout.MASS_ROW] = method.mass_row
-        layout[buffer_layout.TANGENT_ROW] = method.tangent_row
-        layout[buffer_layout.ACCELERATION] = method.acceleration_row
-        layout[buffer_layout.PSI_ROW] = buffer_layout.UNKNOWN
-        layout[buffer_layout.KEEP] = kept
-        layout[buffer_layout.CHART] = 2 if method.second_rates else 1
-        layout[buffer_layout.PAST_POSITIONS] = method.past_positions
+        layout[L.SOLVER] = solver
+        layout[L.SPARSE] = len(work.layout)
+        layout[L.SIZE] = size
+        layout[[L.LAM_ROW, L.MU_ROW, L.LAW_ROW]] = method.multipliers
+        layout[[L.INERTIA_ROW, L.INERTIA_ROW2]] = method.inertia_rows
+        layout[L.MASS_ROW] = method.mass_row
+        layout[L.TANGENT_ROW] = method.tangent_row
+        layout[L.ACCELERATION] = method.acceleration_row
+        layout[L.PSI_ROW] = L.UNKNOWN
+        layout[L.KEEP] = kept
+        layout[L.CHART] = 2 if method.second_rates else 1
+        layout[L.PAST_POSITIONS] = method.past_positions
         count = method.matrices + 2 * self.controlled
         if method.coupled and len(system.tables.rotations):
             count += BLOCKS
@@ -153,26 +154,26 @@ class RunState:
         m = self.system.m
         for row in self.left_out:
             if row < m:
-                self.layout[self.layout[buffer_layout.PAIRS] + buffer_layout.PAIR * row + buffer_layout.LEFT_OUT] = 1
+                self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 1
             else:
-                self.layout[self.layout[self.layout[buffer_layout.GAMMAS] + row - m] + 3] = 1
+                self.layout[self.layout[self.layout[L.GAMMAS] + row - m] + 3] = 1
 
     def record(self, numbers: int, thin: bool) -> None:
         """Let the compiled loop record the ends of steps, with room for so many ``numbers``; ``thin`` drops some."""
         width, integers = 1 + self.system.n + self.system.unknowns, self.integers
-        integers[loop_state.NOTED], integers[loop_state.NOTES] = 0, max(16, numbers // width) if numbers else 0
-        integers[loop_state.THIN] = LEAST if thin else 0
-        self.reals = np.concatenate([self.reals[: loop_state.REALS], np.zeros(integers[loop_state.NOTES] * width)])
+        integers[S.NOTED], integers[S.NOTES] = 0, max(16, numbers // width) if numbers else 0
+        integers[S.THIN] = LEAST if thin else 0
+        self.reals = np.concatenate([self.reals[: S.REALS], np.zeros(integers[S.NOTES] * width)])
 
     @property
     def recorded(self) -> Array:
         """The records of the compiled loop: t, q, v, lam (N, 1 + n + unknowns), a view."""
-        rows = self.reals[loop_state.REALS :].reshape(-1, 1 + self.system.n + self.system.unknowns)
-        return rows[: self.integers[loop_state.NOTED]]
+        rows = self.reals[S.REALS :].reshape(-1, 1 + self.system.n + self.system.unknowns)
+        return rows[: self.integers[S.NOTED]]
 
     def record_from(self, state: Array) -> None:
         """Begin the records with a state that is kept."""
-        self.integers[loop_state.NOTED] = 1
+        self.integers[S.NOTED] = 1
         self.recorded[0] = state
 
     def drain(self) -> None:
@@ -189,7 +190,7 @@ class RunState:
     def keep_state(self) -> None:
         """Keep the present state: at the start, and behind a jump of forces."""
         state = np.concatenate([[self.time], *self.state()])
-        if self.integers[loop_state.THIN]:
+        if self.integers[S.THIN]:
             self.drain()
             self.record_from(state)
         self.keep_ends(state[None])
@@ -225,30 +226,30 @@ class RunState:
     def time(self) -> float:
         """The time reached [s]."""
         if self.tol is not None:
-            return float(self.reals[loop_state.NOW])
-        return float(self.reals[loop_state.START] + self.integers[loop_state.STEP] * self.h)
+            return float(self.reals[S.NOW])
+        return float(self.reals[S.START] + self.integers[S.STEP] * self.h)
 
     @property
     def step(self) -> float:
         """The length of the next step [s]."""
-        return float(self.reals[loop_state.STEP_SIZE])
+        return float(self.reals[S.STEP_SIZE])
 
     @property
     def steps(self) -> int:
         """Steps taken."""
-        return int(self.integers[loop_state.STEP])
+        return int(self.integers[S.STEP])
 
     @property
     def written(self) -> int:
         """Outputs written, with those that were released."""
-        return self.released + int(self.integers[loop_state.OUTPUT])
+        return self.released + int(self.integers[S.OUTPUT])
 
     def release(self, count: int) -> tuple[Array, Array]:
         """Take the first ``count`` rows of output from the run: their times (count,) [s], and the rows."""
-        used = int(self.integers[loop_state.OUTPUT])
+        used = int(self.integers[S.OUTPUT])
         times, rows = self.times[:count].copy(), self.out[:count].copy()
         self.released += count
-        self.integers[loop_state.OUTPUT] = used - count
+        self.integers[S.OUTPUT] = used - count
         self.out[: used - count] = self.out[count:used].copy()
         if self.rows is not None:
             self.times = self.rows.visible(self.released)
@@ -265,14 +266,14 @@ class RunState:
         """
         if what in ("iterations", "evaluations"):
             explicit = modules()[self.method].METHOD.explicit
-            return int(self.integers[loop_state.ITERATIONS]) if explicit == (what == "evaluations") else 0
-        return int(self.integers[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
+            return int(self.integers[S.ITERATIONS]) if explicit == (what == "evaluations") else 0
+        return int(self.integers[S.COUNTERS[what]]) if what in S.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:
         """The present q, v (n,) and lam (m + p,), as views."""
         n, vectors = self.system.n, self.vectors
         return (
-            self.system.out_of_charts(vectors[buffer_layout.POSITION0, :n], self.numbers),
-            vectors[buffer_layout.VELOCITY0, :n],
-            vectors[buffer_layout.UNKNOWN0, n : self.system.unknowns],
+            self.system.out_of_charts(vectors[L.POSITION0, :n], self.numbers),
+            vectors[L.VELOCITY0, :n],
+            vectors[L.UNKNOWN0, n : self.system.unknowns],
         )

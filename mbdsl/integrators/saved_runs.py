@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.integrators.events import Events
-from mbdsl.integrators.loop import driver, linear_solve, loop_state, newton, step_control, thinned_records
+from mbdsl.integrators.loop import driver, linear_solve, newton, step_control, thinned_records
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.switches import PRIME
 
@@ -23,10 +24,10 @@ from mbdsl.system.switches import PRIME
 BUFFERS = ("vectors", "frames", "gradients", "numbers", "memory", "reals", "seen", "searched", "approaching")
 #: integers and real numbers of a run that follow from its settings
 SETTINGS = [
-    *(loop_state.LAST_STEP, loop_state.STABILISED, loop_state.CONTROLLED, loop_state.EVERY, loop_state.LANDING),
-    *(loop_state.WATCHING, loop_state.CORNERS, loop_state.NOTES, loop_state.MARGIN, loop_state.OLDER),
+    *(S.LAST_STEP, S.STABILISED, S.CONTROLLED, S.EVERY, S.LANDING),
+    *(S.WATCHING, S.CORNERS, S.NOTES, S.MARGIN, S.OLDER),
 ]
-CONSTANTS = [loop_state.START, loop_state.STOP, loop_state.TOL, loop_state.LEAST_H, loop_state.WITHIN]
+CONSTANTS = [S.START, S.STOP, S.TOL, S.LEAST_H, S.WITHIN]
 COUNTS = 2**53  #: largest value of a counter, which statistics convert to a float
 CUTS = 1000  #: largest number of times that a step is cut short
 
@@ -44,11 +45,11 @@ def checked(run: RunState, kept: Mapping[str, Any], rows: int) -> dict[str, Any]
     made: dict[str, Any] = {name: _reals(name, kept[name], getattr(run, name).shape) for name in BUFFERS}
     _check_reals(run, made["reals"])
     made["reals"][CONSTANTS] = run.reals[CONSTANTS]
-    for row in (buffer_layout.POSITION0, buffer_layout.VELOCITY0):
+    for row in (L.POSITION0, L.VELOCITY0):
         _require(np.isfinite(made["vectors"][row, : run.system.n]).all(), "its state is not finite")
     made["integers"] = _run_integers(run, kept["integers"], rows)
     if run.tol is None:
-        passed = float(made["reals"][loop_state.NOW] - run.start - made["integers"][loop_state.STEP] * run.h)
+        passed = float(made["reals"][S.NOW] - run.start - made["integers"][S.STEP] * run.h)
         _require(abs(passed) <= 0.5 * run.h, "its number of steps does not belong to its time")
     made["h"] = run.h if run.tol is None else _number("h", kept["h"], 0.0, inf)
     at = kept["pivoting_from"]
@@ -60,7 +61,7 @@ def checked(run: RunState, kept: Mapping[str, Any], rows: int) -> dict[str, Any]
     solver = _whole("solver", kept["solver"], linear_solve.DENSE, linear_solve.SPARSE_LU)
     if solver != run.solver:
         run.use_solver(solver)
-        run.integers[loop_state.FRESH] = 0  # in case that the rest is refused
+        run.integers[S.FRESH] = 0  # in case that the rest is refused
     made["matrices"] = _reals("matrices", kept["matrices"], run.matrices.shape)
     made["pivots"] = _pivots(run, kept["pivots"])
     made["layout"] = _layout(run, kept["layout"])
@@ -122,25 +123,25 @@ def _integers(name: str, value: object, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _check_reals(run: RunState, reals: np.ndarray) -> None:
-    own = reals[: loop_state.ZONE]
+    own = reals[: S.ZONE]
     finite = np.isfinite(own)
-    finite[loop_state.NEXT_EVENT] |= own[loop_state.NEXT_EVENT] == inf
+    finite[S.NEXT_EVENT] |= own[S.NEXT_EVENT] == inf
     _require(finite.all(), f"the entry {np.argmin(finite)} of reals is not finite")
-    _require(not np.isnan(reals[loop_state.ZONE : loop_state.REALS]).any(), "a zone is not a number")
-    _number("the time reached", float(own[loop_state.NOW]), run.start, run.stop)
-    _require(own[loop_state.STEP_SIZE] >= 0.0, "the step size is negative")
+    _require(not np.isnan(reals[S.ZONE : S.REALS]).any(), "a zone is not a number")
+    _number("the time reached", float(own[S.NOW]), run.start, run.stop)
+    _require(own[S.STEP_SIZE] >= 0.0, "the step size is negative")
 
 
 def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
-    s = loop_state
+    s = S
     found = _integers("integers", value, run.integers.shape)
     found[SETTINGS] = run.integers[SETTINGS]
     matrices = int(found[s.MATRICES])
     most = dict.fromkeys((s.ITERATIONS, s.MATRICES, s.FACTORISATIONS, s.REJECTED, s.EVENTS), COUNTS)
     most |= dict.fromkeys((s.UNSEEN, s.SINCE, s.SAME, s.IN_A_ROW), COUNTS)
     most |= {s.STEP: COUNTS if run.tol is not None else int(found[s.LAST_STEP])}
-    most |= {s.FRESH: 1, s.HISTORY: buffer_layout.PAST + int(found[s.OLDER])}
-    most |= {s.ORDER: buffer_layout.PAST - 1 + int(found[s.OLDER]), s.CUT: CUTS, s.SIGNATURE: PRIME - 1}
+    most |= {s.FRESH: 1, s.HISTORY: L.PAST + int(found[s.OLDER])}
+    most |= {s.ORDER: L.PAST - 1 + int(found[s.OLDER]), s.CUT: CUTS, s.SIGNATURE: PRIME - 1}
     most |= {s.DAMPED: step_control.SELDOM, s.TRUSTED: step_control.TRUST, s.ROUNDING: newton.LONG}
     most |= {
         s.AIMED: 1,
@@ -176,7 +177,7 @@ def _pivots(run: RunState, value: object) -> np.ndarray:
 def _layout(run: RunState, value: object) -> np.ndarray:
     """The layout of the run, with the two flags that change during a run."""
     found, layout = _integers("layout", value, run.layout.shape), run.layout.copy()
-    for flag in (buffer_layout.KEEP, buffer_layout.NEW_MASS):
+    for flag in (L.KEEP, L.NEW_MASS):
         layout[flag] = _whole(f"the entry {flag} of layout", found[flag], 0, 1)
     return layout
 

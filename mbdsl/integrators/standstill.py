@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
 from mbdsl.system import System
 from mbdsl.system.signals import values
@@ -82,19 +82,19 @@ class Standstill:
         run = self._run
         (steps, t), span = self._since, run.stop - run.start
         taken, advance = run.steps - steps, run.time - t
-        if status != loop_state.RUNNING or 0 <= taken < WINDOW:
+        if status != S.RUNNING or 0 <= taken < WINDOW:
             return status
         self._since = run.steps, run.time
         mean = advance / taken if taken > 0 else np.inf  # the run may have returned to an earlier step
         self._idle = self._idle + 1 if advance < NOTHING * span and taken > 0 else 0
         if taken > 0 and run.time == t:
             self._idle = PATIENCE  # steps below the rounding error of time
-        if mean > SHORT * run.reals[loop_state.MOST_H] or run.stop - run.time < MANY * mean:
+        if mean > SHORT * run.reals[S.MOST_H] or run.stop - run.time < MANY * mean:
             return status
         rows = [self._row()]
         for _ in range(SAMPLE):
             status = call(1)
-            if status != loop_state.RUNNING:
+            if status != S.RUNNING:
                 return status
             if run.time > rows[-1][0]:  # no attempt that was rejected
                 rows.append(self._row())

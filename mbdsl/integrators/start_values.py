@@ -75,9 +75,9 @@ def first_step(
     change = float(np.abs(jerk * scale).max(initial=0.0))
     snap = np.abs(jerk) * (change / max(fast, e * change) if change else 0.0)
     snap, jerk = np.maximum(snap, np.abs(a) * w**2), np.maximum(np.abs(jerk), np.abs(a) * w)
-    compute, error = getattr(local_error, "py_func", local_error), 0.0
+    error = 0.0
     for k in range(len(a)):
-        e_q, e_v = compute(h, h, c, jerk[k], snap[k])
+        e_q, e_v = local_error(h, h, c, jerk[k], snap[k])
         error = max(error, abs(e_q) * scale[k], abs(e_v) * scale[k] / speed)
     return h * min(1.0, (allowed / error) ** exponent) if error > 0.0 else h
 

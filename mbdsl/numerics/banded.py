@@ -1,7 +1,7 @@
 """Solution of linear systems with the banded Cholesky factors of :mod:`mbdsl.numerics.banded_cholesky`, in compiled
 code."""
 
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 
 
 @kernel

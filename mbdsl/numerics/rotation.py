@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from math import atan2, cos, sin, sqrt
 
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 
 #: below this angle [rad], series replace quotients of small numbers
 SMALL = 1e-2

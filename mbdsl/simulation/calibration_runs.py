@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.simulation.mechanism_run import Kept
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class Trial:
 
     @property
     def done(self) -> bool:
-        return self.status == loop_state.DONE
+        return self.status == S.DONE
 
     @property
     def error(self) -> float:

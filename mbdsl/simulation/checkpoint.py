@@ -23,7 +23,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, method_files
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.saved_runs import checked, checked_events
 from mbdsl.lang.asked_signals import AskedSignals
@@ -283,7 +283,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
     motion._taken = int(known["taken"])
     if not 0 <= motion._taken <= sys.maxsize or len(known["parts"]) != len(motion.parts):
         raise ValueError("it has a different number of steps or parts")
-    if known["status"] is not None and known["status"] != loop_state.DONE:
+    if known["status"] is not None and known["status"] != S.DONE:
         raise ValueError("it has a run that is not complete")
     motion.gathered = Gathered.of_state(AskedSignals(motion.system.scene), known["gathered"])
     for p, kept, numbers in zip(motion.parts, known["parts"], known["tables"], strict=True):
@@ -304,7 +304,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
             run.events.rejoin()
             run.landings.rejoin()
         if hasattr(run, "jumps"):
-            run.jumps.rejoin(run.reals[loop_state.NEXT_EVENT])
+            run.jumps.rejoin(run.reals[S.NEXT_EVENT])
     motion.failed = None
 
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbdsl.bodies.contract import LARGEST_BEND
-from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.elements.line_of_centres import THETA_0, TURN
 from mbdsl.errors import InitialisationError, IntegrationError, MbdslError, Span
@@ -19,9 +18,10 @@ from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT, reads_reactions, sliding
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
 from mbdsl.simulation import derived_signals
@@ -41,7 +41,7 @@ LITTLE_KNOWN = 0.05
 #: rotation of a body in a step that may be the reason why it fails [rad]
 FAR_TURN = 0.5
 #: ends of a run in Newton's iteration
-OF_ITERATION = (loop_state.SINGULAR, loop_state.DIVERGED, loop_state.NOT_FINITE, loop_state.TOO_LARGE)
+OF_ITERATION = (S.SINGULAR, S.DIVERGED, S.NOT_FINITE, S.TOO_LARGE)
 
 
 def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
@@ -164,7 +164,7 @@ def _indefinite(integration: Integration) -> str | None:
     tables, vectors = integration.system.tables, integration.vectors
     for name, body in tables.models.items():
         d = tables.coordinates[name]
-        for row in (buffer_layout.POSITION0, buffer_layout.POSITION):
+        for row in (L.POSITION0, L.POSITION):
             q = vectors[row, d : d + body.n]
             if body.deforms and np.isfinite(q).all() and not np.linalg.eigvalsh(body.M(q))[0] > 0.0:
                 return name
@@ -185,13 +185,13 @@ def _inextensible(system: System) -> str | None:
 
 
 REASONS = {
-    loop_state.SINGULAR: "the iteration matrix is singular",
-    loop_state.DIVERGED: "Newton's iteration does not converge",
-    loop_state.NOT_FINITE: "the equations give values that are not finite",
-    loop_state.TOO_LARGE: "the step is so large that the result means nothing",
-    loop_state.TOO_SMALL: "no step is small enough for the tolerance",
-    loop_state.SLIDING: SLIDING,
-    loop_state.STIFF: "the model is stiff, and stability limits this explicit method",
+    S.SINGULAR: "the iteration matrix is singular",
+    S.DIVERGED: "Newton's iteration does not converge",
+    S.NOT_FINITE: "the equations give values that are not finite",
+    S.TOO_LARGE: "the step is so large that the result means nothing",
+    S.TOO_SMALL: "no step is small enough for the tolerance",
+    S.SLIDING: SLIDING,
+    S.STIFF: "the model is stiff, and stability limits this explicit method",
     STALLED: "the run stands still",
 }
 
@@ -200,8 +200,8 @@ def _broken_law(integration: Integration) -> Broken | None:
     """The first law that is not finite, or has no finite derivative, at the last iterate or the start of the step."""
     system, vectors, n = integration.system, integration.vectors, integration.system.n
     for row, rate, time in (
-        (buffer_layout.POSITION, buffer_layout.VELOCITY, loop_state.STEP_END),
-        (buffer_layout.POSITION0, buffer_layout.VELOCITY0, loop_state.NOW),
+        (L.POSITION, L.VELOCITY, S.STEP_END),
+        (L.POSITION0, L.VELOCITY0, S.NOW),
     ):
         q, v = system.out_of_charts(vectors[row, :n], integration.numbers), vectors[rate, :n]
         if (found := broken_law(system, float(integration.reals[time]), q, v)) is not None:
@@ -231,32 +231,30 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
     assert isinstance(integration, Integration)
-    system, t = integration.system, integration.reals[loop_state.STEP_END]
-    if status == loop_state.STIFF and _singular_pose(integration, t):
-        status = loop_state.DIVERGED  # accelerations that change by any amount are not those of a stiff force
+    system, t = integration.system, integration.reals[S.STEP_END]
+    if status == S.STIFF and _singular_pose(integration, t):
+        status = S.DIVERGED  # accelerations that change by any amount are not those of a stiff force
     where, span = _worst_equations(integration)
     hint = {
-        loop_state.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
-        loop_state.DIVERGED: "try a smaller step; near a singular pose, another initial value",
-        loop_state.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), "
-        "or the step is too large",
-        loop_state.TOO_LARGE: "try a smaller step",
-        loop_state.SLIDING: SLIDING_HINT,
-        loop_state.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: "
-        "try a larger tolerance",
-        loop_state.STIFF: "take radau5, whose steps are not limited by stability",
+        S.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
+        S.DIVERGED: "try a smaller step; near a singular pose, another initial value",
+        S.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
+        S.TOO_LARGE: "try a smaller step",
+        S.SLIDING: SLIDING_HINT,
+        S.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: try a larger tolerance",
+        S.STIFF: "take radau5, whose steps are not limited by stability",
         STALLED: "make this force smoother, such as by a larger v_s in tanh(v/v_s), or try a larger tolerance",
     }[status]
-    if status == loop_state.DIVERGED and motion.plan.tol is None and system.tables.has_tape:
+    if status == S.DIVERGED and motion.plan.tol is None and system.tables.has_tape:
         hint = f"take --tol, which shortens the steps that do not converge at a jump of a force, or {hint}"
     special = declared(integration.method).diverges
-    if status == loop_state.DIVERGED and system.m and special:
+    if status == S.DIVERGED and system.m and special:
         hint += f"; {special}"
-    broken = _broken_law(integration) if status == loop_state.NOT_FINITE else None
+    broken = _broken_law(integration) if status == S.NOT_FINITE else None
     law = broken.component if broken else None
-    if status in (loop_state.SLIDING, loop_state.TOO_SMALL, loop_state.STIFF, STALLED):
+    if status in (S.SLIDING, S.TOO_SMALL, S.STIFF, STALLED):
         where, span = "", None  # residuals of Newton's iteration are unrelated to these
-    if status == loop_state.SLIDING:
+    if status == S.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
         own = [x for x in system.tables.switches if reads_reactions(x)]
         reason, hint = sliding(integration.events.changing or own)
@@ -265,13 +263,13 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{reason} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
-    if status == loop_state.SLIDING and law is not None:
+    if status == S.SLIDING and law is not None:
         what = _conditions(system, law, integration.events.changing) or "it"
         message += f"; {what} changes in {where}"
     elif status == STALLED:
         more, span, hint = _of_standstill(integration, hint)
         message += f"; {more}"
-    elif status == loop_state.STIFF:
+    elif status == S.STIFF:
         more, hint = _of_stiffness(integration, hint)
         trajectory.stats["stiff"] = True
         message += f"; {more}"
@@ -279,7 +277,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         message += f"; {broken.message}"
     elif where:
         message += f"; worst: {where}"
-    regular = (loop_state.SLIDING, loop_state.STIFF, STALLED)
+    regular = (S.SLIDING, S.STIFF, STALLED)
     if status not in regular and law is None and (pose := _singular_pose(integration, t)):
         message += f"; {pose}"
     if (bent := bending(trajectory)) is not None:
@@ -298,7 +296,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         message += f"; {turn[0]} turns by {turn[1]:.2g} rad in this step"
         hint = f"try a step in which {turn[0]} turns by less than {FAR_TURN:g} rad; otherwise: {hint}"
     notes: tuple = ()
-    if status == loop_state.SINGULAR and (light := _without_mass(integration)) is not None:
+    if status == S.SINGULAR and (light := _without_mass(integration)) is not None:
         message, span, hint, notes = f"{message}; {light.message}", light.span, light.hint or hint, light.notes
     error = IntegrationError(message, span, hint=hint, notes=notes)
     trajectory.message = message
@@ -309,13 +307,13 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
 def _without_mass(integration: Integration) -> InitialisationError | None:
     """Bodies that can move without moving a mass at the beginning of the step; None if there are none."""
     system, vectors, n = integration.system, integration.vectors, integration.system.n
-    q = system.out_of_charts(vectors[buffer_layout.POSITION0, :n], integration.numbers)
-    return singular_mass(system, float(integration.reals[loop_state.NOW]), q, vectors[buffer_layout.VELOCITY0, :n])
+    q = system.out_of_charts(vectors[L.POSITION0, :n], integration.numbers)
+    return singular_mass(system, float(integration.reals[S.NOW]), q, vectors[L.VELOCITY0, :n])
 
 
 def _largest_turn(integration: Integration) -> tuple[str, float] | None:
     """The body in space that turns most in the step, and its angle, if that is more than FAR_TURN [rad]."""
-    tables, v = integration.system.tables, integration.vectors[buffer_layout.VELOCITY0]
+    tables, v = integration.system.tables, integration.vectors[L.VELOCITY0]
     of = {d: name for name, d in tables.coordinates.items()}
     turns = {of[int(d) - 3]: integration.step * float(np.linalg.norm(v[d : d + 3])) for d, _ in tables.rotations}
     name = max(turns, key=lambda k: turns[k], default="")
@@ -346,7 +344,7 @@ def _of_standstill(integration: Integration, hint: str) -> tuple[str, Span | Non
 
 def _of_stiffness(integration: Integration, hint: str) -> tuple[str, str]:
     """The product of step and largest eigenvalue, and the remedy."""
-    found, stable = integration.reals[loop_state.RADIUS], declared(integration.method).stable
+    found, stable = integration.reals[S.RADIUS], declared(integration.method).stable
     if integration.tol is None:
         hint = f"take a step below {integration.step * stable / found:.2g} s, or {hint.removeprefix('take ')}"
     return f"h |lambda| = {found:.3g}, stable up to {stable:g}", hint
@@ -356,9 +354,9 @@ def _worst_equations(integration: Integration) -> tuple[str, Span | None]:
     """The equations with the largest residuals, and where the joint of the first constraint of them is written."""
     system, n = integration.system, integration.system.n
     names = system.names() + system.constraint_names()
-    residual = np.abs(integration.vectors[buffer_layout.RESIDUAL, : len(names)])
+    residual = np.abs(integration.vectors[L.RESIDUAL, : len(names)])
     if not residual.any():  # the method has none: constraints at the last evaluation
-        residual[n:] = np.abs(integration.vectors[buffer_layout.FORCE, n : len(names)])
+        residual[n:] = np.abs(integration.vectors[L.FORCE, n : len(names)])
     if not residual.any():
         return "", None
     bad = np.flatnonzero(~np.isfinite(residual))
@@ -384,8 +382,8 @@ def _singular_pose(integration: Integration, t: float) -> str | None:
             integration.left_out,
         )
         for q, v in (
-            (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
-            (buffer_layout.POSITION, buffer_layout.VELOCITY),
+            (L.POSITION0, L.VELOCITY0),
+            (L.POSITION, L.VELOCITY),
         )
     )
     return start or last

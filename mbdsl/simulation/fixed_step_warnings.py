@@ -20,7 +20,7 @@ from mbdsl.errors import MbdslError
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.integrators import backend
 from mbdsl.integrators.backends import External
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import Integration
@@ -304,7 +304,7 @@ def _kicked(motion: Motion, p: Moving, kicks: Kicks) -> str | None:
             due[-1] = stop
             again = Integration(p.system, p.method, h, first, stop, due, plan.options)
             again.begin(kick.q, kick.v, a, lam, p.initial.redundant)
-            if again.advance() != loop_state.DONE:
+            if again.advance() != S.DONE:
                 continue
             if (warning := _short(p.system, due, again.out, h)) is not None:
                 return warning

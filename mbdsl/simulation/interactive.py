@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators import backend, declared
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, Integration
 from mbdsl.lang.asked_signals import AskedSignals
@@ -186,7 +186,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Time reached [s]."""
-        return self._motion.time if self._steps is None else self._start + self._steps[loop_state.STEP] * self._h
+        return self._motion.time if self._steps is None else self._start + self._steps[S.STEP] * self._h
 
     @property
     def q(self) -> Array:
@@ -316,10 +316,10 @@ class Simulation:
         steps = self._steps
         if self._call is None or steps is None:
             return self._step_slowly(count)
-        most = steps[loop_state.STEP] + count
+        most = steps[S.STEP] + count
         self._room -= count
         status = self._call(count)
-        if status != loop_state.RUNNING:
+        if status != S.RUNNING:
             self._check(self._motion.continued(self._stopped, status, most))
         return self._start + most * self._h
 
@@ -334,7 +334,7 @@ class Simulation:
 
     def _check(self, status: int) -> None:
         self._bind()
-        if status not in (loop_state.RUNNING, loop_state.DONE):
+        if status not in (S.RUNNING, S.DONE):
             self._call = self._steps = None  # the motion remains failed, at the last step of all parts
             trajectory = self.trajectory()
             trajectory.stats["status"] = "failed"
@@ -496,10 +496,10 @@ class Simulation:
         def call(count: int) -> int:
             for k, one in enumerate(calls):
                 status = one(count)
-                if status != loop_state.RUNNING:
+                if status != S.RUNNING:
                     self._stopped = k
                     return status
-            return loop_state.RUNNING
+            return S.RUNNING
 
         return call
 

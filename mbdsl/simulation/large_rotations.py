@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation.buffer_layout import N_ROTATIONS, ROTATIONS
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system import System
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ class LargeRotations:
     def __init__(self, system: System, h: float) -> None:
         layout, self.h = system.tables.layout, h
         names = {d: name for name, d in system.tables.coordinates.items()}
-        first = [int(layout[layout[ROTATIONS] + 2 * k]) for k in range(layout[N_ROTATIONS])]
+        first = [int(layout[layout[L.ROTATIONS] + 2 * k]) for k in range(layout[L.N_ROTATIONS])]
         self._bodies = {d: names[d - 3] for d in first}  # rotations follow three displacements
         self.angle, self.body, self.since = 0.0, "", 0.0
 

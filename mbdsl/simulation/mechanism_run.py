@@ -21,7 +21,7 @@ from mbdsl.initial.shared_loads import undetermined
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step, loop_name
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.scheduled_jumps import Jumps
@@ -132,7 +132,7 @@ class Motion:
         self.purpose = ""
         self.failed: Moving | None = None
         self.gathered: Gathered | None = None
-        self._failure = loop_state.DONE
+        self._failure = S.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = plan.tol is not None or backend(plan.method) is not None  # different for each part
         self._taken = 0
@@ -377,14 +377,14 @@ class Motion:
             status = self._advance_to(self.steps + steps, self.parts, status)
         if not self.parts:
             self._taken = min(self._taken + steps, self._steps)
-            status = loop_state.DONE if self._taken == self._steps else loop_state.RUNNING
+            status = S.DONE if self._taken == self._steps else S.RUNNING
         return status
 
     def _advance_to(self, most: int, parts: Sequence[Moving], status: int) -> int:
         """Advance ``parts`` to step ``most`` or, if one fails, those behind it to its last step; a status."""
         for p in parts:
             found = p.integration.advance(max(0, most - p.integration.steps))
-            if found not in (loop_state.RUNNING, loop_state.DONE):
+            if found not in (S.RUNNING, S.DONE):
                 self.failed, self._failure = p, found
                 most = p.integration.steps
             status = found if self.failed is None else self._failure
@@ -396,7 +396,7 @@ class Motion:
         p = self.parts[k]
         assert isinstance(p.integration, Integration)
         found = p.integration.continued(status, most)
-        if found not in (loop_state.RUNNING, loop_state.DONE):
+        if found not in (S.RUNNING, S.DONE):
             self.failed, self._failure = p, found
             most = p.integration.steps
         return self._advance_to(most, self.parts[k + 1 :], found)
@@ -419,17 +419,17 @@ class Motion:
         """As advance, for parts with steps of their own: the part that is furthest behind is advanced first."""
         if self.failed is not None:
             return self._failure
-        status = loop_state.DONE
+        status = S.DONE
         for p in sorted(self.parts, key=lambda p: p.integration.time):
             found = self._glanced(p, steps) if self._widens else p.integration.advance(steps)
-            if found not in (loop_state.RUNNING, loop_state.DONE):
+            if found not in (S.RUNNING, S.DONE):
                 self.failed, self._failure = p, found
                 for other in self.parts:  # the parts behind advance to that time; results end at the last of them
                     while (before := other.integration.time) < p.integration.time:
-                        if other.integration.advance(1) != loop_state.RUNNING or other.integration.time == before:
+                        if other.integration.advance(1) != S.RUNNING or other.integration.time == before:
                             break
                 return found
-            status = loop_state.RUNNING if found == loop_state.RUNNING else status
+            status = S.RUNNING if found == S.RUNNING else status
         return status
 
     def _glanced(self, p: Moving, steps: int) -> int:
@@ -438,7 +438,7 @@ class Motion:
         if not isinstance(run, Integration):
             return run.advance(steps)
         status = run.advance(min(steps, GLANCE - run.steps % GLANCE))
-        if status == loop_state.RUNNING and run.steps % GLANCE == 0:
+        if status == S.RUNNING and run.steps % GLANCE == 0:
             run.widen(p.initial.q, self.system.tables.outgrown_from)
         return status
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
@@ -46,7 +46,7 @@ MARGIN = 2.0
 #: least cost of a run before it is ended, and least number of its steps
 LEAST, FEWEST = 2e4, 100.0
 #: statuses of runs that fail because of the model; RUNNING: a state is invalid
-OF_MODEL = (loop_state.RUNNING, loop_state.SINGULAR, loop_state.NOT_FINITE, loop_state.SLIDING)
+OF_MODEL = (S.RUNNING, S.SINGULAR, S.NOT_FINITE, S.SLIDING)
 #: largest exponent with which the work of a run is expected to grow with 1/eps
 FASTEST = 1.0
 
@@ -101,7 +101,7 @@ class Candidate:
         self.ended = sum(cost) if status == COSTLY else 0.0
         if status != COSTLY:
             self.work.append(cost)
-            self.out = self.ladder.eps is None or status == loop_state.STIFF
+            self.out = self.ladder.eps is None or status == S.STIFF
 
     @property
     def reached(self) -> bool:

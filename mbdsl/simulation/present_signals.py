@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES
 from mbdsl.bodies.gyrostat_kernels import ANGLES
-from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.array_operations import table_value
 from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, rebuild, substitute, walk
 from mbdsl.initial.shared_loads import shares
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation import BASE
@@ -82,9 +82,9 @@ class PresentSignals:
             run = p.integration
             assert isinstance(run, Integration)
             n, vectors = p.system.n, run.vectors
-            self._names[f"q{k}"] = vectors[buffer_layout.POSITION0, :n].data
-            self._names[f"v{k}"] = vectors[buffer_layout.VELOCITY0, :n].data
-            self._names[f"l{k}"] = vectors[buffer_layout.UNKNOWN0].data
+            self._names[f"q{k}"] = vectors[L.POSITION0, :n].data
+            self._names[f"v{k}"] = vectors[L.VELOCITY0, :n].data
+            self._names[f"l{k}"] = vectors[L.UNKNOWN0].data
             self._names[f"n{k}"] = run.numbers.data
             self._names[f"i{k}"] = run.integers.data
         self._states: dict[str, tuple[Vector, list[Vector], Vector, Vector]] = {}
@@ -210,7 +210,7 @@ class PresentSignals:
         if not self._motion.parts:
             raise _NotHere
         plan = self._motion.plan
-        return plan.start + _buffer("i0", loop_state.STEP) * plan.h
+        return plan.start + _buffer("i0", S.STEP) * plan.h
 
     def _multiplier(self, key: tuple[str, int]) -> Expr:
         if self._motion.own_reactions and not shares(self._motion.system, self._motion.left_out):

@@ -38,7 +38,7 @@ def versions() -> dict[str, str]:
     from importlib.metadata import PackageNotFoundError, version
 
     found = {"mbdsl": __version__, "python": platform.python_version(), "numpy": np.__version__}
-    for name in ("scipy", "numba", "llvmlite", "scikit-sundae"):
+    for name in ("scipy", "llvmlite", "scikit-sundae"):
         try:
             found[name] = version(name)
         except PackageNotFoundError:

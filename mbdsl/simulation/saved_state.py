@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.saved_runs import checked
 from mbdsl.mechanism.scene import Scene
@@ -63,7 +63,7 @@ class SavedState:
         """Without the rows of the records, and the changes of inputs, that were added later."""
         found = dict(vars(self))
         found["runs"] = tuple(
-            run | {key: run[key][: run["integers"][loop_state.OUTPUT]].copy() for key in _SHARED} for run in self.runs
+            run | {key: run[key][: run["integers"][S.OUTPUT]].copy() for key in _SHARED} for run in self.runs
         )
         changes, count = self.changes
         found["changes"] = changes[:count], count
@@ -92,7 +92,7 @@ def restore(motion: Motion, taken: int, runs: tuple[dict[str, Any], ...]) -> Non
     for p, kept, made in zip(motion.parts, runs, found, strict=True):
         assert isinstance(p.integration, Integration)
         _put_back(p.integration, kept, made)
-    motion._taken, motion.failed, motion._failure = taken, None, loop_state.DONE
+    motion._taken, motion.failed, motion._failure = taken, None, S.DONE
 
 
 def _kept(run: Integration) -> dict[str, Any]:
@@ -109,14 +109,14 @@ def _checked(run: Integration, kept: dict[str, Any]) -> dict[str, Any]:
     times, out = kept["times"], kept["out"]
     if not (out.dtype == times.dtype == np.float64 and times.ndim == 1 and out.shape[1:] == run.out.shape[1:]):
         raise ValueError("its rows do not have the size or type that this model needs")
-    written = int(kept["integers"][loop_state.OUTPUT])
+    written = int(kept["integers"][S.OUTPUT])
     if not 0 <= written <= min(len(out), len(times)):
         raise ValueError("it does not have the rows that were written")
     return checked(run, kept, written)
 
 
 def _put_back(run: Integration, kept: dict[str, Any], made: dict[str, Any]) -> None:
-    written = int(made["integers"][loop_state.OUTPUT])
+    written = int(made["integers"][S.OUTPUT])
     if kept["out"] is not run.out or run.written != written:
         # rows after the state may belong to other states: the run continues in a record of its own
         room = max(len(kept["times"]), written)
@@ -129,5 +129,5 @@ def _put_back(run: Integration, kept: dict[str, Any], made: dict[str, Any]) -> N
             present[...] = value
         else:
             setattr(run, key, value)
-    if hasattr(run, "jumps") and run.jumps.next[0] != (due := float(run.reals[loop_state.NEXT_EVENT])):
+    if hasattr(run, "jumps") and run.jumps.next[0] != (due := float(run.reals[S.NEXT_EVENT])):
         run.jumps.rejoin(due)

@@ -16,7 +16,7 @@ from mbdsl.errors import Interrupted
 from mbdsl.initial.mirrored_poses import MIRRORED
 from mbdsl.initial.misfits import misfits
 from mbdsl.initial.redundancy import not_unique, repeated
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
@@ -168,7 +168,7 @@ def simulated(
                 status, found = calibrated(motion, run.tol, integrate)
         lap("integrate")
         trajectory, states = _collect(motion, run.tol, found, status, seconds, stream)
-        if status == loop_state.DONE and stream is None and not run.every and len(trajectory.t) <= run.count:
+        if status == S.DONE and stream is None and not run.every and len(trajectory.t) <= run.count:
             raise RuntimeError(f"internal error: the finished run has {len(trajectory.t)} of {run.count + 1} outputs")
         _check(motion, trajectory, states, status, stream)
         trajectory.stats["warnings"] += loose
@@ -178,12 +178,12 @@ def simulated(
             inspect(motion)
         if keeper is not None and keeper.problem:
             trajectory.stats["warnings"].append(f"the last checkpoint is missing: {keeper.problem}")
-        if found.horizon is not None and status == loop_state.DONE:
+        if found.horizon is not None and status == S.DONE:
             error = inaccurate(trajectory, found.reason)
             if run.asked:
                 raise error
             trajectory.stats["warnings"].append(f"{trajectory.message} (if the tolerance is given, this is an error)")
-    if heard and status == loop_state.DONE:
+    if heard and status == S.DONE:
         raise Interrupted(trajectory)
     return trajectory
 
@@ -246,8 +246,8 @@ def _integrate(
                 began, before_it = perf_counter(), motion.steps
                 status = motion.advance(int(min(slice_, room, most - before_it)))
                 now = perf_counter()
-                if status != loop_state.RUNNING or motion.invalid():
-                    if keeper is not None and status == loop_state.DONE:
+                if status != S.RUNNING or motion.invalid():
+                    if keeper is not None and status == S.DONE:
                         keeper.end(motion, status)
                     return status
                 if motion.steps >= most:
@@ -276,24 +276,24 @@ def _integrate(
         pass
     if keeper is not None:
         keeper.write(motion)
-    return loop_state.RUNNING
+    return S.RUNNING
 
 
 def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, stream: Stream | None) -> None:
     """Raise the error of a run that failed; else complete its statistics."""
-    if status not in (loop_state.DONE, loop_state.RUNNING):
+    if status not in (S.DONE, S.RUNNING):
         raise failure(motion, trajectory, status)
     if stream is not None:
         stream.check(trajectory)
-        trajectory.stats["warnings"] = stream.watched(motion).doubts() if status == loop_state.DONE else []
+        trajectory.stats["warnings"] = stream.watched(motion).doubts() if status == S.DONE else []
         return
     check_left_out(motion, trajectory, states)
     check_bending(trajectory)
     check_lines_of_centres(trajectory)
-    trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
+    trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == S.DONE else []
     for doubt in (uncertain_turns, large_tilts, ropes_off_discs, shared_friction):
         trajectory.stats["warnings"] += doubt(trajectory)
-    if motion.plan.tol is None and status == loop_state.DONE:
+    if motion.plan.tol is None and status == S.DONE:
         motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
 
 
@@ -302,7 +302,7 @@ def _collect(
 ) -> tuple[Trajectory, list]:
     """The trajectory, and q and v of every part."""
     plan, system = motion.plan, motion.system
-    partial = status != loop_state.DONE
+    partial = status != S.DONE
     t, q, v, lam, states = motion.output(partial) if stream is None else stream.end(motion, partial)
     stats = {
         "method": plan.method,
@@ -311,7 +311,7 @@ def _collect(
         "tol": tol,
         "error": found.error,
         "horizon": found.horizon,
-        "status": {loop_state.DONE: "done", loop_state.RUNNING: "interrupted"}.get(status, "failed"),
+        "status": {S.DONE: "done", S.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.integrators import declared
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import longest_part
 from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
@@ -150,7 +150,7 @@ class Ladder:
         """Make the next run; its status. A run of more than ``most`` steps is ended as COSTLY and does not count."""
         assert self.eps is not None
         last = self._run(self.eps, most)
-        self.interrupted = last.status == loop_state.RUNNING and not self.motion.invalid()
+        self.interrupted = last.status == S.RUNNING and not self.motion.invalid()
         if self.interrupted or last.status == COSTLY:
             return last.status
         if self.motion.outgrown():
@@ -173,7 +173,7 @@ class Ladder:
         """The status and the estimate after a run that was interrupted."""
         last = self.trials[-1]
         self.motion.trial_steps = self.steps - last.steps
-        return loop_state.RUNNING, Found(last.error if np.isfinite(last.error) else None)
+        return S.RUNNING, Found(last.error if np.isfinite(last.error) else None)
 
     # -- runs --------------------------------------------------------------------------------------------------
     def _held_to(self, eps: float) -> Plan:
@@ -406,12 +406,12 @@ class Ladder:
         longest = min(held.longest, self.span / (FINER[0] * SAMPLES))
         motion.restart(replace(held, times=np.zeros(0), every=True, longest=longest))
         status = self.integrate()
-        self.interrupted = status == loop_state.RUNNING and not motion.invalid()
+        self.interrupted = status == S.RUNNING and not motion.invalid()
         steps, kept, before, samples = motion.steps, motion.keep(), coarse.log[-1], SAMPLES
         self.lost += steps
         motion.recall(present)
         found = [coarse]
-        for finer in FINER if status == loop_state.DONE else ():
+        for finer in FINER if status == S.DONE else ():
             fine, examined = self._growth(last, kept, finer)
             if examined < known:
                 return False  # some steps have no tangent equations
@@ -470,9 +470,9 @@ class Ladder:
     def _why(self, failed: Trial) -> str | None:
         """The reason why the tolerance is not reached, if a run failed because of short steps; None if the model is the
         reason."""
-        if failed.status == loop_state.TOO_SMALL:
+        if failed.status == S.TOO_SMALL:
             return "with shorter steps rounding dominates the error of a step"
-        if failed.status == loop_state.DIVERGED and any(x is failed for x in self.failed):
+        if failed.status == S.DIVERGED and any(x is failed for x in self.failed):
             return f"with shorter steps Newton's iteration does not converge at t = {failed.t[-1]:.6g} s"
         return None
 
@@ -504,7 +504,7 @@ class Ladder:
             lost = self.lost
             self._hopeless(best)
             motion.trial_steps += self.lost - lost
-            status = loop_state.RUNNING if self.interrupted else status
+            status = S.RUNNING if self.interrupted else status
         n = min(len(best.claim), len(best.t))
         claim = np.maximum(best.claim[:n], np.maximum(self._rounding(best), self._of_times(best))[:n])
         if claim[-1] <= self.tol:

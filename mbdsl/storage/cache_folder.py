@@ -1,9 +1,13 @@
 """The cache folder: machine code and stored runs of studies, all of which can be computed again.
 
-``MBDSL_CACHE_DIR`` names it; the default is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. It is used if its path is
-absolute and :mod:`mbdsl.storage.trusted_files` finds no fault. If it cannot be used or written into, a private
-temporary folder replaces it for writing, which is removed when the process ends, and a line on standard error reports
-this. If that is impossible as well, nothing is stored. A failure to store stops no run.
+``MBDSL_CACHE_DIR`` names it; the default is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. Machine code is executed
+without further checks, so nobody else may be able to write it: the folder is used if its path is absolute, it belongs
+to the user or to root, and others cannot write into it. mbdsl makes it with mode 0700. A process looks at the folder
+once; files of others in it are not read. On systems without owners (Windows) all folders are used.
+
+If the folder cannot be used or written into, a private temporary folder replaces it for writing, which is removed when
+the process ends, and a line on standard error reports this. If that is impossible as well, nothing is stored. A failure
+to store stops no run.
 """
 
 from __future__ import annotations
@@ -11,17 +15,17 @@ from __future__ import annotations
 import atexit
 import os
 import re
+import secrets
 import stat
 import sys
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-
-from mbdsl.storage import trusted_files
+from typing import BinaryIO
 
 LARGEST = 500_000_000  #: largest size of the machine code in bytes; the least recently used is removed first
 ABANDONED = 600.0  #: seconds after which an incomplete file has no writer any more
@@ -30,14 +34,16 @@ PROBE = 1 << 18  #: bytes, about the size of the largest object
 ATTEMPTS = 10  #: number of attempts to write a file while other processes clear the folder
 HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary folder to the processes that it starts
 
-TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
+OTHERS = stat.S_IWGRP | stat.S_IWOTH  #: permissions to write that nobody but the user may have
+_SAFELY = 0  #: no links, and no waiting for the other end of a pipe
+for _name in ("O_CLOEXEC", "O_NOFOLLOW", "O_NONBLOCK", "O_NOCTTY", "O_BINARY"):
+    _SAFELY |= getattr(os, _name, 0)
+
+TEMPORARY = re.compile(r"mbdsl-cache-\w+")
 VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
-CODE = re.compile(r"(\w+)\.(?:o|bc|py|ordinary)")
-MACHINE_CODE = (".o",)  #: suffixes of objects
-NUMBA = re.compile(r"[0-9a-f]{16}")
+CODE = re.compile(r"(\w+)\.(?:o|py)")
 RUN = re.compile(r"[0-9a-f]{32}(?:-[0-9a-f]{12})?\.npz")
 PART = re.compile(r"\.?[\w.-]+\.\d+\.\d+\.part")
-OF_NUMBA = re.compile(r".+\.(?:nbi|nbc)(?:\.tmp\.\w+)?")
 STUDIES = "studies"
 
 _lock = threading.RLock()
@@ -66,7 +72,7 @@ def _chosen(given: str | None, xdg: str | None, home: str) -> Choice:
     path = Path(given or os.path.join(base, "mbdsl"))
     if not path.is_absolute():
         return Choice(path, "there is no home folder (HOME is not set, or not absolute); try: set MBDSL_CACHE_DIR")
-    return Choice(path, trusted_files.fault_of(path))
+    return Choice(path, fault_of(path))
 
 
 def own() -> Path | None:
@@ -81,67 +87,81 @@ def _own(choice: Choice, handed: str | None) -> Path | None:
     problem = choice.fault or unwritable(choice.path)
     if not problem:
         return choice.path
-    if handed and not trusted_files.fault_of(handed):
+    if handed and not fault_of(Path(handed)):
         return Path(handed)
     folder = _temporary()
     say(problem)
     return folder
 
 
+def fault_of(folder: Path) -> str:
+    """The reason why others can change the content of a folder; "" if they cannot, or if there is none."""
+    try:
+        status = folder.stat()
+    except FileNotFoundError:
+        return ""
+    except OSError as problem:
+        return f"`{folder}` cannot be reached ({problem.strerror})"
+    if not stat.S_ISDIR(status.st_mode):
+        return f"`{folder}` is not a folder"
+    if not _belongs_to_us(status):
+        return f"`{folder}` belongs to {_user(status.st_uid)} (try: set MBDSL_CACHE_DIR to a folder of your own)"
+    if not is_ours(status):
+        return f"others can write into `{folder}` (mode {stat.S_IMODE(status.st_mode):04o}; try: chmod go-w {folder})"
+    return ""
+
+
+def _belongs_to_us(status: os.stat_result) -> bool:
+    """Whether a file belongs to the user or to root, whose number is another one in a user namespace: that of ``/``."""
+    return not hasattr(os, "geteuid") or status.st_uid in (0, os.geteuid(), os.stat(os.sep).st_uid)
+
+
+def is_ours(status: os.stat_result) -> bool:
+    """Whether only the user or root can write a file or folder with this status."""
+    return _belongs_to_us(status) and not (hasattr(os, "geteuid") and status.st_mode & OTHERS)
+
+
+def _user(number: int) -> str:
+    try:
+        import pwd
+
+        return f"user {pwd.getpwuid(number).pw_name}"
+    except (ImportError, KeyError):
+        return f"user {number}"
+
+
 def unwritable(folder: Path) -> str:
     """The reason why no object can be written into a folder, which is made if necessary, from a trial; "" if it can."""
     try:
-        trusted_files.make(folder)
-        probe = trusted_files.part_of(folder / "probe")
+        folder.mkdir(0o700, parents=True, exist_ok=True)
+        probe = _part_of(folder / "probe")
         try:
-            with trusted_files.create(probe) as stream:
+            with _created(probe) as stream:
                 stream.write(bytes(PROBE))
         finally:
             probe.unlink(missing_ok=True)
     except OSError as problem:
         return f"cannot write into `{folder}` ({problem.strerror or problem})"
-    return trusted_files.fault_of(folder)
+    return fault_of(folder)
 
 
 def _temporary() -> Path | None:
+    import shutil
     import tempfile
 
     try:
         parent = Path(os.path.abspath(tempfile.gettempdir()))
-        _sweep_temporary(parent)
-        folder = Path(tempfile.mkdtemp(prefix=f"mbdsl-cache-{os.getpid()}-", dir=parent))
+        for left in _folders(parent, TEMPORARY):  # of processes that were killed
+            with suppress(OSError):
+                if left.stat().st_mtime < time.time() - FORGOTTEN and is_ours(left.stat()):
+                    clear(left)
+                    left.rmdir()
+        folder = Path(tempfile.mkdtemp(prefix="mbdsl-cache-", dir=parent))
     except OSError:
         return None
-    atexit.register(_remove, folder, os.getpid())
-    return None if trusted_files.fault_of(folder) else folder
-
-
-def _remove(folder: Path, process: int) -> None:
-    import shutil
-
-    if os.getpid() == process:  # and no process forked from it
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def _sweep_temporary(parent: Path) -> None:
-    """Remove the temporary folders of processes that were killed."""
-    for folder in _folders(parent, TEMPORARY):
-        with suppress(OSError):
-            process, status = int(TEMPORARY.fullmatch(folder.name)[1]), folder.lstat()  # type: ignore[index]
-            old = status.st_mtime < time.time() - FORGOTTEN
-            if old and trusted_files.has_owners() and status.st_uid == os.geteuid() and not _runs(process):
-                clear(folder)
-                folder.rmdir()
-
-
-def _runs(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        pass
-    return True
+    owner = os.getpid()
+    atexit.register(lambda: shutil.rmtree(folder, True) if os.getpid() == owner else None)  # not in a forked process
+    return folder
 
 
 def say(problem: str) -> None:
@@ -186,17 +206,59 @@ def read(name: str) -> bytes | None:
 
 
 def _contents(path: Path) -> bytes | None:
-    stream = None if trusted_files.fault_of(path.parent) else trusted_files.opened(path)
-    if stream is None:
+    if (stream := opened(path)) is None:
         return None
     with stream, suppress(OSError):
         return stream.read()
     return None
 
 
+def opened(path: Path) -> BinaryIO | None:
+    """A file for reading; None if there is no such file, it is a link or a pipe, or others can have written it."""
+    try:
+        number = os.open(path, os.O_RDONLY | _SAFELY)
+    except OSError:
+        return None
+    status = os.fstat(number)
+    if not stat.S_ISREG(status.st_mode) or not is_ours(status):
+        os.close(number)
+        return None
+    return open(number, "rb")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[BinaryIO]:
+    """A stream whose content replaces a file at once when it is closed; other processes may read or write the file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    part = _part_of(path)
+    try:
+        with _created(part) as stream:
+            yield stream
+        part.replace(path)
+    except BaseException:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise
+
+
+def _part_of(path: Path) -> Path:
+    """A new temporary name of a file; other threads, processes and containers may be writing the same file."""
+    return path.with_name(f"{path.name}.{os.getpid()}.{secrets.randbits(64)}.part")
+
+
+def _created(part: Path) -> BinaryIO:
+    """A new file for writing, into which only the user can write, with any umask."""
+    return open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFELY, 0o644), "wb")
+
+
 def _note_use(path: Path) -> None:
     """Record a use for the order of removal; file systems rarely store times of access."""
-    if path.suffix in MACHINE_CODE:
+    if path.suffix == ".o":
         with suppress(OSError):
             if path.stat().st_mtime < time.time() - FORGOTTEN:
                 os.utime(path)
@@ -209,14 +271,13 @@ def keep(name: str, data: bytes) -> Path | None:
         return None
     path = folder / name
     try:
-        fault = _write(path, data)
-        if not fault and path.suffix in MACHINE_CODE:
+        _write(path, data)
+        if path.suffix == ".o":
             _prune_sometimes(folder, len(data))
     except OSError as problem:
-        fault = f"cannot write `{path}` ({problem.strerror or problem})"
-    if fault:
-        say(fault)
-    return None if fault else path
+        say(f"cannot write `{path}` ({problem.strerror or problem})")
+        return None
+    return path
 
 
 def _prune_sometimes(folder: Path, size: int) -> None:
@@ -232,43 +293,16 @@ def _prune_sometimes(folder: Path, size: int) -> None:
         prune(folder)
 
 
-def _write(path: Path, data: bytes, attempts: int = ATTEMPTS) -> str:
+def _write(path: Path, data: bytes, attempts: int = ATTEMPTS) -> None:
     try:
-        trusted_files.make(path.parent)
-        if fault := trusted_files.fault_of(path.parent):
-            return fault
+        path.parent.mkdir(0o700, parents=True, exist_ok=True)
         if _contents(path) != data:  # other processes look at the time of writing
-            trusted_files.write(path, data)
+            with writing(path) as stream:
+                stream.write(data)
     except (FileNotFoundError, FileExistsError):  # another process has removed the empty folder, or is removing it
         if attempts <= 1:
             raise
-        return _write(path, data, attempts - 1)
-    return ""
-
-
-def subfolder(name: str) -> Path | None:
-    """A folder for the files of another library; None if there is none that contains only our own files."""
-    folder = own()
-    if folder is None:
-        return None
-    path = folder / name
-    try:
-        trusted_files.make(path)
-        fault = trusted_files.fault_of(path)
-        if not all(trusted_files.is_believed(inner.lstat()) for inner in path.rglob("*")):
-            fault = fault or f"others can have written what is in `{path}`; try: mbdsl cache --clear"
-    except OSError as problem:
-        fault = f"cannot write into `{path}` ({problem.strerror or problem})"
-    if fault:
-        say(fault)
-    return None if fault else path
-
-
-def close(folder: Path) -> None:
-    """Remove permissions that a lax umask has given to others, in a folder that another library wrote into."""
-    for path in folder.rglob("*"):
-        with suppress(OSError):
-            path.chmod(stat.S_IMODE(path.lstat().st_mode) & ~trusted_files.OTHERS)
+        _write(path, data, attempts - 1)
 
 
 # -- contents --------------------------------------------------------------------------------------------------------
@@ -302,11 +336,6 @@ def _code_files(version: Path) -> Iterator[tuple[str, Path, os.stat_result]]:
     for path, status in _files(version):
         if match := CODE.fullmatch(path.name):
             yield match[1], path, status
-    for folder in _folders(version, NUMBA):
-        for inner in (folder, *_folders(folder, re.compile(".*"))):
-            for path, status in _files(inner):
-                if OF_NUMBA.fullmatch(path.name):
-                    yield folder.name, path, status
 
 
 def runs(folder: Path) -> list[Entry]:
@@ -350,8 +379,6 @@ def clear(root: Path) -> tuple[int, int]:
     removed = [*code(root), *runs(root / STUDIES), *parts(root, 0.0)]
     for folder in folders:
         removed += parts(folder, 0.0)
-        for cached in _folders(folder, re.compile("__pycache__")):  # former versions used Python's cache
-            removed += [Entry(0.0, status.st_size, [path]) for path, status in _files(cached) if path.suffix == ".pyc"]
     for entry in removed:
         entry.remove()
     for folder in folders:
@@ -360,19 +387,16 @@ def clear(root: Path) -> tuple[int, int]:
 
 
 def _remove_empty(folder: Path) -> None:
-    inside = [f for name in (NUMBA, re.compile("__pycache__")) for f in _folders(folder, name)]
-    for empty in (*(f for g in inside for f in _folders(g, re.compile(".*"))), *inside, folder):
-        with suppress(OSError):
-            empty.rmdir()  # fails if files remain
+    with suppress(OSError):
+        folder.rmdir()  # fails if files remain
 
 
 def _folders(root: Path, name: re.Pattern) -> Iterator[Path]:
-    """Folders in a folder, without links and without folders that others can write into."""
+    """Folders in a folder, without links."""
     with suppress(OSError):
         for path in list(root.iterdir()):
             with suppress(OSError):
-                status = path.lstat()
-                if name.fullmatch(path.name) and stat.S_ISDIR(status.st_mode) and trusted_files.is_believed(status):
+                if name.fullmatch(path.name) and stat.S_ISDIR(path.lstat().st_mode):
                     yield path
 
 

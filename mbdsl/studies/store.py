@@ -1,7 +1,7 @@
 """The store of runs, under a digest of everything that determines a run; for times also of the machine.
 
 Each run is one file in the cache folder, written atomically; the oldest are removed when they become too many. Files
-that others can have written are not read (:mod:`mbdsl.storage.trusted_files`). A run that cannot be stored remains
+that others can have written are not read (:mod:`mbdsl.storage.cache_folder`). A run that cannot be stored remains
 valid.
 """
 
@@ -25,7 +25,7 @@ from mbdsl.compilation.kernel_sources import digest_of, names_of
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
 from mbdsl.simulation.provenance import code, machine
-from mbdsl.storage import cache_folder, trusted_files
+from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ class Store:
     def __init__(self, folder: str | os.PathLike | None = None, fresh: bool = False) -> None:
         self.folder = Path(folder) if folder is not None else _default()
         try:
-            trusted_files.make(self.folder)
+            self.folder.mkdir(0o700, parents=True, exist_ok=True)
         except OSError as problem:
             raise UsageError(f"cannot make the folder `{self.folder}`: {problem.strerror or problem}") from problem
         self.fresh = fresh
@@ -142,7 +142,7 @@ class Store:
         """The content of a file; None if it is damaged, untrusted, or under the name of another run."""
         if self.fresh and name not in self.own:
             return None
-        stream = trusted_files.opened(self.folder / name)
+        stream = cache_folder.opened(self.folder / name)
         if stream is None:
             return None
         try:
@@ -154,7 +154,7 @@ class Store:
     def _write(self, name: str, **arrays: Array) -> bool:
         path = self.folder / name
         try:
-            with trusted_files.writing(path) as stream:
+            with cache_folder.writing(path) as stream:
                 np.savez(stream, name=np.array(name), **arrays)  # type: ignore[arg-type]
         except OSError as problem:
             cache_folder.say(f"cannot write `{path}` ({problem.strerror or problem})")

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
-from mbdsl.compilation.buffer_layout import FORCE, POSITION, UNKNOWN, UNKNOWN2, VELOCITY
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.rotation import BASE
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, CONVERGED, ITERATIONS, balance
@@ -45,16 +45,16 @@ def sample(
         for k in range(len(places)):
             numbers[places[k]] = given[i, k]
         for k in range(vectors.shape[1]):
-            vectors[UNKNOWN, k] = 0.0
-            vectors[UNKNOWN2, k] = 0.0
+            vectors[L.UNKNOWN, k] = 0.0
+            vectors[L.UNKNOWN2, k] = 0.0
         for k in range(lams.shape[1]):
-            vectors[UNKNOWN, n + k] = lams[i, k]
+            vectors[L.UNKNOWN, n + k] = lams[i, k]
         for k in range(n):
-            vectors[POSITION, k] = qs[i, k]
-            vectors[VELOCITY, k] = vs[i, k]
+            vectors[L.POSITION, k] = qs[i, k]
+            vectors[L.VELOCITY, k] = vs[i, k]
         evaluate(times[i], vectors, frames, gradients, numbers, layout)
         for k in range(n):
-            forces[i, k] = vectors[FORCE, k]
+            forces[i, k] = vectors[L.FORCE, k]
         # factors: M, K, D, f_lam, Phi_q, N, Gam_v, Gam_q, (M x)_q, columns, U, I, P
         tangent(
             times[i],

@@ -7,17 +7,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.system import gradient_rows, moving_frames, nonholonomic, relations, switches
 from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
-from mbdsl.system.in_space import layout_of
 from mbdsl.system.peaks_in_time import abrupt
 from mbdsl.system.structure import Block, expressions, find_blocks, law_expressions
 from mbdsl.system.tables import Buffers, Tables, gravity, of_models
@@ -83,17 +83,17 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
 
 def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
-    sizes = layout_of(scene.spatial)
-    buffers = Buffers(buffer_layout.BLOCKS + buffer_layout.BLOCK * len(tables.blocks))
+    sizes = columns_of(scene.spatial)
+    buffers = Buffers(L.BLOCKS + L.BLOCK * len(tables.blocks))
     layout = buffers.layout
-    layout[buffer_layout.N_Q], layout[buffer_layout.N_PHI], layout[buffer_layout.N_ALL] = n, m, n + m + p
-    layout[buffer_layout.N_FRAMES] = len(frames)
-    for row in (buffer_layout.LAM_ROW, buffer_layout.LAW_ROW, buffer_layout.PSI_ROW):
-        layout[row] = buffer_layout.UNKNOWN
-    layout[buffer_layout.MU_ROW] = buffer_layout.UNKNOWN2
+    layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL] = n, m, n + m + p
+    layout[L.N_FRAMES] = len(frames)
+    for row in (L.LAM_ROW, L.LAW_ROW, L.PSI_ROW):
+        layout[row] = L.UNKNOWN
+    layout[L.MU_ROW] = L.UNKNOWN2
     Z = np.zeros((max(1, len(frames)), sizes.COLUMNS))
     dofs, lengths = _fill_frames(tables, buffers, Z)
-    ground = layout[buffer_layout.GROUND_FRAMES]
+    ground = layout[L.GROUND_FRAMES]
 
     g = gravity(scene)
     _fill_mass(tables, buffers, g)
@@ -108,8 +108,8 @@ def _fill(tables: Tables, size: float | None) -> None:
     tape = Tape(frames, scene.spatial, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
     _fill_bodies(tables, buffers, g)
-    layout[buffer_layout.ROTATIONS] = buffers.ints(x for rotation in buffers.rotations for x in rotation)
-    layout[buffer_layout.N_ROTATIONS] = len(buffers.rotations)
+    layout[L.ROTATIONS] = buffers.ints(x for rotation in buffers.rotations for x in rotation)
+    layout[L.N_ROTATIONS] = len(buffers.rotations)
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
     relations.tabulate(tables, buffers, dofs, tape, later)
     nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
@@ -132,12 +132,12 @@ def _fill(tables: Tables, size: float | None) -> None:
     switches.tabulate(tables.switches, buffers, tape)
     _fill_tape(buffers, tape, later)
     for node, register in tape.angles.items():
-        tables.angles.setdefault(node, []).append(layout[buffer_layout.REGISTERS] + register)
-    tables.starts = {node: layout[buffer_layout.REGISTERS] + register for node, register in tape.begun.items()}
+        tables.angles.setdefault(node, []).append(layout[L.REGISTERS] + register)
+    tables.starts = {node: layout[L.REGISTERS] + register for node, register in tape.begun.items()}
     counted = [at for places in tables.angles.values() for at in places]
-    layout[buffer_layout.OF_MULTIPLIERS] = int(tables.of_multipliers)
-    layout[buffer_layout.COUNTED], layout[buffer_layout.N_COUNTED] = buffers.ints(counted), len(counted)
-    tables.inputs = {name: layout[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
+    layout[L.OF_MULTIPLIERS] = int(tables.of_multipliers)
+    layout[L.COUNTED], layout[L.N_COUNTED] = buffers.ints(counted), len(counted)
+    tables.inputs = {name: layout[L.REGISTERS] + register for name, register in tape.inputs.items()}
 
     tables.pattern = np.array(buffers.rows, np.int64), np.array(buffers.columns, np.int64)
     tables.numbers = np.array(buffers.numbers + [0.0] * sizes.TANGENT_SCRATCH)
@@ -184,11 +184,9 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
             except ValueError as problem:
                 raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
         dofs.append(own)
-    layout[buffer_layout.GROUND_FRAMES] = ground
-    entries = 2 * layout_of(scene.spatial).POSE  # rows of B and (B v)_q
-    layout[buffer_layout.FRAMES] = buffers.ints(
-        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (entries * len(d))))]
-    )
+    layout[L.GROUND_FRAMES] = ground
+    entries = 2 * columns_of(scene.spatial).POSE  # rows of B and (B v)_q
+    layout[L.FRAMES] = buffers.ints([v for d in dofs for v in (len(d), buffers.floats([0.0] * (entries * len(d))))])
     places = np.array(origins, float).reshape(-1, 3 if scene.spatial else 2)
     return dofs, (np.linalg.norm(places, axis=1) if scene.spatial else np.hypot(*places.T)).tolist()
 
@@ -249,19 +247,17 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
             couplings += [d + i, d + j, buffers.slots((d + i,), (d + j,))]
             buffers.slots((d + j,), (d + i,))
             values.append(value)
-    layout[buffer_layout.MASS] = buffers.floats(diagonal)
-    layout[buffer_layout.CONSTANT_FORCE] = buffers.floats(force)
-    layout[buffer_layout.COUPLINGS], layout[buffer_layout.N_COUPLINGS] = buffers.ints(couplings), len(values)
-    layout[buffer_layout.COUPLING_VALUES] = buffers.floats(values)
-    layout[buffer_layout.MASS_KIND] = max(
-        (b.module.MASS for b in tables.blocks if b.role == "body" and b.components), default=0
+    layout[L.MASS] = buffers.floats(diagonal)
+    layout[L.CONSTANT_FORCE] = buffers.floats(force)
+    layout[L.COUPLINGS], layout[L.N_COUPLINGS] = buffers.ints(couplings), len(values)
+    layout[L.COUPLING_VALUES] = buffers.floats(values)
+    layout[L.MASS_KIND] = max((b.module.MASS for b in tables.blocks if b.role == "body" and b.components), default=0)
+    layout[L.MASS_ROW], layout[L.TANGENT_ROW] = L.POSITION, L.UNKNOWN
+    layout[L.INERTIA_ROW], layout[L.INERTIA_ROW2] = (
+        L.UNKNOWN,
+        L.UNKNOWN2,
     )
-    layout[buffer_layout.MASS_ROW], layout[buffer_layout.TANGENT_ROW] = buffer_layout.POSITION, buffer_layout.UNKNOWN
-    layout[buffer_layout.INERTIA_ROW], layout[buffer_layout.INERTIA_ROW2] = (
-        buffer_layout.UNKNOWN,
-        buffer_layout.UNKNOWN2,
-    )
-    layout[buffer_layout.MASS_SLOTS] = buffers.requested
+    layout[L.MASS_SLOTS] = buffers.requested
     buffers.rows.extend(range(tables.n))
     buffers.columns.extend(range(tables.n))
 
@@ -280,11 +276,11 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
             d, first = tables.coordinates[c.name], tables.frames[own[0]] if own else 0
             poses = [body_pose(c, tables.scene.frames[name]) for name in own]
             ints += tables.models[c.name].record(buffers, d, first, poses, g)
-        header = buffer_layout.BLOCKS + buffer_layout.BLOCK * k
+        header = L.BLOCKS + L.BLOCK * k
         buffers.layout[header] = len(block.components)
         buffers.layout[header + 1] = buffers.ints(ints)
     counters = [(body.counter, tables.coordinates[name]) for name, body in tables.models.items() if body.counter >= 0]
-    buffers.layout[buffer_layout.TURNS], buffers.layout[buffer_layout.N_TURNS] = (
+    buffers.layout[L.TURNS], buffers.layout[L.N_TURNS] = (
         buffers.ints(x for c in counters for x in c),
         len(counters),
     )
@@ -296,13 +292,13 @@ def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) ->
     values = len(tape.code)
     for fill in later:
         fill()
-    layout[buffer_layout.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
-    layout[buffer_layout.TAPE_LENGTH], layout[buffer_layout.GRADIENT_LENGTH] = values, len(tape.code) - values
-    layout[buffer_layout.REGISTERS] = buffers.floats(tape.registers)
+    layout[L.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
+    layout[L.TAPE_LENGTH], layout[L.GRADIENT_LENGTH] = values, len(tape.code) - values
+    layout[L.REGISTERS] = buffers.floats(tape.registers)
     headers = []
     for table in tape.tables:
         breaks, coefficients = piecewise(table)
         beyond = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}[table.extrapolation]
         headers += [len(breaks), buffers.floats(breaks), beyond]
         buffers.floats(coefficients.ravel())
-    layout[buffer_layout.TABLES] = buffers.ints(headers)
+    layout[L.TABLES] = buffers.ints(headers)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import NamedTuple
 
-from mbdsl.compilation import buffer_layout, code_cache
-from mbdsl.system import expression_tape
-from mbdsl.system.in_space import loops_of, relation_loops_of
+from mbdsl.compilation import code_cache
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.system import expression_tape, loops
 from mbdsl.system.structure import Block
 
 KIND_PREFIX = "mbdsl_kind_"
@@ -30,7 +30,7 @@ TANGENT_ARGUMENTS = f"t, {', '.join(FACTORS)}, vectors, frames, gradients, numbe
 TANGENT = code_cache.Signature(
     ("float", *["float"] * len(FACTORS), "matrix", "matrix", "matrix", "vector", "ints", "vector")
 )
-#: inertia(task, row, target, vectors, numbers, layout): tasks of :mod:`mbdsl.compilation.buffer_layout`
+#: inertia(task, row, target, vectors, numbers, layout): tasks of :mod:`mbdsl.kernels.buffer_layout`
 INERTIA = code_cache.Signature(("int", "int", "int", "matrix", "vector", "ints"))
 #: a repeated line of ``evaluate`` or ``tangent``: (count, arguments of tangent)
 REPEATED = code_cache.Signature(("int", *TANGENT.takes))
@@ -47,50 +47,50 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
     """The statements of ``evaluate``, in order."""
     bodies, pairs, roles = _loops(blocks)
     related = any(b.related for b in blocks)
-    lines = [Line("bodies", "loops.start(vectors, frames, numbers, layout)")]
+    lines = [Line("bodies", "loops.start(C, vectors, frames, numbers, layout)")]
     if sets > 2:
         lines += [
             Line("bodies", f"{b.name}.keep({h}, numbers, layout)") for h, b in bodies if hasattr(b.module, "keep")
         ]
         if related:
-            lines.append(Line("joints", "relation_loops.keep(numbers, layout)"))
-        lines.append(Line("bodies", "loops.keep(vectors, frames, gradients, layout)"))
+            lines.append(Line("joints", "relation_loops.keep(C, numbers, layout)"))
+        lines.append(Line("bodies", "loops.keep(C, vectors, frames, gradients, layout)"))
     lines += [Line("bodies", f"{b.name}.move({h}, vectors, frames, numbers, layout)") for h, b in bodies]
     if has_tape:
         lines.append(
-            Line("expressions", "expression_tape.run(t, 0, layout[TAPE_LENGTH], vectors, frames, numbers, layout)")
+            Line("expressions", "expression_tape.run(t, 0, layout[L.TAPE_LENGTH], vectors, frames, numbers, layout)")
         )
     if "moving" in roles:
-        lines.append(Line("moving frames", "loops.carry(frames, numbers, layout)"))
+        lines.append(Line("moving frames", "loops.carry(C, frames, numbers, layout)"))
     if any(b.coupled for b in blocks):
         lines.append(Line("joints", "loops.couple(numbers, layout)"))
     lines += [Line(_effect(b), f"{b.name}.fill({h}, frames, gradients, numbers, layout)") for h, b in pairs]
     if "joint" in roles:
         constraints = "constraints_with_mu" if sets > 1 else "constraints"
-        lines.append(Line("joints", f"loops.{constraints}(vectors, frames, gradients, numbers, layout)"))
+        lines.append(Line("joints", f"loops.{constraints}(C, vectors, frames, gradients, numbers, layout)"))
     if related:
         with_mu = int(sets > 1)
-        lines.append(Line("joints", f"relation_loops.values({with_mu}, vectors, frames, numbers, layout)"))
+        lines.append(Line("joints", f"relation_loops.values(C, {with_mu}, vectors, frames, numbers, layout)"))
     if any(b.driven for b in blocks):
         lines.append(Line("drivers", "loops.drive(vectors, numbers, layout)"))
     if "gamma" in roles:
-        lines.append(Line("nonholonomic rows", "loops.gammas(vectors, frames, numbers, layout)"))
+        lines.append(Line("nonholonomic rows", "loops.gammas(C, vectors, frames, numbers, layout)"))
     if "spring" in roles:
-        lines.append(Line("springs", "loops.springs(frames, gradients, numbers, layout)"))
+        lines.append(Line("springs", "loops.springs(C, frames, gradients, numbers, layout)"))
     if "law" in roles:
-        lines.append(Line("laws", "loops.laws(frames, gradients, numbers, layout)"))
+        lines.append(Line("laws", "loops.laws(C, frames, gradients, numbers, layout)"))
     collect = "collect_with_mu" if sets > 1 and "joint" in roles else "collect"
     lines += [Line("bodies", f"{b.name}.{collect}({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
     if sets > 2 and "joint" in roles:
-        lines.append(Line("joints", "loops.remember(vectors, frames, gradients, layout)"))
+        lines.append(Line("joints", "loops.remember(C, vectors, frames, gradients, layout)"))
         if related:
-            lines.append(Line("joints", "relation_loops.remember(vectors, frames, numbers, layout)"))
+            lines.append(Line("joints", "relation_loops.remember(C, vectors, frames, numbers, layout)"))
         lines += [Line("bodies", f"{b.name}.collect_past({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
     lines += [
         Line("flexibility", f"{b.name}.forces({h}, vectors, numbers, layout)") for h, b in bodies if b.module.MASS
     ]
     for row, target in (("INERTIA_ROW", "MX"), ("INERTIA_ROW2", "MX2"))[: min(sets, 2)]:
-        lines += [Line("mass matrix", text) for text in _inertia(bodies, "TIMES", f"layout[{row}]", target)]
+        lines += [Line("mass matrix", text) for text in _inertia(bodies, "L.TIMES", f"layout[L.{row}]", f"L.{target}")]
     if sets > 2 and "joint" in roles:
         varies = [(h, b) for h, b in bodies if b.module.MASS > 1]
         lines += [Line("mass matrix", f"{b.name}.carry_over({h}, vectors, numbers, layout)") for h, b in varies]
@@ -131,7 +131,7 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
         Line("bodies", f"{b.name}.step_jacobians({h}, cK, cD, vectors, frames, numbers, layout)") for h, b in in_step
     ]
     if has_tape:
-        part = "layout[TAPE_LENGTH], layout[GRADIENT_LENGTH]"
+        part = "layout[L.TAPE_LENGTH], layout[L.GRADIENT_LENGTH]"
         lines.append(Line("expressions", f"expression_tape.run(t, {part}, vectors, frames, numbers, layout)"))
     if any(b.coupled for b in blocks):
         lines.append(Line("joints", "loops.couple(numbers, layout)"))
@@ -141,22 +141,22 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
     if "joint" in roles:
         factors = "cK, cP, cN, cC, cU"
         lines.append(
-            Line("joints", f"loops.constraint_tangents({factors}, vectors, gradients, numbers, layout, matrix)")
+            Line("joints", f"loops.constraint_tangents(C, {factors}, vectors, gradients, numbers, layout, matrix)")
         )
     if any(b.related for b in blocks):
         arguments = "cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix"
-        lines.append(Line("joints", f"relation_loops.tangents({arguments})"))
+        lines.append(Line("joints", f"relation_loops.tangents(C, {arguments})"))
     if "gamma" in roles:
         lines.append(
             Line(
                 "nonholonomic rows",
-                "loops.gamma_tangents(cK, cD, cV, cW, cC, vectors, numbers, layout, matrix)",
+                "loops.gamma_tangents(C, cK, cD, cV, cW, cC, vectors, numbers, layout, matrix)",
             )
         )
     if "spring" in roles:
-        lines.append(Line("springs", "loops.spring_tangents(cK, cD, gradients, numbers, layout, matrix)"))
+        lines.append(Line("springs", "loops.spring_tangents(C, cK, cD, gradients, numbers, layout, matrix)"))
     if "law" in roles:
-        lines.append(Line("laws", "loops.law_tangents(cK, cD, cL, gradients, numbers, layout, matrix)"))
+        lines.append(Line("laws", "loops.law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix)"))
     curved = [(h, b) for h, b in bodies if hasattr(b.module, "stiffness")]
     lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, frames, {_F(b)}layout, matrix)") for h, b in curved]
     flexible = [(h, b) for h, b in bodies if b.module.MASS]
@@ -178,8 +178,8 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
 
 def _columns(factor: str, past: int, related: bool) -> list[Line]:
     """Statements that add ``factor`` Phi_q^T."""
-    lines = [Line("joints", f"loops.columns({factor}, {past}, gradients, numbers, layout, matrix)")]
-    return lines + [Line("joints", f"relation_loops.columns({factor}, {past}, numbers, layout, matrix)")] * related
+    lines = [Line("joints", f"loops.columns(C, {factor}, {past}, gradients, numbers, layout, matrix)")]
+    return lines + [Line("joints", f"relation_loops.columns(C, {factor}, {past}, numbers, layout, matrix)")] * related
 
 
 def in_space(blocks: list[Block]) -> bool:
@@ -225,38 +225,24 @@ def _kind_module(block: Block) -> str:
 
 def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
     bodies, pairs, _ = _loops(blocks)
-    spatial = in_space(blocks)
+    related = any(b.related for b in blocks)
+    used = ["expression_tape"] * has_tape + ["loops"] + ["relation_loops"] * related
     return [
         f'"""{title}: {", ".join(dict.fromkeys(b.name for b in blocks))}."""',
         "",
         *dict.fromkeys(f"import {_kind_module(b)} as {b.name}" for _, b in pairs),
         "",
         *(f"from mbdsl.bodies import {b.name}" for _, b in bodies),
-        *_names(bodies, has_tape),
-        *(["from mbdsl.system import expression_tape"] if has_tape and spatial else []),
-        "import mbdsl.system.loops_in_space as loops"
-        if spatial
-        else f"from mbdsl.system import {'expression_tape, ' if has_tape else ''}loops",
-        *(_related_head(spatial) if any(b.related for b in blocks) else []),
+        *["from mbdsl.kernels import buffer_layout as L"] * (has_tape or any(b.module.MASS for _, b in bodies)),
+        _columns_import(in_space(blocks)),
+        f"from mbdsl.system import {', '.join(used)}",
         "",
         "",
     ]
 
 
-def _related_head(spatial: bool) -> list[str]:
-    if spatial:
-        return ["import mbdsl.system.relation_loops_in_space as relation_loops"]
-    return ["from mbdsl.system import relation_loops"]
-
-
-def _names(bodies: list[tuple[int, Block]], has_tape: bool) -> list[str]:
-    """The import of the names of the layout that the statements use."""
-    names = ["GRADIENT_LENGTH"] if has_tape else []
-    if any(b.module.MASS for _, b in bodies):
-        names += ["INERTIA_ROW", "INERTIA_ROW2", "MX", "MX2"]
-    names += ["TAPE_LENGTH"] if has_tape else []
-    names += ["TIMES"] if "MX" in names else []
-    return [f"from mbdsl.compilation.buffer_layout import {', '.join(names)}"] if names else []
+def _columns_import(spatial: bool) -> str:
+    return f"from mbdsl.kernels.columns import {'SPACE' if spatial else 'PLANE'} as C"
 
 
 def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[Line], list[Line]]:
@@ -273,24 +259,24 @@ def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, 
 
 def header(block: int) -> int:
     """The offset of the header of a block in layout."""
-    return buffer_layout.BLOCKS + buffer_layout.BLOCK * block
+    return L.BLOCKS + L.BLOCK * block
 
 
 def emit_kind(block: Block) -> str:
     """The text of the module of one kind: its kernels within the loops, the same in every scene."""
     name, rows = block.name, block.rows
-    of_loops = "import mbdsl.system.loops_in_space as loops" if block.spatial else "from mbdsl.system import loops"
     curve = f"""
 
 @rare
 def curve(block, frames, gradients, numbers, layout):
-    loops.curve(block, {rows}, {name}.hessian, frames, gradients, numbers, layout)
+    loops.curve(C, block, {rows}, {name}.hessian, frames, gradients, numbers, layout)
 """
     return f'''"""Emitted by mbdsl: the loops of {name}."""
 
 from {block.module.__package__} import {name}
-from mbdsl.compilation.marks import rare
-{of_loops}
+{_columns_import(block.spatial)}
+from mbdsl.kernels.marks import rare
+from mbdsl.system import loops
 
 
 @rare
@@ -318,11 +304,13 @@ def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
 def _modules(blocks: list[Block]) -> list[ModuleType]:
     """The source of the kernels of a structure."""
     kinds = {b.name: b for _, b in _loops(blocks)[1]}.values()
-    loops = [loops_of(in_space(blocks))]
+    used = [loops, expression_tape]
     if any(b.related for b in blocks):
-        loops.append(relation_loops_of(in_space(blocks)))
+        from mbdsl.system import relation_loops  # few models need it
+
+        used.append(relation_loops)
     loops_of_kinds = [code_cache.import_text(_kind_module(b), emit_kind(b)) for b in kinds]
-    return [*loops, expression_tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
+    return [*used, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
 
 
 @dataclass(frozen=True)

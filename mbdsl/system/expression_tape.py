@@ -15,10 +15,10 @@ from numpy import arctan as atan
 from numpy import arctan2 as atan2
 from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, pi, sin, sinh, sqrt, tan, tanh
 
-from mbdsl.compilation.buffer_layout import LAW_ROW, REGISTERS, TABLES, TAPE
-from mbdsl.compilation.marks import rare
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, Expr, const, walk
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import rare
 
 # The order matters: the interpreter compares in this order, so that frequent cheap operations come first.
 _NAMES = (
@@ -173,16 +173,16 @@ def interpolate(u, order, header, numbers, layout):
 @rare
 def run(t, first, count, vectors, frames, numbers, layout):
     """Run instructions ``first`` ... ``first + count - 1`` of the tape; writes registers, in numbers."""
-    r = layout[REGISTERS]
+    r = layout[L.REGISTERS]
     numbers[r] = t
     for i in range(first, first + count):
-        o = layout[TAPE] + 5 * i
+        o = layout[L.TAPE] + 5 * i
         op, target = layout[o], r + layout[o + 1]
         if op == LOAD:
             numbers[target] = frames[layout[o + 2], layout[o + 3]]
             continue
         if op == MULTIPLIER:
-            numbers[target] = vectors[layout[LAW_ROW], layout[o + 2]]
+            numbers[target] = vectors[layout[L.LAW_ROW], layout[o + 2]]
             continue
         a, b = numbers[r + layout[o + 2]], numbers[r + layout[o + 3]]
         if op == ADD:
@@ -263,5 +263,5 @@ def run(t, first, count, vectors, frames, numbers, layout):
             y = atan2(a, b)
             y = y + 2.0 * pi * floor((numbers[r + layout[o + 4]] - y) / (2.0 * pi) + 0.5)
         else:
-            y = interpolate(a, layout[o + 4], layout[TABLES] + 3 * layout[o + 3], numbers, layout)
+            y = interpolate(a, layout[o + 4], layout[L.TABLES] + 3 * layout[o + 3], numbers, layout)
         numbers[target] = y

@@ -5,31 +5,31 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import product
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import Expr, der, diff, expr, leaves
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import columns_of
 from mbdsl.system.expression_tape import Tape
-from mbdsl.system.in_space import layout_of
 from mbdsl.system.structure import law_expressions
 from mbdsl.system.tables import Buffers, Tables
 
 
 def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
     """Write the record of each row of the gradient table: a, b, first slot, second derivative, detail (see
-    :mod:`mbdsl.compilation.buffer_layout`)."""
+    :mod:`mbdsl.kernels.buffer_layout`)."""
     n, ints, row = tables.n, [], 0
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     couplings: list[list[int]] = []
     slopes: dict[tuple[Expr, str], list[Expr]] = {}
-    slots, no_hessian = buffers.slots, [0.0] * layout_of(tables.scene.spatial).SQUARE
+    slots, no_hessian = buffers.slots, [0.0] * columns_of(tables.scene.spatial).SQUARE
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
             continue
         rows, role, curved, coupled = block.rows, block.role, block.curved, block.coupled
         full = curved or role == "spring"
-        header = buffer_layout.BLOCKS + buffer_layout.BLOCK * k
+        header = L.BLOCKS + L.BLOCK * k
         known: dict[tuple[int, int], tuple[float, ...]] = {}  # components of an array share their values
         parameters = []
         for c in block.components:
@@ -80,21 +80,21 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later, slopes)
-                    details.append((len(ints) + buffer_layout.DETAIL, leaf))
+                    details.append((len(ints) + L.DETAIL, leaf))
                 hessian = buffers.floats(no_hessian) if curved else -1
                 ints += [a, b, first, hessian, detail, 0]
                 row += 1
             counts[role] += rows
     layout = buffers.layout
-    layout[buffer_layout.N_SPRINGS], layout[buffer_layout.N_LAWS] = counts["spring"], counts["law"]
-    layout[buffer_layout.PAIRS] = offset = buffers.ints(ints)
+    layout[L.N_SPRINGS], layout[L.N_LAWS] = counts["spring"], counts["law"]
+    layout[L.PAIRS] = offset = buffers.ints(ints)
 
     def place_details() -> None:
         for position, values in details:
             layout[offset + position] = buffers.ints(values)
-        layout[buffer_layout.COUPLED] = buffers.ints(x for record in couplings for x in record)
+        layout[L.COUPLED] = buffers.ints(x for record in couplings for x in record)
 
-    layout[buffer_layout.N_COUPLED] = len(couplings)
+    layout[L.N_COUPLED] = len(couplings)
     later.append(place_details)
 
 

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.saddle_point import refined
 from mbdsl.system.accelerations import balance
 from mbdsl.system.quaternions import Quaternions
@@ -77,7 +77,7 @@ class Index1:
         lam = np.zeros(system.m + system.p)
         size = 0.0
         for _ in range(MOST):
-            force = work.vectors[buffer_layout.FORCE, :n].copy()
+            force = work.vectors[L.FORCE, :n].copy()
             K = self._matrix(t, 1.0)
             if gamma is None:
                 rate = system.matrix(system.entries(t, cN=1.0, cW=1.0))
@@ -106,9 +106,9 @@ class Index1:
         for _ in range(MOST):
             work = system._at(t, self.coordinates.split(x), v)
             right = np.zeros((n + m + system.p, 2))
-            right[n : n + m, 0] = -work.vectors[buffer_layout.FORCE, n : n + m]
-            right[n : n + m, 1] = -work.vectors[buffer_layout.FORCE2, n : n + m]
-            right[n + m :, 1] = -work.vectors[buffer_layout.FORCE, n + m : system.unknowns]
+            right[n : n + m, 0] = -work.vectors[L.FORCE, n : n + m]
+            right[n : n + m, 1] = -work.vectors[L.FORCE2, n : n + m]
+            right[n + m :, 1] = -work.vectors[L.FORCE, n + m : system.unknowns]
             change = self._solve(self._matrix(t, 0.0), right[self._kept])[:n].T.ravel()
             x, v = self.coordinates.moved(x, change[:n]), v + change[n:]
             speed = 1.0 + np.abs(v * scale[n:]).max(initial=0.0)

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 from numpy import ceil, floor, inf
 
-from mbdsl.compilation.buffer_layout import REGISTERS, TAPE, TAPE_LENGTH
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.expressions import interval_arithmetic as bounds
 from mbdsl.expressions.interval_arithmetic import ROUNDING
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.system import expression_tape as tape
 
 #: negligible change of a term, relative to its largest known value; and absolute [SI]
@@ -182,8 +182,8 @@ def operation(op, at, x, y, z, code):
 def run(code):
     """Run a program with jets."""
     w, layout = code.jets, code.layout
-    for i in range(layout[TAPE_LENGTH]):
-        o = layout[TAPE] + 5 * i
+    for i in range(layout[L.TAPE_LENGTH]):
+        o = layout[L.TAPE] + 5 * i
         op, at, x, y, z = layout[o], layout[o + 1], layout[o + 2], layout[o + 3], layout[o + 4]
         if op == tape.TABLE:
             y, z = 0, 0
@@ -219,12 +219,12 @@ def bounded(way, k, a, b, code):
 @rare
 def valued(way, k, s, code):
     """Write the values of all registers at s of piece k."""
-    c, r = way.ways, code.layout[REGISTERS]
+    c, r = way.ways, code.layout[L.REGISTERS]
     if way.pieces > 0:
         for leaf in range(len(c) // way.pieces):
             i = leaf * way.pieces + k
             code.numbers[r + 1 + leaf] = c[i, 0] + s * (c[i, 1] + s * (c[i, 2] + s * c[i, 3]))
-    tape.run(s, 0, code.layout[TAPE_LENGTH], code.nothing, code.nothing, code.numbers, code.layout)
+    tape.run(s, 0, code.layout[L.TAPE_LENGTH], code.nothing, code.nothing, code.numbers, code.layout)
 
 
 @kernel
@@ -259,7 +259,7 @@ def at(k, s, roots, out, way, code):
     for i in range(len(k)):
         valued(way, k[i], s[i], code)
         for j in range(len(roots)):
-            out[i, j] = code.numbers[code.layout[REGISTERS] + roots[j]]
+            out[i, j] = code.numbers[code.layout[L.REGISTERS] + roots[j]]
 
 
 @kernel
@@ -281,7 +281,7 @@ def look(resolved, roots, largest, y, size, slight, excess, suspected, way, code
     for i in range(count + 1):
         valued(way, min(i, count - 1), 0.0 if i < count else 1.0, code)
         for j in range(len(roots)):
-            y[i, j] = code.numbers[code.layout[REGISTERS] + roots[j]]
+            y[i, j] = code.numbers[code.layout[L.REGISTERS] + roots[j]]
     for i in range(count):
         bounded(way, i, 0.0, 1.0, code)
         for j in range(len(roots)):
@@ -327,7 +327,7 @@ def halved(k, root, least, largest, slight, room, way, code):
     ``slight``, or a part is shorter than ``least``; the number of points, negative if there are too many. largest[k] is
     the largest value of f so far."""
     points, links, queue, w = room.points, room.links, room.queue, code.jets
-    length, count, halvings, value = 1, 2, 0, code.layout[REGISTERS] + root
+    length, count, halvings, value = 1, 2, 0, code.layout[L.REGISTERS] + root
     queue[0, 0], queue[1, 0] = 0, 1
     links[0], links[1] = 1, -1
     while length > 0:
@@ -378,9 +378,9 @@ def bisect(every, root, tried, ends, least, largest, slight, credit, spent, stat
         for side in range(2):
             points[side, 0] = ends[i, side]
             valued(way, k, ends[i, side], code)
-            points[side, 1] = code.numbers[code.layout[REGISTERS] + root]
+            points[side, 1] = code.numbers[code.layout[L.REGISTERS] + root]
         count = halved(k, root, least[k], largest, PART * slight[k], room, way, code)
-        spent[i] = 3 * abs(count) * code.layout[TAPE_LENGTH]  # two intervals and a value for each point
+        spent[i] = 3 * abs(count) * code.layout[L.TAPE_LENGTH]  # two intervals and a value for each point
         state[0] += 1
         state[1] = abs(count)
         state[2] += spent[i]
@@ -406,7 +406,7 @@ def narrow(k, root, peak, reach, where, within, beyond, way, code):
         for i in range(len(within)):
             middle = 0.5 * (within[i] + beyond[i])
             valued(way, k, middle, code)
-            if abs(code.numbers[code.layout[REGISTERS] + root] - peak[i]) <= reach[i]:
+            if abs(code.numbers[code.layout[L.REGISTERS] + root] - peak[i]) <= reach[i]:
                 within[i] = middle
             else:
                 beyond[i] = middle

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import Expr, der
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system.expression_tape import Tape
 
 Motion = tuple[Expr, Expr, Expr]
@@ -25,10 +25,10 @@ def tabulate(motions: Mapping[int, Motion | None], buffers, tape: Tape, later: l
             later.append(_accelerations(rates, record, tape))
 
     def place() -> None:
-        buffers.layout[buffer_layout.MOVING] = buffers.ints([i for record in records for i in record])
+        buffers.layout[L.MOVING] = buffers.ints([i for record in records for i in record])
 
     later.append(place)
-    buffers.layout[buffer_layout.N_MOVING] = len(records)
+    buffers.layout[L.N_MOVING] = len(records)
 
 
 def _accelerations(rates: list[Expr], record: list[int], tape: Tape) -> Callable[[], None]:

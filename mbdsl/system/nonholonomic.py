@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import TIME, Expr, diff
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import columns_of
 from mbdsl.system.expression_tape import Tape
-from mbdsl.system.in_space import layout_of
 
 
 def tabulate(
@@ -39,10 +39,10 @@ def tabulate(
         later.append(_derivatives(gamma, used, rates, record, tape))
 
     def place() -> None:
-        buffers.layout[buffer_layout.GAMMAS] = buffers.ints([buffers.ints(record) for record in records])
+        buffers.layout[L.GAMMAS] = buffers.ints([buffers.ints(record) for record in records])
 
     later.append(place)
-    buffers.layout[buffer_layout.N_GAM] = len(gammas)
+    buffers.layout[L.N_GAM] = len(gammas)
 
 
 def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: Tape) -> Callable[[], None]:
@@ -51,8 +51,8 @@ def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: T
     def fill() -> None:
         record[1] = tape.add(diff(gamma, TIME)[0])
         for l, name in enumerate(used):
-            sizes = layout_of(tape.spatial)
-            at = buffer_layout.GAMMA + sizes.LEAF * l + 1 + sizes.POSE
+            sizes = columns_of(tape.spatial)
+            at = L.GAMMA + sizes.LEAF * l + 1 + sizes.POSE
             record[at : at + sizes.POSE] = [tape.add(g) for g in by_motion(gamma, name, tape.spatial)]
         for r in used:
             for c in used:

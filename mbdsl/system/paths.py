@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.compilation import code_cache
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, ROUNDING, Jet
 from mbdsl.expressions.symbolic import Expr, leaves, walk
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.piecewise_cubic import SMOOTHNESS, piecewise
 from mbdsl.system import interval_tape
 from mbdsl.system.expression_tape import TABLE, Tape
@@ -95,16 +96,16 @@ class Program:
         self._store(tape)
 
     def _store(self, tape: Tape) -> None:
-        layout, numbers, headers, where = [0] * buffer_layout.BLOCKS, list(tape.registers), list[int](), list[int]()
+        layout, numbers, headers, where = [0] * L.BLOCKS, list(tape.registers), list[int](), list[int]()
         count = len(tape.registers)
         for table in tape.tables:
             breaks, coefficients = piecewise(table)
             where.append(len(numbers))
             headers += [len(breaks), len(numbers), EXTRAPOLATION[table.extrapolation]]
             numbers += [*breaks.tolist(), *coefficients.ravel().tolist()]
-        layout[buffer_layout.TABLES] = len(layout)
+        layout[L.TABLES] = len(layout)
         layout += headers
-        layout[buffer_layout.TAPE], layout[buffer_layout.TAPE_LENGTH] = len(layout), len(tape.code)
+        layout[L.TAPE], layout[L.TAPE_LENGTH] = len(layout), len(tape.code)
         layout += [x for instruction in tape.code for x in instruction]
         notes = [int(register in self._conditions) for register in range(count)]
         ranges = []

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.frame_derivatives import by_motion, frames_in
 from mbdsl.expressions.symbolic import Expr
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import columns_of
 from mbdsl.system.expression_tape import Tape
-from mbdsl.system.in_space import layout_of
 from mbdsl.system.tables import Buffers, Tables
 
 
@@ -26,10 +26,10 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 records.append(_record(g, tables, tables.rows[c.name] + k, buffers, dofs, tape, later))
 
     def place() -> None:
-        buffers.layout[buffer_layout.RELATIONS] = buffers.ints([buffers.ints(record) for record in records])
+        buffers.layout[L.RELATIONS] = buffers.ints([buffers.ints(record) for record in records])
 
     later.append(place)
-    buffers.layout[buffer_layout.N_RELATIONS] = len(records)
+    buffers.layout[L.N_RELATIONS] = len(records)
 
 
 def _record(
@@ -45,7 +45,7 @@ def _record(
         for c in own:
             buffers.slots(r, c)
     gradients = [by_motion(g, name, tape.spatial) for name in used]
-    past = buffers.floats([0.0] * (layout_of(tape.spatial).POSE * len(used)))
+    past = buffers.floats([0.0] * (columns_of(tape.spatial).POSE * len(used)))
     record = [row, tape.add(g), slot, past, len(used)]
     for name, G in zip(used, gradients, strict=True):
         record += [tables.frames[name], *(tape.add(x) for x in G)]

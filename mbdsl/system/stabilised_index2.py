@@ -27,7 +27,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout
+from mbdsl.kernels import buffer_layout
 from mbdsl.system.accelerations import balance
 from mbdsl.system.quaternions import Quaternions
 from mbdsl.system.system import System

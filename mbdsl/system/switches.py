@@ -26,10 +26,10 @@ from typing import TYPE_CHECKING
 
 from numpy import floor
 
-from mbdsl.compilation import buffer_layout, code_cache
-from mbdsl.compilation.buffer_layout import N_SWITCHES, REGISTERS, SWITCHES, TABLES
-from mbdsl.compilation.marks import rare
+from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import Expr, const, leaves, walk
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import rare
 from mbdsl.numerics.piecewise_cubic import SMOOTHNESS
 from mbdsl.system.expression_tape import Tape, cell_of
 
@@ -138,8 +138,8 @@ def table_events(node: Expr) -> int:
 def tabulate(switches: list[Switch], buffers, tape: Tape) -> None:
     """Records of ``switches``, whose registers are on the tape."""
     records = [_record(switch, tape) for switch in switches]
-    buffers.layout[buffer_layout.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
-    buffers.layout[buffer_layout.N_SWITCHES] = len(records)
+    buffers.layout[L.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
+    buffers.layout[L.N_SWITCHES] = len(records)
 
 
 def _record(switch: Switch, tape: Tape) -> list[int]:
@@ -167,7 +167,7 @@ def whole(x):
 @rare
 def state(k, numbers, layout):
     """The state of switch k, from the registers."""
-    o, r = layout[layout[SWITCHES] + k], layout[REGISTERS]
+    o, r = layout[layout[L.SWITCHES] + k], layout[L.REGISTERS]
     for g in range(layout[o + 4]):
         if (numbers[r + layout[o + 5 + 2 * g]] != 0.0) != (layout[o + 6 + 2 * g] != 0):
             return 0
@@ -179,7 +179,7 @@ def state(k, numbers, layout):
     if kind == CELL:
         return cell_of(
             a,
-            layout[TABLES] + 3 * layout[o + 2],
+            layout[L.TABLES] + 3 * layout[o + 2],
             (layout[o + 3] & KNOTS) != 0,
             (layout[o + 3] & ENDS) != 0,
             numbers,
@@ -194,7 +194,7 @@ def state(k, numbers, layout):
 @rare
 def states(numbers, layout, S):
     """Write the states of all switches into S (N_SWITCHES)."""
-    for k in range(layout[N_SWITCHES]):
+    for k in range(layout[L.N_SWITCHES]):
         S[k] = state(k, numbers, layout)
 
 
@@ -202,7 +202,7 @@ def states(numbers, layout, S):
 def signature(numbers, layout):
     """An integer for the states of all switches, which differs if any of them has changed."""
     found = 0
-    for k in range(layout[N_SWITCHES]):
+    for k in range(layout[L.N_SWITCHES]):
         found = (found * BASE + state(k, numbers, layout) % PRIME) % PRIME
     return found
 

@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.collection import uncollected
-from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import Expr, const, substitute
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
@@ -30,7 +32,6 @@ from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
 from mbdsl.system.emit import Kernels
-from mbdsl.system.in_space import layout_of
 from mbdsl.system.massless import massless
 from mbdsl.system.peaks_in_time import Kept, Zone, time_zones
 from mbdsl.system.tables import Tables
@@ -135,16 +136,16 @@ class System:
         """Start compiling the kernels in another process; None if no process can be started."""
         return background_compilation.start(self.tables.blocks, self.tables.has_tape, sets)
 
-    def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = buffer_layout.ROWS) -> Workspace:
+    def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = L.ROWS) -> Workspace:
         """New buffers. ``slots`` gives the position in A of every requested entry (default: one position each)."""
         t = self.tables
         if slots is None:
             slots = np.arange(self.size)
         layout = np.concatenate([t.layout, slots.astype(np.int64)])
-        layout[buffer_layout.SLOTS], layout[buffer_layout.SIZE] = len(t.layout), self.size
+        layout[L.SLOTS], layout[L.SIZE] = len(t.layout), self.size
         vectors = np.zeros((rows, max(1, self.unknowns)))
-        vectors[buffer_layout.SCALE, : self.n] = t.scale
-        C = np.zeros((max(1, t.pair_rows), layout_of(self.scene.spatial).GRADIENT_COLUMNS))
+        vectors[L.SCALE, : self.n] = t.scale
+        C = np.zeros((max(1, t.pair_rows), columns_of(self.scene.spatial).GRADIENT_COLUMNS))
         return Workspace(vectors, t.frame_table.copy(), C, t.numbers.copy(), layout)
 
     # -- rotations in space ----------------------------------------------------------------------------------
@@ -204,10 +205,10 @@ class System:
             self._work = self.workspace()
         w = self._work
         n = self.n
-        w.vectors[buffer_layout.POSITION, :n] = self.into_charts(q, w.numbers)
-        w.vectors[buffer_layout.VELOCITY, :n] = 0.0 if v is None else v
-        w.vectors[buffer_layout.UNKNOWN, n : self.unknowns] = 0.0 if lam is None else lam
-        w.vectors[buffer_layout.UNKNOWN2, n : n + self.m] = 0.0 if mu is None else mu
+        w.vectors[L.POSITION, :n] = self.into_charts(q, w.numbers)
+        w.vectors[L.VELOCITY, :n] = 0.0 if v is None else v
+        w.vectors[L.UNKNOWN, n : self.unknowns] = 0.0 if lam is None else lam
+        w.vectors[L.UNKNOWN2, n : n + self.m] = 0.0 if mu is None else mu
         self._any_kernels(2 if mu is not None else 1).evaluate(
             float(t), w.vectors, w.frames, w.gradients, w.numbers, w.layout
         )
@@ -221,9 +222,9 @@ class System:
         """f = Q - Phi_q^T lam - Gam_v^T nu (n,), Phi (m,) and Phi_q v + Phi_t (m,)."""
         vectors, n = self._at(t, q, v, lam).vectors, self.n
         return (
-            vectors[buffer_layout.FORCE, :n].copy(),
-            vectors[buffer_layout.FORCE, n : n + self.m].copy(),
-            vectors[buffer_layout.FORCE2, n : n + self.m].copy(),
+            vectors[L.FORCE, :n].copy(),
+            vectors[L.FORCE, n : n + self.m].copy(),
+            vectors[L.FORCE2, n : n + self.m].copy(),
         )
 
     def Q(self, t: float, q, v=None) -> Array:
@@ -237,7 +238,7 @@ class System:
 
     def Gam(self, t: float, q, v) -> Array:
         """Nonholonomic constraints (p,)."""
-        return self._at(t, q, v).vectors[buffer_layout.FORCE, self.n + self.m : self.unknowns].copy()
+        return self._at(t, q, v).vectors[L.FORCE, self.n + self.m : self.unknowns].copy()
 
     def Gam_v(self, t: float, q, v) -> Array | csr_array:
         """Their Jacobian (p, n) with respect to v."""
@@ -330,21 +331,21 @@ class System:
 
     def constraint_force(self, t: float, q, mu) -> Array:
         """Phi_q^T mu (n,)."""
-        return self._at(t, q, mu=mu).vectors[buffer_layout.FORCE2, : self.n].copy()
+        return self._at(t, q, mu=mu).vectors[L.FORCE2, : self.n].copy()
 
     def gradient_table(self) -> Array:
-        """Rows of the gradient table (see :mod:`mbdsl.compilation.buffer_layout`) at the last state evaluated."""
+        """Rows of the gradient table (see :mod:`mbdsl.kernels.buffer_layout`) at the last state evaluated."""
         assert self._work is not None
         return self._work.gradients
 
     def mass(self) -> Array:
         """The constant part of the diagonal of the mass matrix (n,): all of M if there are rigid bodies only."""
-        o = self.tables.layout[buffer_layout.MASS]
+        o = self.tables.layout[L.MASS]
         return self.tables.numbers[o : o + self.n].copy()
 
     @property
     def mass_is_diagonal(self) -> bool:
-        return self.tables.layout[buffer_layout.MASS_KIND] == 0
+        return self.tables.layout[L.MASS_KIND] == 0
 
     def M(self, t: float, q) -> Array | csr_array:
         """Mass matrix (n, n)."""
@@ -377,7 +378,7 @@ class System:
         D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
-        w.vectors[buffer_layout.UNKNOWN, : self.n] = 0.0 if a is None else a
+        w.vectors[L.UNKNOWN, : self.n] = 0.0 if a is None else a
         cA = 0.0 if a is None else cK
         return self.matrix(self.entries(t, cM=cM, cK=cK, cD=cD, cL=cL, cP=cP, cN=cN, cV=cV, cW=cW, cA=cA))
 
@@ -438,7 +439,7 @@ class System:
     def force(self) -> Array:
         """f = Q - Phi_q^T lam - Gam_v^T nu (n,) at the state of the last tangent."""
         assert self._work is not None
-        return self._work.vectors[buffer_layout.FORCE, : self.n].copy()
+        return self._work.vectors[L.FORCE, : self.n].copy()
 
     def Phi_q(self, t: float, q) -> Array | csr_array:
         """Constraint Jacobian (m, n)."""

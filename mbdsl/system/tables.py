@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import Body
-from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.kernels.columns import PLANE as C
 from mbdsl.mechanism import energies
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system import switches
@@ -41,7 +41,7 @@ class Tables:
     models: dict[str, Body]  #: body name -> its model
     numbers: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     layout: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
-    frame_table: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, buffer_layout.COLUMNS)))
+    frame_table: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, C.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
     #: displacement in a run, relative to the size, from which on the displacement becomes the size
     outgrown_from: float = np.inf

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation.buffer_layout import POSITION, UNKNOWN, VELOCITY
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system.emit import FACTORS
 from mbdsl.system.system import System
 
@@ -29,8 +29,8 @@ def tangents(
     n, size, count, w = system.n, system.unknowns, len(t), system._at(t[0], q[0], v[0], lam[0])
     kernels, A, vectors = system._any_kernels(1), np.zeros(system.size), w.vectors
     rest = vectors, w.frames, w.gradients, w.numbers, w.layout
-    position, velocity, accelerations = vectors[POSITION, :n], vectors[VELOCITY, :n], vectors[UNKNOWN, :n]
-    multipliers = vectors[UNKNOWN, n:size]
+    position, velocity, accelerations = vectors[L.POSITION, :n], vectors[L.VELOCITY, :n], vectors[L.UNKNOWN, :n]
+    multipliers = vectors[L.UNKNOWN, n:size]
     evaluate = _of_time(kernels.evaluate, *rest)
     calls = [_of_time(kernels.tangent, *(x.get(c, float(c == "cC")) for c in FACTORS), *rest, A) for x in requests]
     found = np.empty((len(requests), count, system.size))

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Workspace:
-    """The buffers of one computation; see :mod:`mbdsl.compilation.buffer_layout`."""
+    """The buffers of one computation; see :mod:`mbdsl.kernels.buffer_layout`."""
 
     vectors: Array
     frames: Array

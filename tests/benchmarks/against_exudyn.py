@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 import mbdsl
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -131,8 +131,8 @@ class Ours:
         status = run.advance()
         seconds = time.process_time() - begun
         n, J = self.system.n, run.integers
-        whole = status == loop_state.DONE
-        return Seen(seconds, run.out[:, :n], J[loop_state.ITERATIONS] / steps, J[loop_state.MATRICES] / steps, whole)
+        whole = status == S.DONE
+        return Seen(seconds, run.out[:, :n], J[S.ITERATIONS] / steps, J[S.MATRICES] / steps, whole)
 
 
 class Theirs:

@@ -35,7 +35,7 @@ from scipy.integrate import solve_ivp
 import mbdsl
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import available
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism import graph
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import plan
@@ -113,8 +113,8 @@ class Reference:
 
 def to_the_end(motion: Motion) -> int:
     """All steps of a run; a status."""
-    status = loop_state.RUNNING
-    while status == loop_state.RUNNING and not motion.invalid():
+    status = S.RUNNING
+    while status == S.RUNNING and not motion.invalid():
         status = motion.advance(EVERY_STEP)
     return status
 
@@ -145,7 +145,7 @@ def _measured(
         status, found = calibrated(motion, tol, lambda: to_the_end(motion))
         missed = found.horizon is not None
     seconds = time.process_time() - begun
-    if status != loop_state.DONE or missed:
+    if status != S.DONE or missed:
         return seconds, math.inf
     q = motion.output(False)[1][1:]
     first = motion.system.tables.coordinates

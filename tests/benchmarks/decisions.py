@@ -2,7 +2,7 @@
 
     python tests/benchmarks/decisions.py [translator] [parser] [svg] [--repeats 5]
 
-``translator``: the equations of a model compiled by mbdsl and by numba, in processes with empty and with full caches.
+``translator``: the equations of a model compiled in processes with empty and with full caches.
 ``parser``: the parser's own loop, and Lark's with the same tokens; and what a process pays for importing Lark.
 ``svg``: a plot as SVG by mbdsl, and by matplotlib. Without a name all three. Times are processor times, the
 smallest of the repeats. The matrices have a script of their own, ``sparse_solvers.py``. Nothing is asserted.
@@ -24,15 +24,9 @@ MODEL = ROOT / "models" / "seven_body.mbd"
 COPIES = 40  #: of the model in the text that is parsed in one process
 
 EQUATIONS = f"""
-import time, warnings
-from mbdsl.compilation import code_cache, object_code
+import time
 from mbdsl.lang.load import load
 from mbdsl.system import build
-def fail(*given):
-    raise AttributeError("numba is asked for")
-warnings.simplefilter("ignore")
-if by_numba:
-    object_code.compile_object = fail
 system = build(load({str(MODEL)!r}))
 begin = time.process_time()
 system.kernels(2)
@@ -91,13 +85,12 @@ def processor_time(work: Callable[[], object]) -> float:
 
 def translator(repeats: int) -> Iterator[str]:
     yield f"equations of {MODEL.stem}, processor time with the imports of the compiler: compiled, and loaded later"
-    for name, choice in (("mbdsl", "by_numba = False"), ("numba", "by_numba = True")):
-        first, later = [], []
-        for _ in range(repeats):
-            with tempfile.TemporaryDirectory() as cache:
-                first.append(printed(choice + EQUATIONS, cache))
-                later.append(printed(choice + EQUATIONS, cache))
-        yield f"  {name:12} {min(first):8.3f} s {min(later):8.3f} s"
+    first, later = [], []
+    for _ in range(repeats):
+        with tempfile.TemporaryDirectory() as cache:
+            first.append(printed(EQUATIONS, cache))
+            later.append(printed(EQUATIONS, cache))
+    yield f"  {min(first):8.3f} s {min(later):8.3f} s"
 
 
 def parser(repeats: int) -> Iterator[str]:

@@ -21,7 +21,7 @@ import numpy as np
 
 import mbdsl
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -57,13 +57,13 @@ class Case:
     def run(self, method: str, tol: float) -> tuple[np.ndarray | None, float]:
         """Positions at the outputs, None if the run failed, and seconds of processor time."""
         run = Integration(self.system, method, self.stop, 0.0, self.stop, self.times, tol=tol)
-        start, status = self.start, loop_state.RUNNING
+        start, status = self.start, S.RUNNING
         run.begin(start.q, start.v, start.a, start.lam, start.redundant)
         begun = time.process_time()
-        while status == loop_state.RUNNING:
+        while status == S.RUNNING:
             status = run.advance()
         seconds = time.process_time() - begun
-        return (run.out[:, : self.system.n] if status == loop_state.DONE else None), seconds
+        return (run.out[:, : self.system.n] if status == S.DONE else None), seconds
 
 
 def curve(case: Case, method: str, exact: np.ndarray, repeats: int) -> list[tuple[float, float]]:

@@ -19,7 +19,7 @@ from pathlib import Path
 from statistics import median
 
 import mbdsl
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import plan
@@ -63,7 +63,7 @@ class Cost:
     us: list[float] = field(default_factory=list)  #: a step, in each round
     iterations: float = 0.0  #: a step
     sizes: dict[str, int] = field(default_factory=dict)
-    status: int = loop_state.DONE
+    status: int = S.DONE
 
 
 def cases() -> dict[str, Scene]:
@@ -86,7 +86,7 @@ def measure(scene: Scene, repeats: int, method: str | None = None, steps: int | 
             done = max(1, motion.steps)
             cost = costs[name]
             cost.iterations, cost.sizes = motion.count("iterations") / done, motion.sizes
-            cost.status = loop_state.DONE if steps and status == loop_state.RUNNING else status
+            cost.status = S.DONE if steps and status == S.RUNNING else status
             if k > 0:  # the first round loads the compiled code
                 cost.us.append(1e6 * seconds / done)
     return costs
@@ -104,7 +104,7 @@ def rows(name: str, costs: dict[str, Cost]) -> list[str]:
     for path, cost in costs.items():
         sizes = "{n:4} {m:4} {p:2} {parts:5}".format(**cost.sizes)
         ratio = f"   {low:5.2f} {middle:6.2f}" if path == "general" else ""
-        failed = "" if cost.status == loop_state.DONE else "   VOID: stopped early"
+        failed = "" if cost.status == S.DONE else "   VOID: stopped early"
         line = f"  {path:12} {sizes} {min(cost.us):9.3f} {median(cost.us):8.3f} {cost.iterations:10.2f}{ratio}{failed}"
         lines.append(line)
     return lines

@@ -32,10 +32,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, wh
 import numpy as np
 
 import mbdsl
-from mbdsl.compilation import buffer_layout
 from mbdsl.initial.consistent import InitialState, initial_state
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
 
@@ -63,7 +63,7 @@ class Cost:
     us: list[float] = field(default_factory=list)  #: a step, in each round
     iterations: float = 0.0  #: a step
     matrices: float = 0.0
-    status: int = loop_state.DONE
+    status: int = S.DONE
     traffic: int = 0  #: bytes that an iteration reads and writes
     adding: list[float] = field(default_factory=list)  #: microseconds for arrays of as many bytes, in each round
 
@@ -84,10 +84,10 @@ def begun(system: System, start: InitialState, method: str) -> Integration:
 def traffic(run: Integration, method: str) -> int:
     """Bytes that an iteration with a kept matrix reads or writes, each counted once."""
     layout, N = run.layout, run.system.unknowns
-    entries = int(layout[layout[buffer_layout.SPARSE] + 2 * N])  # of a factor
+    entries = int(layout[layout[L.SPARSE] + 2 * N])  # of a factor
     factors = METHODS.index(method) + 1
     solve = 8 * (4 * entries + factors * (2 * entries + N))
-    pairs = 8 * buffer_layout.PAIR * int(layout[buffer_layout.N_PHI])
+    pairs = 8 * L.PAIR * int(layout[L.N_PHI])
     return solve + pairs + run.frames.nbytes + run.gradients.nbytes + 8 * N * TOUCHED[method]
 
 
@@ -112,10 +112,10 @@ def measure(model: str, sizes: Iterable[int], repeats: int) -> dict[str, dict[in
                 clock = time.process_time()
                 cost.status = run.advance()
                 seconds = time.process_time() - clock
-                done = max(1, run.integers[loop_state.STEP])
+                done = max(1, run.integers[S.STEP])
                 cost.iterations, cost.matrices = (
-                    run.integers[loop_state.ITERATIONS] / done,
-                    run.integers[loop_state.MATRICES] / done,
+                    run.integers[S.ITERATIONS] / done,
+                    run.integers[S.MATRICES] / done,
                 )
                 cost.traffic = traffic(run, method)
                 if k > 0:  # the first round loads the compiled code
@@ -138,7 +138,7 @@ def rows(model: str, costs: dict[str, dict[int, Cost]]) -> list[str]:
     lines = []
     for method, sizes in costs.items():
         for n, cost in sizes.items():
-            failed = "" if cost.status == loop_state.DONE else "   VOID: stopped early"
+            failed = "" if cost.status == S.DONE else "   VOID: stopped early"
             lines.append(
                 f"{model:9} {n:6d} {method:8} {min(cost.us):10.1f} {median(cost.us):10.1f} {min(cost.us) / n:8.3f}"
                 f" {cost.iterations:10.2f} {cost.matrices:8.2f} {cost.traffic / n:8.0f} {min(cost.adding) / n:8.4f}"
@@ -183,7 +183,7 @@ def one(n: int, method: str) -> None:
     run.advance()
     arrays = (run.vectors, run.frames, run.gradients, run.numbers, run.layout, run.matrices, run.pivots)
     buffers = sum(x.nbytes for x in arrays) / 2**20
-    print(json.dumps([np.diff(clock).tolist(), peak(), buffers, int(run.integers[loop_state.STEP])]))
+    print(json.dumps([np.diff(clock).tolist(), peak(), buffers, int(run.integers[S.STEP])]))
 
 
 @dataclass

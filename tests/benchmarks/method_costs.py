@@ -23,7 +23,7 @@ import numpy as np
 import mbdsl
 from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators import compiled as methods
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -79,7 +79,7 @@ class Cost:
     us: list[list[float]] = field(default_factory=list)  #: in each round, the slices' shares of the time of a step
     iterations: float = 0.0  #: a step
     matrices: float = 0.0
-    status: int = loop_state.DONE
+    status: int = S.DONE
 
     @property
     def rounds(self) -> list[float]:
@@ -117,9 +117,9 @@ def measure(case: Case, repeats: int, steps: int | None = None, names: Sequence[
                 costs[name].status = runs[name].advance(int(count))
                 costs[name].us[-1].append(1e-3 * (time.thread_time_ns() - begun) / steps)
         for name, run in runs.items():
-            done, cost = max(1, run.integers[loop_state.STEP]), costs[name]
-            cost.iterations = run.integers[loop_state.ITERATIONS] / done
-            cost.matrices = run.integers[loop_state.MATRICES] / done
+            done, cost = max(1, run.integers[S.STEP]), costs[name]
+            cost.iterations = run.integers[S.ITERATIONS] / done
+            cost.matrices = run.integers[S.MATRICES] / done
             if k == 0:  # the first round loads the compiled code
                 cost.us.clear()
     return costs
@@ -142,7 +142,7 @@ def rows(case: Case, costs: dict[str, Cost]) -> list[str]:
         low, middle = ratios(costs, name)
         target = case.targets.get(name)
         aim = "" if target is None else f"   {target:4.2f} {'met' if low < target + 0.005 else 'MISSED'}"
-        failed = "" if cost.status == loop_state.DONE else "   VOID: stopped early"
+        failed = "" if cost.status == S.DONE else "   VOID: stopped early"
         lines.append(
             f"  {name:11} {cost.least:8.3f} {median(cost.rounds):8.3f}   {low:5.2f} {middle:6.2f}"
             f" {cost.iterations:10.2f} {cost.matrices:8.3f}{aim}{failed}"

@@ -19,7 +19,7 @@ import numpy as np
 
 import mbdsl
 from mbdsl.initial.consistent import InitialState, initial_state
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.numerics.error_norm import distance
@@ -44,10 +44,10 @@ def single(system: System, start: InitialState, method: str, tol: float, stop: f
     """Seconds of processor time, and the run."""
     run = Integration(system, method, stop, 0.0, stop, np.array([stop]), tol=tol)
     run.begin(start.q, start.v, start.a, start.lam)
-    began, status = time.process_time(), loop_state.RUNNING
-    while status == loop_state.RUNNING:
+    began, status = time.process_time(), S.RUNNING
+    while status == S.RUNNING:
         status = run.advance(100_000)
-    assert status == loop_state.DONE, status
+    assert status == S.DONE, status
     return time.process_time() - began, run
 
 

@@ -22,7 +22,7 @@ import mbdsl
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import coordinate
 from mbdsl.initial.consistent import InitialState, initial_state
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -114,7 +114,7 @@ class Case:
         begun = time.process_time()
         status = run.advance()
         seconds = max(time.process_time() - begun, 1e-9)
-        if status != loop_state.DONE:
+        if status != S.DONE:
             return np.full(3, np.inf), np.inf
         nodes, n = [coordinate(self.frame, key) for key in "xyz"], system.n
         found = values(system, nodes, times, run.out[:, :n], run.out[:, n : 2 * n])

@@ -28,7 +28,7 @@ import mbdsl
 from mbdsl.errors import MbdslError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import available
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism import graph
@@ -165,7 +165,7 @@ def steps_beside_fixed(method: str, tolerances: Sequence[float], repeats: int = 
             found = Integration(system, method, h, 0.0, stop, times, tol=tol)
             found.begin(first.q, first.v, first.a, first.lam, first.redundant)
             begun = thread_time()
-            while found.advance() == loop_state.RUNNING:
+            while found.advance() == S.RUNNING:
                 pass
             return thread_time() - begun, found
 

@@ -6,7 +6,7 @@ Run by hand::
     python tests/mutation/mutate.py mbdsl/bodies --each 20 --seed 7 --report bodies.json
 
 A mutant is a copy of one file in which a sign is flipped, ``+`` and ``-`` are swapped, a constant is 1 % larger, an
-index is one larger, or a comparison goes the other way. It runs uncompiled (``NUMBA_DISABLE_JIT=1``), as compilation
+index is one larger, or a comparison goes the other way. It runs uncompiled (``MBDSL_NO_COMPILE=1``), as compilation
 takes longer than any test, in a process forked from one that has loaded all unchanged modules. ``NEAREST`` in
 ``nearest.py`` names the tests of the file, the nearest first; they run up to the first failure. After ``--limit``
 seconds a mutant counts as a timeout, which is inconclusive if the tests take longer than that without it, too.
@@ -161,7 +161,7 @@ def main() -> None:
     parser.add_argument("--report", type=Path, help="a JSON file of all mutants, written as it goes")
     parser.add_argument("--again", type=Path, help="an earlier report: try again what was not caught")
     args = parser.parse_args()
-    os.environ.update(NUMBA_DISABLE_JIT="1", OPENBLAS_NUM_THREADS="1", PYTHONDONTWRITEBYTECODE="1")
+    os.environ.update(MBDSL_NO_COMPILE="1", OPENBLAS_NUM_THREADS="1", PYTHONDONTWRITEBYTECODE="1")
     load()
     files = [f for x in args.files for f in (sorted((ROOT / x).rglob("*.py")) if (ROOT / x).is_dir() else [ROOT / x])]
     again = json.loads(args.again.read_text(encoding="utf-8")) if args.again else []

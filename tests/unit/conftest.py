@@ -34,10 +34,9 @@ def say(capsys, tmp_path, monkeypatch):
     return run
 
 
-def _plain(kernel):
-    function = getattr(kernel, "py_func", kernel)
+def _plain(function):
     names = {n: function.__globals__[n] for n in function.__code__.co_names if n in function.__globals__}
-    kernels = {n: _plain(f) for n, f in names.items() if hasattr(f, "__mbdsl_kernel__") or hasattr(f, "py_func")}
+    kernels = {n: _plain(f) for n, f in names.items() if hasattr(f, "__mbdsl_kernel__")}
     return FunctionType(function.__code__, {"__builtins__": __builtins__, **names, **kernels})
 
 

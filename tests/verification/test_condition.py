@@ -13,7 +13,8 @@ from scipy.integrate import solve_ivp
 import mbdsl
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled, modules
-from mbdsl.integrators.loop import linear_solve, loop_state
+from mbdsl.integrators.loop import linear_solve
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -58,10 +59,10 @@ def matrices(crank, method, h):
     run = Integration(system, method, h, 0.0, 10 * h, np.array([]))
     run.use_solver(linear_solve.DENSE)
     run.begin(start.q, start.v, start.a, start.lam)
-    assert run.advance(3) == loop_state.RUNNING
-    run.integers[loop_state.FRESH] = 0
-    assert run.advance(1) == loop_state.RUNNING
-    assert run.integers[loop_state.MATRICES] >= 2
+    assert run.advance(3) == S.RUNNING
+    run.integers[S.FRESH] = 0
+    assert run.advance(1) == S.RUNNING
+    assert run.integers[S.MATRICES] >= 2
     return [factorised(run, k) for k in range(len(POWERS[method]))]
 
 

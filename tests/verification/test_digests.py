@@ -62,8 +62,8 @@ DIGITS, ITERATIONS = 1e-5, 0.1  #: relative differences of largest values and of
 def platform_of_results() -> dict[str, str]:
     """The properties of this machine that the last bits of results depend on."""
     known, blas = versions(), np.show_config(mode="dicts")["Build Dependencies"]["blas"]
-    processor = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
-    features = os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten()
+    processor = os.environ.get("MBDSL_CPU_NAME") or binding.get_host_cpu_name()
+    features = os.environ.get("MBDSL_CPU_FEATURES") or binding.get_host_cpu_features().flatten()
     return {
         "system": f"{platform.system()} {platform.machine()}, {' '.join(platform.libc_ver())}",
         "processor": f"{processor}, features {short_hash(features.encode())}",

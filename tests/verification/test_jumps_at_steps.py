@@ -6,7 +6,7 @@ import pytest
 import mbdsl
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import declared
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -58,11 +58,11 @@ def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
         run = Integration(system, "hht-si2", 2.5e-3, 0.0, 1.0, np.array([1.0]))
         run.begin(first.q, first.v, first.a, first.lam)
         for steps in stops:
-            assert run.advance(steps) == loop_state.RUNNING
-            due = run.reals[loop_state.NEXT_EVENT]
+            assert run.advance(steps) == S.RUNNING
+            due = run.reals[S.NEXT_EVENT]
             run.jumps.rejoin(due)
             assert run.jumps.next[0] == due < 1.0
-        assert run.advance() == loop_state.DONE
+        assert run.advance() == S.DONE
         found.append(run.out.copy())
     assert np.array_equal(*found)
 

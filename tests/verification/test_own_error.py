@@ -16,7 +16,7 @@ from scipy.special import ellipj, ellipk
 
 import mbdsl
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.simulation import error_growth as perturbations
 from mbdsl.simulation import simulate
 from mbdsl.simulation.mechanism_run import Motion
@@ -189,7 +189,7 @@ def test_interrupted_while_growth_is_refined(monkeypatch):
     monkeypatch.setattr(
         simulate,
         "_integrate",
-        lambda motion, *rest: loop_state.RUNNING if motion.plan.every else integrate(motion, *rest),
+        lambda motion, *rest: S.RUNNING if motion.plan.every else integrate(motion, *rest),
     )
     with pytest.raises(mbdsl.Interrupted):
         run(mbdsl.parse(ORBIT), "hht-si2", 1e-4, interval=0.1)

@@ -14,7 +14,7 @@ import pytest
 
 import mbdsl
 from mbdsl.integrators import available, compiled, modules, run_state
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 
 MODELS = Path(__file__).parents[2] / "models"
 #: the kind of bodies that do not exist in space
@@ -66,7 +66,7 @@ def iterations_to_rounding(monkeypatch):
 
     def tight(self):
         allocate(self)
-        self.reals[loop_state.RELATIVE_TOL] = 1e-12
+        self.reals[S.RELATIVE_TOL] = 1e-12
 
     monkeypatch.setattr(run_state.RunState, "allocate", tight)
 

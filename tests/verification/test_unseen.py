@@ -298,7 +298,7 @@ initial equation mass.x = 0.5; mass.y = 0; mass.vx = 1; mass.vy = 0; end Growing
 def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     """Peaks are compared with the largest one so far, after different numbers of steps: the results have the same
     bits."""
-    from mbdsl.integrators.loop import loop_state
+    from mbdsl.integrators.loop import loop_state as S
     from mbdsl.simulation.mechanism_run import Motion
     from mbdsl.simulation.plan import plan
 
@@ -308,9 +308,9 @@ def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     motion.prepare()
     for steps in (10**6, 10**6, 7):
         motion.restart(run)
-        while (status := motion.advance(steps)) == loop_state.RUNNING:
+        while (status := motion.advance(steps)) == S.RUNNING:
             pass
-        assert status == loop_state.DONE
+        assert status == S.DONE
         found.append((motion.steps, motion.states()[1]))
     assert found[0][0] == found[1][0] == found[2][0]
     assert np.array_equal(found[0][1], found[1][1])

@@ -162,7 +162,7 @@ def test_what_was_found_before_a_checkpoint_is_said_after_it(tmp_path, monkeypat
 
 
 def test_without_such_laws_no_step_is_searched():
-    from mbdsl.integrators.loop.loop_state import THIN
+    from mbdsl.integrators.loop import loop_state as S
     from mbdsl.simulation.mechanism_run import Motion
     from mbdsl.simulation.plan import plan
 
@@ -171,7 +171,7 @@ def test_without_such_laws_no_step_is_searched():
         motion = Motion(scene, plan(scene, step=STEP))
         motion.prepare()
         motion.watch()
-        assert (motion.parts[0].integration.integers[THIN] == 0) == records
+        assert (motion.parts[0].integration.integers[S.THIN] == 0) == records
 
 
 @pytest.mark.parametrize("welded", ["", "Body hat(m = 0.5, I = 1); Fixed weld(b.c, hat.c);"])

@@ -6,24 +6,26 @@ two parts are separate matrices of the run, so that the buffers remain real.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, SOLVER, SPARSE
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.linear_solve import SPARSE_LU
 from mbdsl.integrators.loop.sparse_lu import LOST, place
+from mbdsl.kernels import buffer_layout
+from mbdsl.kernels.marks import kernel, rare
 
 
 @kernel
 def complex_factor(real, imag, pivots, layout):
     """Factorise real + i imag in place; False if it is numerically singular."""
     return (
-        sparse_factor(real, imag, layout) if layout[SOLVER] == SPARSE_LU else dense_factor(real, imag, pivots, layout)
+        sparse_factor(real, imag, layout)
+        if layout[buffer_layout.SOLVER] == SPARSE_LU
+        else dense_factor(real, imag, pivots, layout)
     )
 
 
 @kernel
 def complex_solve(real, imag, pivots, layout, y, z):
     """y + i z <- A^{-1} (y + i z), with the factors of A in real + i imag."""
-    if layout[SOLVER] == SPARSE_LU:
+    if layout[buffer_layout.SOLVER] == SPARSE_LU:
         sparse_solve(real, imag, layout, y, z)
     else:
         dense_solve(real, imag, pivots, layout, y, z)
@@ -40,7 +42,7 @@ def invert(real, imag, k):
 @rare
 def sparse_factor(real, imag, layout):
     """Factorise in place: D, L and U are overwritten, W and (in ``real``) G written. False if a pivot is lost."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     order, starts = layout[o : o + n], layout[o + n : o + 2 * n + 1]
     c, table = starts[n], o + 2 * n + 1
     rows, updates = layout[table : table + c], layout[table + 5 * c + 1 :]
@@ -76,7 +78,7 @@ def sparse_factor(real, imag, layout):
 @kernel
 def sparse_solve(real, imag, layout, y, z):
     """y + i z <- A^{-1} (y + i z); reads D, L and W."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     c, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
     L, M, W, X = real[n:], imag[n:], real[n + 2 * c :], imag[n + 2 * c :]
@@ -98,7 +100,7 @@ def dense_factor(real, imag, pivots, layout):
 
     Pivots are compared after scaling of rows and columns; the scales are written behind ``real``.
     """
-    n = layout[N_ALL]
+    n = layout[buffer_layout.N_ALL]
     r, c = n * n, n * n + n
     for i in range(n):
         largest = 0.0
@@ -142,7 +144,7 @@ def dense_factor(real, imag, pivots, layout):
 @rare
 def dense_solve(real, imag, pivots, layout, y, z):
     """y + i z <- A^{-1} (y + i z); reads the factors and ``pivots``."""
-    n = layout[N_ALL]
+    n = layout[buffer_layout.N_ALL]
     for k in range(n):
         if pivots[k] != k:
             y[k], y[pivots[k]] = y[pivots[k]], y[k]

@@ -11,20 +11,12 @@ It takes four times the operations of the two systems to factorise, and twice to
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import (
-    CORRECTION,
-    CORRECTION2,
-    N_PHI,
-    N_ROTATIONS,
-    POSITION,
-    ROTATIONS,
-    SIZE,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_lu import coupled_factor, coupled_solve
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import CONTROLLED, COUPLED
 from mbdsl.integrators.loop.rotation_chart import to_body, to_rates, to_world
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 #: number of matrices of the full system
 BLOCKS = 4
@@ -35,25 +27,25 @@ FAR = 0.05
 @kernel
 def turns_far(run):
     """Whether a body turns by more than FAR in the step, in a model with constraints; sets ``integers[COUPLED]``."""
-    layout, q, most = run.layout, run.vectors[POSITION], 0.0
-    for k in range(layout[N_ROTATIONS] if layout[N_PHI] > 0 else 0):
-        d = layout[layout[ROTATIONS] + 2 * k]
+    layout, q, most = run.layout, run.vectors[L.POSITION], 0.0
+    for k in range(layout[L.N_ROTATIONS] if layout[L.N_PHI] > 0 else 0):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
         most = max(most, q[d] * q[d] + q[d + 1] * q[d + 1] + q[d + 2] * q[d + 2])
-    run.integers[COUPLED] = 1 if most > FAR * FAR else 0
+    run.integers[S.COUPLED] = 1 if most > FAR * FAR else 0
     return most > FAR * FAR
 
 
 @kernel
 def block(row, column, run):
     """The number of the matrix A_{row, column}; those of step control are the last ones."""
-    return run.matrices.shape[0] - BLOCKS - 2 * run.integers[CONTROLLED] + 2 * row + column
+    return run.matrices.shape[0] - BLOCKS - 2 * run.integers[S.CONTROLLED] + 2 * row + column
 
 
 @kernel
 def copy_first(run):
     """A00 <- matrix 0, which is not yet factorised."""
     first, matrices = block(0, 0, run), run.matrices
-    for i in range(run.layout[SIZE]):
+    for i in range(run.layout[L.SIZE]):
         matrices[first, i] = matrices[0, i]
 
 
@@ -69,15 +61,15 @@ def factor_coupled(run):
         run.pivots[first],
         run.layout,
     )
-    return whole and (run.integers[CONTROLLED] == 0 or factor(0, run))
+    return whole and (run.integers[S.CONTROLLED] == 0 or factor(0, run))
 
 
 @rare
 def solve_coupled(run):
     """CORRECTION and CORRECTION2 <- the solution of the full system with these right sides."""
     first, matrices, vectors = block(0, 0, run), run.matrices, run.vectors
-    to_world(CORRECTION, run)
-    to_world(CORRECTION2, run)
+    to_world(L.CORRECTION, run)
+    to_world(L.CORRECTION2, run)
     coupled_solve(
         matrices[first],
         matrices[first + 1],
@@ -85,10 +77,10 @@ def solve_coupled(run):
         matrices[first + 3],
         run.pivots[first],
         run.layout,
-        vectors[CORRECTION],
-        vectors[CORRECTION2],
+        vectors[L.CORRECTION],
+        vectors[L.CORRECTION2],
     )
-    to_body(CORRECTION, run)
-    to_body(CORRECTION2, run)
-    to_rates(CORRECTION, run)
-    to_rates(CORRECTION2, run)
+    to_body(L.CORRECTION, run)
+    to_body(L.CORRECTION2, run)
+    to_rates(L.CORRECTION, run)
+    to_rates(L.CORRECTION2, run)

@@ -7,16 +7,16 @@ their inverses.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, SOLVER, SPARSE
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.linear_solve import SPARSE_LU
 from mbdsl.integrators.loop.sparse_lu import LOST, place
+from mbdsl.kernels import buffer_layout
+from mbdsl.kernels.marks import kernel, rare
 
 
 @kernel
 def coupled_factor(A, B, C, D, pivots, layout):
     """Factorise [[A, B], [C, D]] in place; False if it is numerically singular."""
-    if layout[SOLVER] == SPARSE_LU:
+    if layout[buffer_layout.SOLVER] == SPARSE_LU:
         return sparse_factor(A, B, C, D, layout)
     return dense_factor(A, B, C, D, pivots, layout)
 
@@ -24,7 +24,7 @@ def coupled_factor(A, B, C, D, pivots, layout):
 @kernel
 def coupled_solve(A, B, C, D, pivots, layout, y, z):
     """(y, z) <- the solution of the system with the right side (y, z); reads its factors."""
-    if layout[SOLVER] == SPARSE_LU:
+    if layout[buffer_layout.SOLVER] == SPARSE_LU:
         sparse_solve(A, B, C, D, layout, y, z)
     else:
         dense_solve(A, B, C, D, pivots, layout, y, z)
@@ -62,7 +62,7 @@ def subtract(A, B, C, D, at, a, b, c, d, k):
 def sparse_factor(A, B, C, D, layout):
     """Factorise in place: the entries D, L and U of each matrix are overwritten, W and G (in A and D) written. False if
     a pivot is lost."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     order, starts = layout[o : o + n], layout[o + n : o + 2 * n + 1]
     m, table = starts[n], o + 2 * n + 1
     rows, updates = layout[table : table + m], layout[table + 5 * m + 1 :]
@@ -99,7 +99,7 @@ def sparse_factor(A, B, C, D, layout):
 @kernel
 def sparse_solve(A, B, C, D, layout, y, z):
     """(y, z) <- the solution; reads the entries D, L and W of each matrix."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     m, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + m :], layout[table + 2 * m :], layout[table + 3 * m :]
     for e in range(m):
@@ -129,7 +129,7 @@ def dense_factor(A, B, C, D, pivots, layout):
     Pivots are compared after scaling of rows and columns; the scales are written behind A (of A and B) and D (of C
     and D).
     """
-    n = layout[N_ALL]
+    n = layout[buffer_layout.N_ALL]
     r, c = n * n, n * n + n
     for i in range(n):
         first, second = 0.0, 0.0
@@ -171,7 +171,7 @@ def dense_factor(A, B, C, D, pivots, layout):
 @rare
 def dense_solve(A, B, C, D, pivots, layout, y, z):
     """(y, z) <- the solution; reads the factors and ``pivots``."""
-    n = layout[N_ALL]
+    n = layout[buffer_layout.N_ALL]
     for k in range(n):
         if pivots[k] != k:
             y[k], y[pivots[k]] = y[pivots[k]], y[k]

@@ -15,35 +15,14 @@ The loop is compiled once per method and allocates nothing.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, N_Q, PAST, POSITION, UNKNOWN, UNKNOWN0, VELOCITY
-from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.loop.loop_state import (
-    CUT,
-    DONE,
-    EVENT,
-    EVERY,
-    FULL,
-    HISTORY,
-    LOOK,
-    MARGIN,
-    NEXT_EVENT,
-    NOTED,
-    NOTES,
-    NOW,
-    OLDER,
-    OUTPUT,
-    PASSED,
-    RETRY,
-    RUNNING,
-    STEP,
-    STEP_END,
-    ZONES,
-)
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import leave_chart, move_charts
 from mbdsl.integrators.loop.step_times import finished, start_of_step
 from mbdsl.integrators.loop.switch_location import near_switch
 from mbdsl.integrators.loop.turn_counting import count_turns
 from mbdsl.integrators.loop.zone_landing import note, until_zone
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 #: most successive steps that end before a switch without an event; after these, events look for a standstill
 MOST_PASSED = 20
@@ -53,20 +32,20 @@ MOST_PASSED = 20
 def record(t0, h, times, out, step, run):
     """Output at the times passed by this step: q and v by the method's interpolation, multipliers linearly."""
     integers, vectors, layout = run.integers, run.vectors, run.layout
-    n, size = layout[N_Q], layout[N_ALL]
-    while integers[OUTPUT] < times.size and times[integers[OUTPUT]] <= t0 + h + 1e-9 * h:
-        k = integers[OUTPUT]
+    n, size = layout[L.N_Q], layout[L.N_ALL]
+    while integers[S.OUTPUT] < times.size and times[integers[S.OUTPUT]] <= t0 + h + 1e-9 * h:
+        k = integers[S.OUTPUT]
         x = (times[k] - t0) / h
         if x > 1.0 - 1e-9:
             x = 1.0
             for i in range(n):
-                out[k, i], out[k, n + i] = vectors[POSITION, i], vectors[VELOCITY, i]
+                out[k, i], out[k, n + i] = vectors[L.POSITION, i], vectors[L.VELOCITY, i]
         else:
             step.interpolate(k, x, h, out, run)
         for i in range(n, size):
-            out[k, n + i] = vectors[UNKNOWN0, i] + x * (vectors[UNKNOWN, i] - vectors[UNKNOWN0, i])
+            out[k, n + i] = vectors[L.UNKNOWN0, i] + x * (vectors[L.UNKNOWN, i] - vectors[L.UNKNOWN0, i])
         leave_chart(out[k], run)
-        integers[OUTPUT] += 1
+        integers[S.OUTPUT] += 1
 
 
 @kernel
@@ -78,39 +57,42 @@ def advance(step, formulas, steps, times, out, run):
     reals, integers = run.reals, run.integers
     for _ in range(steps):
         if finished(run):
-            return DONE
-        if integers[NOTES] > 0 and integers[NOTED] >= integers[NOTES]:
-            return RUNNING
-        if integers[MARGIN] > 0 and times.size - integers[OUTPUT] < integers[MARGIN]:
-            return FULL
+            return S.DONE
+        if integers[S.NOTES] > 0 and integers[S.NOTED] >= integers[S.NOTES]:
+            return S.RUNNING
+        if integers[S.MARGIN] > 0 and times.size - integers[S.OUTPUT] < integers[S.MARGIN]:
+            return S.FULL
         h = step.trial_length(run)
-        if integers[ZONES] > 0:
+        if integers[S.ZONES] > 0:
             h = until_zone(h, run)
             if h == 0.0:
-                return LOOK
+                return S.LOOK
         t0 = start_of_step(run)
         status, h, error = step.take(t0, h, formulas, run)
-        if status == RETRY:
+        if status == S.RETRY:
             continue
-        if status != RUNNING:
+        if status != S.RUNNING:
             return status
-        if integers[EVERY]:
-            times[integers[OUTPUT]] = reals[STEP_END]
-        if integers[OUTPUT] < times.size and times[integers[OUTPUT]] <= t0 + h + 1e-9 * h:
+        if integers[S.EVERY]:
+            times[integers[S.OUTPUT]] = reals[S.STEP_END]
+        if integers[S.OUTPUT] < times.size and times[integers[S.OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, times, out, step, run)
         step.store(h, run)
         count_turns(run)
         move_charts(run)
-        if integers[NOTES] > 0:
+        if integers[S.NOTES] > 0:
             note(run)
-        integers[HISTORY], integers[STEP] = min(integers[HISTORY] + 1, PAST + integers[OLDER]), integers[STEP] + 1
-        reals[NOW] = reals[STEP_END]
+        integers[S.HISTORY], integers[S.STEP] = (
+            min(integers[S.HISTORY] + 1, L.PAST + integers[S.OLDER]),
+            integers[S.STEP] + 1,
+        )
+        reals[S.NOW] = reals[S.STEP_END]
         step.next_length(error, h, times, formulas, run)
-        if reals[NOW] >= reals[NEXT_EVENT]:
-            return EVENT
-        if integers[CUT] > 0:
-            if integers[PASSED] == MOST_PASSED or near_switch(h, run):
-                integers[PASSED] = 0
-                return EVENT
-            integers[PASSED], integers[CUT] = integers[PASSED] + 1, 0
-    return DONE if finished(run) else RUNNING
+        if reals[S.NOW] >= reals[S.NEXT_EVENT]:
+            return S.EVENT
+        if integers[S.CUT] > 0:
+            if integers[S.PASSED] == MOST_PASSED or near_switch(h, run):
+                integers[S.PASSED] = 0
+                return S.EVENT
+            integers[S.PASSED], integers[S.CUT] = integers[S.PASSED] + 1, 0
+    return S.DONE if finished(run) else S.RUNNING

@@ -6,10 +6,10 @@ constraints, singular poses); from then on, a dense LU with partial pivoting.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import CORRECTION, CORRECTION2, N_ALL, N_Q, SIZE, SOLVER, SPARSE
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.rotation_chart import to_body, to_world
 from mbdsl.integrators.loop.sparse_lu import sparse_factor, sparse_solve, sparse_solve_both
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 DENSE, SPARSE_LU = 0, 1  #: values of layout[SOLVER]
 
@@ -18,14 +18,14 @@ DENSE, SPARSE_LU = 0, 1  #: values of layout[SOLVER]
 def factor(k, run):
     """Factorise matrix k in place; False if it is numerically singular."""
     matrix, pivots, layout = run.matrices[k], run.pivots[k], run.layout
-    return sparse_factor(matrix, layout) if layout[SOLVER] == SPARSE_LU else dense_factor(matrix, pivots, layout)
+    return sparse_factor(matrix, layout) if layout[L.SOLVER] == SPARSE_LU else dense_factor(matrix, pivots, layout)
 
 
 @kernel
 def solve(k, row, run):
     """vectors[row] <- A^{-1} vectors[row], where A is the factorised matrix k."""
     to_world(row, run)
-    if run.layout[SOLVER] == SPARSE_LU:
+    if run.layout[L.SOLVER] == SPARSE_LU:
         sparse_solve(run.matrices[k], run.layout, run.vectors[row])
     else:
         dense_solve(run.matrices[k], run.pivots[k], run.layout, run.vectors[row])
@@ -35,16 +35,16 @@ def solve(k, row, run):
 @kernel
 def solve_both(run):
     """``solve`` with matrix 0 for row CORRECTION, and with matrix 1 for row CORRECTION2."""
-    first, second = run.vectors[CORRECTION], run.vectors[CORRECTION2]
-    to_world(CORRECTION, run)
-    to_world(CORRECTION2, run)
-    if run.layout[SOLVER] == SPARSE_LU:
+    first, second = run.vectors[L.CORRECTION], run.vectors[L.CORRECTION2]
+    to_world(L.CORRECTION, run)
+    to_world(L.CORRECTION2, run)
+    if run.layout[L.SOLVER] == SPARSE_LU:
         sparse_solve_both(run.matrices, run.layout, first, second)
     else:
         dense_solve(run.matrices[0], run.pivots[0], run.layout, first)
         dense_solve(run.matrices[1], run.pivots[1], run.layout, second)
-    to_body(CORRECTION, run)
-    to_body(CORRECTION2, run)
+    to_body(L.CORRECTION, run)
+    to_body(L.CORRECTION2, run)
 
 
 @rare
@@ -55,12 +55,12 @@ def compress(k, run):
     pivots[k]. ``multiply`` reads this list.
     """
     matrix, places, layout = run.matrices[k], run.pivots[k], run.layout
-    n, m, o, count = layout[N_ALL], layout[N_Q], layout[SPARSE], 0
-    entries = layout[o + 2 * n] if layout[SOLVER] == SPARSE_LU else 0  # number of entries below the diagonal
+    n, m, o, count = layout[L.N_ALL], layout[L.N_Q], layout[L.SPARSE], 0
+    entries = layout[o + 2 * n] if layout[L.SOLVER] == SPARSE_LU else 0  # number of entries below the diagonal
     lower = o + 2 * n + 1
-    for p in range(layout[SIZE]):
+    for p in range(layout[L.SIZE]):
         r, c = p // n, p % n
-        if layout[SOLVER] == SPARSE_LU:
+        if layout[L.SOLVER] == SPARSE_LU:
             if p < n:
                 r, c = p, p
             elif p < n + entries:
@@ -110,7 +110,7 @@ def dense_factor(matrix, pivots, layout):
     Pivots are compared after scaling of rows and columns: the mass of a small body must not count as a lost pivot. The
     scales are written behind the matrix.
     """
-    n = layout[N_ALL]
+    n = layout[L.N_ALL]
     r, c = n * n, n * n + n
     for i in range(n):
         largest = 0.0
@@ -147,7 +147,7 @@ def dense_factor(matrix, pivots, layout):
 @rare
 def dense_solve(matrix, pivots, layout, y):
     """y <- A^{-1} y; reads the factors of A in ``matrix`` and ``pivots``."""
-    n = layout[N_ALL]
+    n = layout[L.N_ALL]
     for k in range(n):
         if pivots[k] != k:
             y[k], y[pivots[k]] = y[pivots[k]], y[k]

@@ -15,54 +15,9 @@ A method with controlled steps has in addition ``local_error`` and, where its hi
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE0,
-    N_ALL,
-    N_Q,
-    N_ROTATIONS,
-    PAST,
-    POSITION,
-    POSITION0,
-    ROTATIONS,
-    SCALE,
-    SOLVER,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_correction import FAR
 from mbdsl.integrators.loop.linear_solve import DENSE
-from mbdsl.integrators.loop.loop_state import (
-    CONTROLLED,
-    CUT,
-    DIVERGED,
-    EVENT,
-    FRESH,
-    HISTORY,
-    IN_A_ROW,
-    NOW,
-    OLDER,
-    ORDER,
-    REJECTED,
-    RETRY,
-    RUNNING,
-    SAME,
-    SINCE,
-    SINGULAR,
-    SPEED,
-    STABILISED,
-    STEP,
-    STEP_SIZE,
-    TIMES,
-    TOO_LARGE,
-    TOO_SMALL,
-    UNIT,
-    WATCHING,
-    WILD,
-)
 from mbdsl.integrators.loop.newton import newton
 from mbdsl.integrators.loop.rotation_chart import from_rates
 from mbdsl.integrators.loop.step_control import (
@@ -77,6 +32,8 @@ from mbdsl.integrators.loop.step_control import (
 )
 from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import half, turn, untangled
 
 #: steps after which the order of extrapolation is chosen again, since it seldom changes
@@ -92,13 +49,13 @@ CLEARLY = 0.1
 @kernel
 def older_rows(unknown, run):
     """The first of the rows with UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) of the steps before the last four."""
-    return run.vectors.shape[0] - (2 - unknown) * run.integers[OLDER]
+    return run.vectors.shape[0] - (2 - unknown) * run.integers[S.OLDER]
 
 
 @kernel
 def older_differences(unknown, i, run):
     """The fourth and fifth difference of the last steps, which raise the order of an extrapolation to 4 and to 5."""
-    y, a, b = run.vectors, UNKNOWN0 + PAST * unknown, older_rows(unknown, run)
+    y, a, b = run.vectors, L.UNKNOWN0 + L.PAST * unknown, older_rows(unknown, run)
     fourth = y[a, i] - 4.0 * (y[a + 1, i] + y[a + 3, i]) + 6.0 * y[a + 2, i] + y[b, i]
     before = y[a + 1, i] - 4.0 * (y[a + 2, i] + y[b, i]) + 6.0 * y[a + 3, i] + y[b + 1, i]
     return fourth, fourth - before
@@ -108,7 +65,7 @@ def older_differences(unknown, i, run):
 def predict(unknown, order, n, run):
     """UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) by polynomial extrapolation of the last steps."""
     vectors = run.vectors
-    x, a = UNKNOWN + unknown, UNKNOWN0 + PAST * unknown
+    x, a = L.UNKNOWN + unknown, L.UNKNOWN0 + L.PAST * unknown
     for i in range(n):
         if order == 0:
             vectors[x, i] = vectors[a, i]
@@ -128,14 +85,14 @@ def predict(unknown, order, n, run):
 def best_order(history, n, run):
     """The order of the extrapolation closest to the step just done: high for smooth motion, 0 for oscillations."""
     vectors = run.vectors
-    x, a = UNKNOWN, UNKNOWN0
+    x, a = L.UNKNOWN, L.UNKNOWN0
     e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         d0 = vectors[x, i] - vectors[a, i]
         d1 = d0 - (vectors[a, i] - vectors[a + 1, i])
         d2 = d1 - (vectors[a, i] - 2.0 * vectors[a + 1, i] + vectors[a + 2, i])
         d3 = d2 - (vectors[a, i] - 3.0 * (vectors[a + 1, i] - vectors[a + 2, i]) - vectors[a + 3, i])
-        s = vectors[SCALE, i]
+        s = vectors[L.SCALE, i]
         e0, e1, e2, e3 = max(e0, s * abs(d0)), max(e1, s * abs(d1)), max(e2, s * abs(d2)), max(e3, s * abs(d3))
     best, error = 0, e0
     if history > 1 and e1 < error:
@@ -151,11 +108,11 @@ def best_order(history, n, run):
 def best_of_older(best, error, history, n, run):
     """``best``, or order 4 or 5 if its error is below ``error``."""
     vectors, e4, e5 = run.vectors, 0.0, 0.0
-    x, a = UNKNOWN, UNKNOWN0
+    x, a = L.UNKNOWN, L.UNKNOWN0
     for i in range(n):
         fourth, fifth = older_differences(0, i, run)
         third = 4.0 * (vectors[a, i] + vectors[a + 2, i]) - 6.0 * vectors[a + 1, i] - vectors[a + 3, i]
-        d4, s = vectors[x, i] - third - fourth, vectors[SCALE, i]
+        d4, s = vectors[x, i] - third - fourth, vectors[L.SCALE, i]
         e4, e5 = max(e4, s * abs(d4)), max(e5, s * abs(d4 - fifth))
     if e4 < CLEARLY * error:
         best, error = 4, e4
@@ -171,9 +128,9 @@ def best_of_older(best, error, history, n, run):
 def turns(h, run):
     """Whether the history has to be turned for a prediction: a body turns by more than FAR in a step of a stabilised
     method, whose tolerance for velocities takes the iteration close to rounding."""
-    layout, v, most = run.layout, run.vectors[VELOCITY0], 0.0
-    for r in range(layout[N_ROTATIONS] if run.integers[STABILISED] else 0):
-        d = layout[layout[ROTATIONS] + 2 * r]
+    layout, v, most = run.layout, run.vectors[L.VELOCITY0], 0.0
+    for r in range(layout[L.N_ROTATIONS] if run.integers[S.STABILISED] else 0):
+        d = layout[layout[L.ROTATIONS] + 2 * r]
         most = max(most, v[d] * v[d] + v[d + 1] * v[d + 1] + v[d + 2] * v[d + 2])
     return h * h * most > FAR * FAR
 
@@ -187,16 +144,16 @@ def turn_history(way, rows, h, run):
     smooth as the motion of the axle.
     """
     reals, integers, layout, y = run.reals, run.integers, run.layout, run.vectors
-    rows = rows if even(run) else min(rows, PAST)  # unequal steps have the times of these alone
-    for r in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * r]
-        a, b, c = y[VELOCITY0, d], y[VELOCITY0, d + 1], y[VELOCITY0, d + 2]
+    rows = rows if even(run) else min(rows, L.PAST)  # unequal steps have the times of these alone
+    for r in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * r]
+        a, b, c = y[L.VELOCITY0, d], y[L.VELOCITY0, d + 1], y[L.VELOCITY0, d + 2]
         for k in range(rows if h * h * (a * a + b * b + c * c) > FAR * FAR else 0):
-            s = -way * ((k + 1) * h if even(run) else reals[NOW] + h - reals[TIMES + k])
+            s = -way * ((k + 1) * h if even(run) else reals[S.NOW] + h - reals[S.TIMES + k])
             w, p = half(s * a, s * b, s * c)
             p *= s
-            for unknown in range(1 + integers[STABILISED]):
-                row = UNKNOWN0 + PAST * unknown + k if k < PAST else older_rows(unknown, run) + k - PAST
+            for unknown in range(1 + integers[S.STABILISED]):
+                row = L.UNKNOWN0 + L.PAST * unknown + k if k < L.PAST else older_rows(unknown, run) + k - L.PAST
                 turn(w, p * a, p * b, p * c, y[row, d:])
 
 
@@ -210,23 +167,23 @@ def solve_step(t, h, formulas, run):
     After a failure, the iteration starts again from the unknowns of the last step with a new matrix; with fixed steps
     a third time, damped.
     """
-    integers, layout, controlled = run.integers, run.layout, run.integers[CONTROLLED] > 0
-    status = DIVERGED
+    integers, layout, controlled = run.integers, run.layout, run.integers[S.CONTROLLED] > 0
+    status = S.DIVERGED
     for attempt in range(3):
-        turned, rows = turns(h, run), min(integers[ORDER] + 1, integers[HISTORY])
+        turned, rows = turns(h, run), min(integers[S.ORDER] + 1, integers[S.HISTORY])
         if turned:
             turn_history(1, rows, h, run)
-        for k in range(1 + integers[STABILISED]):
+        for k in range(1 + integers[S.STABILISED]):
             if even(run):
-                predict(k, min(integers[ORDER], integers[SAME]), layout[N_ALL], run)
+                predict(k, min(integers[S.ORDER], integers[S.SAME]), layout[L.N_ALL], run)
             else:
-                predict_uneven(k, min(integers[ORDER], 3), h, run)
+                predict_uneven(k, min(integers[S.ORDER], 3), h, run)
         if turned:
             turn_history(-1, rows, h, run)
         status = newton(attempt == 2, t, h, formulas, run)
-        if status == RUNNING or (controlled and attempt == 1):
+        if status == S.RUNNING or (controlled and attempt == 1):
             break
-        integers[FRESH], integers[ORDER] = 0, 0
+        integers[S.FRESH], integers[S.ORDER] = 0, 0
     return status
 
 
@@ -234,14 +191,14 @@ def solve_step(t, h, formulas, run):
 def reject(error, status, h, formulas, run):
     """The next attempt is shorter; RETRY, or the status of the failure if it would be too short."""
     integers = run.integers
-    new = next_trial(error if status == RUNNING else 1e300, h, run)
+    new = next_trial(error if status == S.RUNNING else 1e300, h, run)
     if is_short(new, run):
-        return TOO_SMALL if status == RUNNING else status
-    integers[REJECTED] += 1
-    integers[IN_A_ROW] += 1
-    integers[CUT] = 0
+        return S.TOO_SMALL if status == S.RUNNING else status
+    integers[S.REJECTED] += 1
+    integers[S.IN_A_ROW] += 1
+    integers[S.CUT] = 0
     change(new, formulas, run)
-    return RETRY
+    return S.RETRY
 
 
 @rare
@@ -249,18 +206,18 @@ def cut(part, h, formulas, run):
     """The next attempt ends shortly before a switch changes; RETRY, or EVENT if that leaves no room for a step."""
     new = length_before_switch(part, h, run)
     if new == 0.0:
-        return EVENT
+        return S.EVENT
     change(new, formulas, run)
-    return RETRY
+    return S.RETRY
 
 
 @kernel
 def leaps(run):
     """Whether the unknowns change by more from step to step than any motion worth following."""
     vectors, jump = run.vectors, 0.0
-    for i in range(run.layout[N_Q]):
-        jump = max(jump, abs(vectors[UNKNOWN, i] - vectors[UNKNOWN0, i]) * vectors[SCALE, i])
-    return run.reals[UNIT] * jump > run.reals[WILD]
+    for i in range(run.layout[L.N_Q]):
+        jump = max(jump, abs(vectors[L.UNKNOWN, i] - vectors[L.UNKNOWN0, i]) * vectors[L.SCALE, i])
+    return run.reals[S.UNIT] * jump > run.reals[S.WILD]
 
 
 # -- the step, as the loop calls it ------------------------------------------------------------------------------------
@@ -269,41 +226,43 @@ def leaps(run):
 @kernel
 def trial_length(run):
     """The length to try [s]."""
-    return run.reals[STEP_SIZE]
+    return run.reals[S.STEP_SIZE]
 
 
 @kernel
 def take(t0, h, formulas, run):
     """Try a step of length h from t0; a status, h, and the error relative to what is allowed."""
-    integers, layout, controlled, error = run.integers, run.layout, run.integers[CONTROLLED] > 0, 0.0
-    if h < run.reals[STEP_SIZE]:  # it ends in a zone
+    integers, layout, controlled, error = run.integers, run.layout, run.integers[S.CONTROLLED] > 0, 0.0
+    if h < run.reals[S.STEP_SIZE]:  # it ends in a zone
         change(h, formulas, run)
     status = solve_step(end_of_step(t0, h, run), h, formulas, run)
-    if status == RUNNING:
+    if status == S.RUNNING:
         formulas.motion(h, run)
         if controlled:
             error = formulas.estimate(h, formulas, run)
-    accepted = status == RUNNING and (not controlled or error <= 1.0)
-    if status != SINGULAR or layout[SOLVER] == DENSE:  # otherwise the run continues with the dense solver
-        if integers[WATCHING]:
+    accepted = status == S.RUNNING and (not controlled or error <= 1.0)
+    if status != S.SINGULAR or layout[L.SOLVER] == DENSE:  # otherwise the run continues with the dense solver
+        if integers[S.WATCHING]:
             part = until_switch(status, accepted, h, run)
             if part < 1.0:
                 return cut(part, h, formulas, run), h, error
         if controlled and not accepted:
             return reject(error, status, h, formulas, run), h, error
-    if status != RUNNING:
+    if status != S.RUNNING:
         return status, h, error
     formulas.finish(h, run)
     if not controlled and leaps(run):
-        return TOO_LARGE, h, error
-    if integers[STEP] % RECONSIDER == 0 or integers[HISTORY] < PAST + integers[OLDER] or integers[ORDER] == 0:
-        history, n, turned = min(integers[HISTORY], integers[SAME] + 1), layout[N_Q], turns(h, run)
+        return S.TOO_LARGE, h, error
+    if integers[S.STEP] % RECONSIDER == 0 or integers[S.HISTORY] < L.PAST + integers[S.OLDER] or integers[S.ORDER] == 0:
+        history, n, turned = min(integers[S.HISTORY], integers[S.SAME] + 1), layout[L.N_Q], turns(h, run)
         if turned:
-            turn_history(1, integers[HISTORY], h, run)
-        integers[ORDER] = best_order(history, n, run) if even(run) else best_order_uneven(integers[HISTORY], h, n, run)
+            turn_history(1, integers[S.HISTORY], h, run)
+        integers[S.ORDER] = (
+            best_order(history, n, run) if even(run) else best_order_uneven(integers[S.HISTORY], h, n, run)
+        )
         if turned:
-            turn_history(-1, integers[HISTORY], h, run)
-    return RUNNING, h, error
+            turn_history(-1, integers[S.HISTORY], h, run)
+    return S.RUNNING, h, error
 
 
 @kernel
@@ -317,19 +276,19 @@ def cubic(x, q0, v0, q1, v1):
 def interpolate(k, x, h, out, run):
     """q and v at the part x of the step by cubic Hermite interpolation; of rotations, psi, whose rate at the end of the
     step is T(psi)^{-1} Omega."""
-    vectors, layout, n = run.vectors, run.layout, run.layout[N_Q]
+    vectors, layout, n = run.vectors, run.layout, run.layout[L.N_Q]
     for i in range(n):
-        q0, v0 = vectors[POSITION0, i], h * vectors[VELOCITY0, i]
-        q1, v1 = vectors[POSITION, i], h * vectors[VELOCITY, i]
+        q0, v0 = vectors[L.POSITION0, i], h * vectors[L.VELOCITY0, i]
+        q1, v1 = vectors[L.POSITION, i], h * vectors[L.VELOCITY, i]
         q, v = cubic(x, q0, v0, q1, v1)
         out[k, i] = q
         out[k, n + i] = v / h
-    for r in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * r]
-        psi, end = vectors[POSITION, d:], vectors[VELOCITY, d:]
+    for r in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * r]
+        psi, end = vectors[L.POSITION, d:], vectors[L.VELOCITY, d:]
         w = untangled(psi, end[0], end[1], end[2])
         for j in range(3):
-            q, v = cubic(x, vectors[POSITION0, d + j], h * vectors[VELOCITY0, d + j], psi[j], h * w[j])
+            q, v = cubic(x, vectors[L.POSITION0, d + j], h * vectors[L.VELOCITY0, d + j], psi[j], h * w[j])
             out[k, d + j] = q
             out[k, n + d + j] = v / h
     from_rates(out[k], out[k, n:], run)
@@ -339,33 +298,33 @@ def interpolate(k, x, h, out, run):
 def store(h, run):
     """The step becomes history."""
     integers, vectors, layout = run.integers, run.vectors, run.layout
-    for i in range(layout[N_Q]):
-        vectors[POSITION0, i], vectors[VELOCITY0, i], vectors[FORCE0, i] = (
-            vectors[POSITION, i],
-            vectors[VELOCITY, i],
-            vectors[FORCE, i],
+    for i in range(layout[L.N_Q]):
+        vectors[L.POSITION0, i], vectors[L.VELOCITY0, i], vectors[L.FORCE0, i] = (
+            vectors[L.POSITION, i],
+            vectors[L.VELOCITY, i],
+            vectors[L.FORCE, i],
         )
-    for k in range(1 + integers[STABILISED]):
-        a = UNKNOWN0 + PAST * k
-        if integers[OLDER] > 0:
+    for k in range(1 + integers[S.STABILISED]):
+        a = L.UNKNOWN0 + L.PAST * k
+        if integers[S.OLDER] > 0:
             b = older_rows(k, run)
-            for i in range(layout[N_ALL]):
+            for i in range(layout[L.N_ALL]):
                 vectors[b + 1, i], vectors[b, i] = vectors[b, i], vectors[a + 3, i]
-        for i in range(layout[N_ALL]):
+        for i in range(layout[L.N_ALL]):
             vectors[a + 3, i], vectors[a + 2, i], vectors[a + 1, i], vectors[a, i] = (
                 vectors[a + 2, i],
                 vectors[a + 1, i],
                 vectors[a, i],
-                vectors[UNKNOWN + k, i],
+                vectors[L.UNKNOWN + k, i],
             )
-    if integers[CONTROLLED]:
+    if integers[S.CONTROLLED]:
         remember(h, run)
 
 
 @kernel
 def next_length(error, h, times, formulas, run):
     """Controlled steps: set the length of the next step from the error of this one."""
-    if run.integers[CONTROLLED]:
+    if run.integers[S.CONTROLLED]:
         control(error, h, times, formulas, run)
 
 
@@ -373,11 +332,11 @@ def next_length(error, h, times, formulas, run):
 def control(error, h, times, formulas, run):
     """Set the length of the next step; the iteration matrix and the extrapolation are kept where h is."""
     reals, integers, vectors = run.reals, run.integers, run.vectors
-    for i in range(run.layout[N_Q]):
-        reals[SPEED] = max(reals[SPEED], abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-    integers[SAME] += 1
+    for i in range(run.layout[L.N_Q]):
+        reals[S.SPEED] = max(reals[S.SPEED], abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i])
+    integers[S.SAME] += 1
     new = after(error, times, run)
-    integers[SINCE] += 1
-    integers[IN_A_ROW] = 0
-    if new != h or integers[SAME] < 3:
+    integers[S.SINCE] += 1
+    integers[S.IN_A_ROW] = 0
+    if new != h or integers[S.SAME] < 3:
         change(new, formulas, run)

@@ -4,47 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from mbdsl.compilation.buffer_layout import (
-    BEFORE,
-    CORRECTION,
-    N_ALL,
-    N_GAM,
-    N_Q,
-    N_ROTATIONS,
-    NEW_MASS,
-    OF_MULTIPLIERS,
-    POSITION0,
-    RESIDUAL,
-    ROTATIONS,
-    SCALE,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.loop.loop_state import (
-    CONTRACTION,
-    CONTROLLED,
-    DIVERGED,
-    FACTORISATIONS,
-    FRESH,
-    HISTORY,
-    ITERATIONS,
-    LOOSEST,
-    MATRICES,
-    NOT_FINITE,
-    RELATIVE_TOL,
-    ROUNDING,
-    RUNNING,
-    SINGULAR,
-    SPEED,
-    STABILISED,
-    UNIT,
-    UNSEEN,
-    VELOCITY_TOL,
-)
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.step_control import allowed, bend_uneven, even
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 MAX_ITERATIONS = 25
 #: smallest part of a correction that a damped iteration applies
@@ -72,10 +36,10 @@ EPS = 2.220446049250313e-16
 @kernel
 def residual_size(run):
     """Sum of the magnitudes of the residuals, in four independent partial sums; NaN if one of them is."""
-    vectors, size = run.vectors, run.layout[N_ALL]
+    vectors, size = run.vectors, run.layout[L.N_ALL]
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    for k in range(1 + run.integers[STABILISED]):
-        y, whole = vectors[RESIDUAL + k], size - size % 4
+    for k in range(1 + run.integers[S.STABILISED]):
+        y, whole = vectors[L.RESIDUAL + k], size - size % 4
         for i in range(0, whole, 4):
             a, b, c, d = a + abs(y[i]), b + abs(y[i + 1]), c + abs(y[i + 2]), d + abs(y[i + 3])
         for i in range(whole, size):
@@ -88,9 +52,9 @@ def constraint_size(run):
     """Largest residual among the constraints."""
     vectors = run.vectors
     value = 0.0
-    for k in range(1 + run.integers[STABILISED]):
-        for i in range(run.layout[N_Q], run.layout[N_ALL]):
-            value = max(value, abs(vectors[RESIDUAL + k, i]))
+    for k in range(1 + run.integers[S.STABILISED]):
+        for i in range(run.layout[L.N_Q], run.layout[L.N_ALL]):
+            value = max(value, abs(vectors[L.RESIDUAL + k, i]))
     return value
 
 
@@ -109,18 +73,20 @@ def finite(run):
 def keep_unknowns(run):
     """Store the unknowns in BEFORE (and BEFORE2)."""
     vectors = run.vectors
-    for k in range(1 + run.integers[STABILISED]):
-        for i in range(run.layout[N_ALL]):
-            vectors[BEFORE + k, i] = vectors[UNKNOWN + k, i]
+    for k in range(1 + run.integers[S.STABILISED]):
+        for i in range(run.layout[L.N_ALL]):
+            vectors[L.BEFORE + k, i] = vectors[L.UNKNOWN + k, i]
 
 
 @rare
 def take_back(part, run):
     """Reduce the last correction to a part of it."""
     vectors = run.vectors
-    for k in range(1 + run.integers[STABILISED]):
-        for i in range(run.layout[N_ALL]):
-            vectors[UNKNOWN + k, i] = vectors[BEFORE + k, i] + part * (vectors[UNKNOWN + k, i] - vectors[BEFORE + k, i])
+    for k in range(1 + run.integers[S.STABILISED]):
+        for i in range(run.layout[L.N_ALL]):
+            vectors[L.UNKNOWN + k, i] = vectors[L.BEFORE + k, i] + part * (
+                vectors[L.UNKNOWN + k, i] - vectors[L.BEFORE + k, i]
+            )
 
 
 class Limits(NamedTuple):
@@ -137,7 +103,7 @@ class Limits(NamedTuple):
 @kernel
 def kinematic(run):
     """Whether there is no differential equation, and therefore no error that a tolerance can refer to."""
-    return run.reals[RELATIVE_TOL] > 1.0
+    return run.reals[S.RELATIVE_TOL] > 1.0
 
 
 @kernel
@@ -145,9 +111,9 @@ def travel_speed(run):
     """The largest scaled velocity of bodies in space, without their spins, or a small part of the largest spin if it is
     larger: a top moves its joint far more slowly than it turns."""
     vectors, layout, speed, spin, k = run.vectors, run.layout, 0.0, 0.0, 0
-    for i in range(layout[N_Q]):
-        own = abs(vectors[VELOCITY0, i]) * vectors[SCALE, i]
-        d = layout[layout[ROTATIONS] + 2 * k] if k < layout[N_ROTATIONS] else i + 1
+    for i in range(layout[L.N_Q]):
+        own = abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i]
+        d = layout[layout[L.ROTATIONS] + 2 * k] if k < layout[L.N_ROTATIONS] else i + 1
         if i < d:
             speed = max(speed, own)
         else:
@@ -160,31 +126,31 @@ def travel_speed(run):
 def limits(h, run):
     """The bounds of a step of length h."""
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
-    n, size, speed, bend = layout[N_Q], 1.0, 0.0, 0.0
+    n, size, speed, bend = layout[L.N_Q], 1.0, 0.0, 0.0
     for i in range(n):
-        size = max(size, abs(vectors[POSITION0, i]) * vectors[SCALE, i])
-        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
+        size = max(size, abs(vectors[L.POSITION0, i]) * vectors[L.SCALE, i])
+        speed = max(speed, abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i])
         # at the start, where changes of a are not known, a thousandth of a itself
         d = (
-            vectors[UNKNOWN0, i] - 2.0 * vectors[UNKNOWN0 + 1, i] + vectors[UNKNOWN0 + 2, i]
-            if integers[HISTORY] > 2
-            else 1e-3 * vectors[UNKNOWN0, i]
+            vectors[L.UNKNOWN0, i] - 2.0 * vectors[L.UNKNOWN0 + 1, i] + vectors[L.UNKNOWN0 + 2, i]
+            if integers[S.HISTORY] > 2
+            else 1e-3 * vectors[L.UNKNOWN0, i]
         )
-        bend = max(bend, abs(d) * vectors[SCALE, i])
-    if integers[HISTORY] > 2 and not even(run):
+        bend = max(bend, abs(d) * vectors[L.SCALE, i])
+    if integers[S.HISTORY] > 2 and not even(run):
         bend = bend_uneven(h, n, run)
     rounding = EPS * size
     # The estimate reads accelerations, in which rounding of positions is magnified by 1/h^2.
-    if integers[CONTROLLED]:
-        rounding = min(rounding, NOISE * allowed(h, run) * reals[SPEED] * h)
+    if integers[S.CONTROLLED]:
+        rounding = min(rounding, NOISE * allowed(h, run) * reals[S.SPEED] * h)
     # The local error is about h^2/12 times the second difference of a; constraints on velocities must be kept, too.
     near = min(size, FAR) if kinematic(run) else size
-    tolerance = min(reals[RELATIVE_TOL] * h * h * bend, reals[LOOSEST] * near)
-    velocity_tolerance = reals[LOOSEST] * size
-    if integers[STABILISED] or layout[N_GAM] > 0:
-        if layout[N_ROTATIONS] > 0:
+    tolerance = min(reals[S.RELATIVE_TOL] * h * h * bend, reals[S.LOOSEST] * near)
+    velocity_tolerance = reals[S.LOOSEST] * size
+    if integers[S.STABILISED] or layout[L.N_GAM] > 0:
+        if layout[L.N_ROTATIONS] > 0:
             speed = travel_speed(run)
-        velocity_tolerance = max(reals[VELOCITY_TOL] * h * speed, 4.0 * EPS * size)
+        velocity_tolerance = max(reals[S.VELOCITY_TOL] * h * speed, 4.0 * EPS * size)
     return Limits(size, 16.0 * EPS * size, rounding, min(rounding, EPS * near), tolerance, velocity_tolerance)
 
 
@@ -192,10 +158,10 @@ def limits(h, run):
 def assumed_contraction(run):
     """Of the first iteration, whose change has no former one to be compared with; an old matrix may have got worse."""
     reals, integers = run.reals, run.integers
-    contraction = max(reals[CONTRACTION], MEASURED)
-    if integers[UNSEEN] >= OFTEN:
+    contraction = max(reals[S.CONTRACTION], MEASURED)
+    if integers[S.UNSEEN] >= OFTEN:
         contraction = max(contraction, UNMEASURED)
-    integers[UNSEEN] += 1
+    integers[S.UNSEEN] += 1
     return min(contraction, 0.9)
 
 
@@ -204,9 +170,9 @@ def evaluate_residual(t, h, formulas, run):
     """The residuals at the present iterate; their sum."""
     formulas.motion(h, run)
     evaluate(t, run)
-    run.layout[NEW_MASS] = 0
+    run.layout[L.NEW_MASS] = 0
     formulas.residual(h, run)
-    run.integers[ITERATIONS] += 1
+    run.integers[S.ITERATIONS] += 1
     return residual_size(run)
 
 
@@ -214,11 +180,11 @@ def evaluate_residual(t, h, formulas, run):
 def renew_matrix(t, h, formulas, run):
     """Whether the iteration matrix at the present iterate could be factorised."""
     integers = run.integers
-    integers[MATRICES] += 1
-    integers[FACTORISATIONS] += 1
+    integers[S.MATRICES] += 1
+    integers[S.FACTORISATIONS] += 1
     if not formulas.matrix(t, h, run):
         return False
-    integers[FRESH] = 1
+    integers[S.FRESH] = 1
     return True
 
 
@@ -228,7 +194,12 @@ def reactions_change(run):
 
     The change of positions shows only what is linear: the derivative of friction by a load that was zero is zero.
     """
-    correction, unknown, n, size = run.vectors[CORRECTION], run.vectors[UNKNOWN], run.layout[N_Q], run.layout[N_ALL]
+    correction, unknown, n, size = (
+        run.vectors[L.CORRECTION],
+        run.vectors[L.UNKNOWN],
+        run.layout[L.N_Q],
+        run.layout[L.N_ALL],
+    )
     largest, excess = 0.0, 0.0
     for i in range(n, size):
         largest = max(largest, abs(unknown[i]))
@@ -252,7 +223,7 @@ def converged(k, change, contraction, stalled, limit, run):
     if k > 6 and not progress and change <= SINGULAR_NOISE * limit.size:
         violation = constraint_size(run)
         # close to a singular pose, which magnifies rounding; the constraints hold
-        done = done or run.reals[UNIT] * violation <= 1e2 * limit.floor
+        done = done or run.reals[S.UNIT] * violation <= 1e2 * limit.floor
     return done
 
 
@@ -265,27 +236,27 @@ def newton(damped, t, h, formulas, run):
     """
     reals, integers = run.reals, run.integers
     limit, contraction = limits(h, run), assumed_contraction(run)
-    integers[ROUNDING] = max(0, integers[ROUNDING] - 1)
-    fresh, former, former_residual, worn, part = integers[FRESH] == 0, 0.0, 0.0, False, 1.0
-    run.layout[NEW_MASS] = 1
+    integers[S.ROUNDING] = max(0, integers[S.ROUNDING] - 1)
+    fresh, former, former_residual, worn, part = integers[S.FRESH] == 0, 0.0, 0.0, False, 1.0
+    run.layout[L.NEW_MASS] = 1
     for k in range(4 * MAX_ITERATIONS if damped else MAX_ITERATIONS):
         remaining = evaluate_residual(t, h, formulas, run)
         if not remaining < 1e300:
-            return NOT_FINITE
-        renewed = k > 0 and integers[FRESH] == 0
-        if integers[FRESH] == 0 and not renew_matrix(t, h, formulas, run):
-            if k > 1 and former <= 1e3 * limit.floor and finite(run) and not integers[CONTROLLED]:
-                return RUNNING  # the pose is singular, and the former matrix has left an error at rounding level
-            return SINGULAR if finite(run) else NOT_FINITE
+            return S.NOT_FINITE
+        renewed = k > 0 and integers[S.FRESH] == 0
+        if integers[S.FRESH] == 0 and not renew_matrix(t, h, formulas, run):
+            if k > 1 and former <= 1e3 * limit.floor and finite(run) and not integers[S.CONTROLLED]:
+                return S.RUNNING  # the pose is singular, and the former matrix has left an error at rounding level
+            return S.SINGULAR if finite(run) else S.NOT_FINITE
         if damped:
             keep_unknowns(run)
         change = formulas.correct(k, h, run)
         if not change < 1e300:
-            return NOT_FINITE
+            return S.NOT_FINITE
         if damped:
             # Friction that reverses within less than a step makes full corrections alternate.
             part = max(0.5 * part, SHORTEST) if k > 0 and change > 0.7 * former else min(1.4 * part, 1.0)
-            integers[FRESH] = 0
+            integers[S.FRESH] = 0
             if part < 1.0:
                 take_back(part, run)
                 former, former_residual = change, remaining
@@ -295,20 +266,20 @@ def newton(damped, t, h, formulas, run):
             if renewed and change > 100.0 * limit.floor:  # changes by two matrices are not comparable
                 contraction = max(contraction, UNMEASURED)
             if former > 100.0 * limit.floor:  # below that it measures rounding
-                reals[CONTRACTION], integers[UNSEEN], worn = contraction, 0, contraction > SLOW
+                reals[S.CONTRACTION], integers[S.UNSEEN], worn = contraction, 0, contraction > SLOW
         grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * limit.floor
         last_digit = k > 0 and contraction > 0.1 and change <= EPS * limit.size
-        stalled = last_digit and not renewed and (fresh or integers[ROUNDING] > 0)  # no new matrix would help
-        unseen = k == 0 and run.layout[OF_MULTIPLIERS] > 0 and reactions_change(run)
+        stalled = last_digit and not renewed and (fresh or integers[S.ROUNDING] > 0)  # no new matrix would help
+        unseen = k == 0 and run.layout[L.OF_MULTIPLIERS] > 0 and reactions_change(run)
         if converged(k, change, contraction, stalled, limit, run) and not grown and not unseen:
             if worn:
-                integers[FRESH] = 0  # the next step starts with a new matrix
-            return RUNNING
+                integers[S.FRESH] = 0  # the next step starts with a new matrix
+            return S.RUNNING
         if k > 0 and contraction > 0.3 and not fresh:
-            integers[FRESH], fresh = 0, True  # an old matrix that contracts badly is renewed at once
+            integers[S.FRESH], fresh = 0, True  # an old matrix that contracts badly is renewed at once
             if last_digit:
-                integers[ROUNDING] = LONG
+                integers[S.ROUNDING] = LONG
         elif k > 2 and (contraction > 0.3 or (contraction > 0.1 and k % 3 == 0)):
-            integers[FRESH] = 0  # far from the solution: plain Newton, or nearly
+            integers[S.FRESH] = 0  # far from the solution: plain Newton, or nearly
         former, former_residual = change, remaining
-    return DIVERGED
+    return S.DIVERGED

@@ -15,18 +15,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from mbdsl.compilation.buffer_layout import (
-    N_Q,
-    N_ROTATIONS,
-    PAST_POSITIONS,
-    POSITION,
-    POSITION0,
-    ROTATIONS,
-    UNKNOWN,
-    UNKNOWN2,
-    VELOCITY,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 from mbdsl.numerics.rotation import (
     BASE,
     chart_acceleration,
@@ -46,8 +36,8 @@ from mbdsl.numerics.rotation import (
 def to_world(row, run):
     """Turn the rotational entries of a row of ``vectors`` from body to world axes."""
     layout, y = run.layout, run.vectors[row]
-    for k in range(layout[N_ROTATIONS]):
-        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
+    for k in range(layout[L.N_ROTATIONS]):
+        d, at = layout[layout[L.ROTATIONS] + 2 * k], layout[layout[L.ROTATIONS] + 2 * k + 1]
         y[d], y[d + 1], y[d + 2] = turned(run.numbers[at:], y[d], y[d + 1], y[d + 2])
 
 
@@ -55,8 +45,8 @@ def to_world(row, run):
 def to_body(row, run):
     """Turn the rotational entries of a row of ``vectors`` from world to body axes."""
     layout, y = run.layout, run.vectors[row]
-    for k in range(layout[N_ROTATIONS]):
-        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
+    for k in range(layout[L.N_ROTATIONS]):
+        d, at = layout[layout[L.ROTATIONS] + 2 * k], layout[layout[L.ROTATIONS] + 2 * k + 1]
         y[d], y[d + 1], y[d + 2] = turned_back(run.numbers[at:], y[d], y[d + 1], y[d + 2])
 
 
@@ -64,26 +54,26 @@ def to_body(row, run):
 def to_rates(row, run):
     """Convert small rotations in a row of ``vectors`` to changes of psi: multiply them by T(psi)^{-1}."""
     layout, y = run.layout, run.vectors[row]
-    for k in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * k]
-        y[d], y[d + 1], y[d + 2] = untangled(run.vectors[POSITION, d:], y[d], y[d + 1], y[d + 2])
+    for k in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
+        y[d], y[d + 1], y[d + 2] = untangled(run.vectors[L.POSITION, d:], y[d], y[d + 1], y[d + 2])
 
 
 @kernel
 def from_rates(q, v, run):
     """In the velocities v at the coordinates q, replace psi' by the angular velocity T(psi) psi'."""
     layout = run.layout
-    for k in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * k]
+    for k in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
         v[d], v[d + 1], v[d + 2] = tangled(q[d:], v[d], v[d + 1], v[d + 2])
 
 
 @kernel
 def to_second_rates(row, run):
     """Convert the accelerations in a row of ``vectors``, at POSITION and VELOCITY: replace Omega' by psi''."""
-    layout, y, q, v = run.layout, run.vectors[row], run.vectors[POSITION], run.vectors[VELOCITY]
-    for k in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * k]
+    layout, y, q, v = run.layout, run.vectors[row], run.vectors[L.POSITION], run.vectors[L.VELOCITY]
+    for k in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
         y[d], y[d + 1], y[d + 2] = chart_acceleration(q[d:], v[d:], y[d], y[d + 1], y[d + 2])
 
 
@@ -92,9 +82,9 @@ def from_chart(run):
     """Convert POSITION, VELOCITY, UNKNOWN and UNKNOWN2 of a stage: replace psi' by the angular velocity Omega =
     T(psi) psi', psi'' by Omega', and a further rate w of psi by T(psi) w."""
     layout, vectors = run.layout, run.vectors
-    q, v, a, w = vectors[POSITION], vectors[VELOCITY], vectors[UNKNOWN], vectors[UNKNOWN2]
-    for k in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * k]
+    q, v, a, w = vectors[L.POSITION], vectors[L.VELOCITY], vectors[L.UNKNOWN], vectors[L.UNKNOWN2]
+    for k in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
         a[d], a[d + 1], a[d + 2] = spin_acceleration(q[d:], v[d:], a[d], a[d + 1], a[d + 2])
         v[d], v[d + 1], v[d + 2] = tangled(q[d:], v[d], v[d + 1], v[d + 2])
         w[d], w[d + 1], w[d + 2] = tangled(q[d:], w[d], w[d + 1], w[d + 2])
@@ -104,18 +94,18 @@ def from_chart(run):
 def into_chart(row, run):
     """Convert generalised forces in a row of ``vectors`` to those on psi: multiply their torques by T(psi)^T."""
     layout, y = run.layout, run.vectors[row]
-    for k in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * k]
-        y[d], y[d + 1], y[d + 2] = tangled_back(run.vectors[POSITION, d:], y[d], y[d + 1], y[d + 2])
+    for k in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
+        y[d], y[d + 1], y[d + 2] = tangled_back(run.vectors[L.POSITION, d:], y[d], y[d + 1], y[d + 2])
 
 
 @kernel
 def out_of_chart(row, run):
     """The inverse of ``into_chart``."""
     layout, y = run.layout, run.vectors[row]
-    for k in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * k]
-        y[d], y[d + 1], y[d + 2] = untangled_back(run.vectors[POSITION, d:], y[d], y[d + 1], y[d + 2])
+    for k in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
+        y[d], y[d + 1], y[d + 2] = untangled_back(run.vectors[L.POSITION, d:], y[d], y[d + 1], y[d + 2])
 
 
 @kernel
@@ -123,12 +113,12 @@ def with_rates(q, v, other, run):
     """The row with the velocities of row ``v`` at the coordinates of row ``q``, with psi' in the place of angular
     velocities: in the plane v itself, in space the row ``other``."""
     layout, vectors = run.layout, run.vectors
-    if layout[N_ROTATIONS] == 0:
+    if layout[L.N_ROTATIONS] == 0:
         return v
-    for i in range(layout[N_Q]):
+    for i in range(layout[L.N_Q]):
         vectors[other, i] = vectors[v, i]
-    for k in range(layout[N_ROTATIONS]):
-        d = layout[layout[ROTATIONS] + 2 * k]
+    for k in range(layout[L.N_ROTATIONS]):
+        d = layout[layout[L.ROTATIONS] + 2 * k]
         y = vectors[other, d:]
         y[0], y[1], y[2] = untangled(vectors[q, d:], y[0], y[1], y[2])
     return other
@@ -138,10 +128,10 @@ def with_rates(q, v, other, run):
 def move_charts(run):
     """Make the attitude of the accepted step the origin of each chart."""
     layout, vectors = run.layout, run.vectors
-    before = layout[PAST_POSITIONS]
-    for k in range(layout[N_ROTATIONS]):
-        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
-        base, psi = run.numbers[at + BASE :], vectors[POSITION, d:]
+    before = layout[L.PAST_POSITIONS]
+    for k in range(layout[L.N_ROTATIONS]):
+        d, at = layout[layout[L.ROTATIONS] + 2 * k], layout[layout[L.ROTATIONS] + 2 * k + 1]
+        base, psi = run.numbers[at + BASE :], vectors[L.POSITION, d:]
         p0, p1, p2, p3 = composed(base, psi[0], psi[1], psi[2])
         size = sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
         base[0], base[1], base[2], base[3] = p0 / size, p1 / size, p2 / size, p3 / size
@@ -149,7 +139,7 @@ def move_charts(run):
             if before > 0:
                 # it is the start of this step by now: log(R_{n+1}^T R_n) = -psi
                 vectors[before, d + j] = -psi[j]
-            vectors[POSITION0, d + j] = 0.0
+            vectors[L.POSITION0, d + j] = 0.0
             psi[j] = 0.0
 
 
@@ -157,7 +147,7 @@ def move_charts(run):
 def leave_chart(out, run):
     """In the coordinates ``out``, replace psi by the rotation vector of the attitude, of a length up to pi."""
     layout = run.layout
-    for i in range(layout[N_ROTATIONS]):
-        d, at = layout[layout[ROTATIONS] + 2 * i], layout[layout[ROTATIONS] + 2 * i + 1]
+    for i in range(layout[L.N_ROTATIONS]):
+        d, at = layout[layout[L.ROTATIONS] + 2 * i], layout[layout[L.ROTATIONS] + 2 * i + 1]
         p0, p1, p2, p3 = composed(run.numbers[at + BASE :], out[d], out[d + 1], out[d + 2])
         out[d], out[d + 1], out[d + 2] = logarithm(p0, p1, p2, p3)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -55,7 +55,7 @@ class Stages(NamedTuple):
 class RunData(NamedTuple):
     """The compiled functions of the scene, and the buffers of a run.
 
-    Rows, columns and entries of the buffers have names in :mod:`mbdsl.compilation.buffer_layout`, those of ``reals``
+    Rows, columns and entries of the buffers have names in :mod:`mbdsl.kernels.buffer_layout`, those of ``reals``
     and ``integers`` in :mod:`mbdsl.integrators.loop.loop_state`.
     """
 
@@ -83,5 +83,5 @@ def evaluate(t, run):
 
 @kernel
 def inertia(task, row, target, run):
-    """A task of the mass matrix (:mod:`mbdsl.compilation.buffer_layout`), from one row of ``vectors`` to another."""
+    """A task of the mass matrix (:mod:`mbdsl.kernels.buffer_layout`), from one row of ``vectors`` to another."""
     run.inertia_at(task, row, target, run.vectors, run.numbers, run.layout)

@@ -31,8 +31,8 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation.buffer_layout import N_ALL, SPARSE
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.kernels import buffer_layout
+from mbdsl.kernels.marks import kernel, rare
 
 Ints = NDArray[np.int64]
 
@@ -106,7 +106,7 @@ def analyse(n: int, rows: Ints, columns: Ints, order: Ints, most: int = MOST) ->
 @rare
 def sparse_factor(matrix, layout):
     """Factorise ``matrix`` in place: D, L and U are overwritten, W and G written. False if a pivot is lost."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     order, starts = layout[o : o + n], layout[o + n : o + 2 * n + 1]
     c, table = starts[n], o + 2 * n + 1
     rows, updates = layout[table : table + c], layout[table + 5 * c + 1 :]
@@ -156,7 +156,7 @@ def place(i, j, n, c, starts, rows, rank):
 @kernel
 def sparse_solve(matrix, layout, y):
     """y <- A^{-1} y; reads D, L and W of the factorised ``matrix`` A."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     c, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
     D, L, W = matrix[:n], matrix[n : n + c], matrix[n + 2 * c : n + 3 * c]
@@ -171,7 +171,7 @@ def sparse_solve(matrix, layout, y):
 @kernel
 def sparse_solve_both(matrices, layout, y, y2):
     """y <- A^{-1} y and y2 <- A2^{-1} y2 in one loop; A and A2 are matrices 0 and 1, of the same pattern."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     c, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
     D, L, W = matrices[0, :n], matrices[0, n : n + c], matrices[0, n + 2 * c : n + 3 * c]

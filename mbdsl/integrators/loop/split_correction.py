@@ -2,25 +2,10 @@
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import (
-    CORRECTION,
-    CORRECTION2,
-    DIAGONAL,
-    MASS,
-    MASS_SLOTS,
-    N_ALL,
-    N_GAM,
-    N_LAWS,
-    N_Q,
-    RESIDUAL,
-    SCALE,
-    SLOTS,
-    TEMPORARY2,
-    UNKNOWN,
-)
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.linear_solve import clear, compress, has_entries, larger, multiply, solve, solve_both
 from mbdsl.integrators.loop.rotation_chart import to_rates
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 #: largest effect of CORRECTION2 on CORRECTION, relative to CORRECTION, that is left to the next iteration: in the first
 #: two iterations of a step, and in later ones
@@ -34,15 +19,20 @@ def correct_one(run):
     Reads RESIDUAL and the factorised matrix 0; writes CORRECTION and UNKNOWN.
     """
     vectors, layout = run.vectors, run.layout
-    residual, correction, unknown, scale = vectors[RESIDUAL], vectors[CORRECTION], vectors[UNKNOWN], vectors[SCALE]
-    for i in range(layout[N_ALL]):
+    residual, correction, unknown, scale = (
+        vectors[L.RESIDUAL],
+        vectors[L.CORRECTION],
+        vectors[L.UNKNOWN],
+        vectors[L.SCALE],
+    )
+    for i in range(layout[L.N_ALL]):
         correction[i] = -residual[i]
-    solve(0, CORRECTION, run)
-    to_rates(CORRECTION, run)
-    for i in range(layout[N_ALL]):
+    solve(0, L.CORRECTION, run)
+    to_rates(L.CORRECTION, run)
+    for i in range(layout[L.N_ALL]):
         unknown[i] += correction[i]
     change = 0.0
-    for i in range(layout[N_Q]):
+    for i in range(layout[L.N_Q]):
         change = larger(abs(correction[i]) * scale[i], change)
     return change
 
@@ -60,25 +50,25 @@ def solve_two(k, run):
     solve_both(run)
     if has_entries(2, run):
         add_coupling(k, run)
-    to_rates(CORRECTION, run)
-    to_rates(CORRECTION2, run)
+    to_rates(L.CORRECTION, run)
+    to_rates(L.CORRECTION2, run)
 
 
 @rare
 def add_coupling(k, run):
     """CORRECTION <- CORRECTION + A0^{-1} A2 CORRECTION2, unless that is negligible. Overwrites TEMPORARY2."""
     vectors, layout = run.vectors, run.layout
-    for i in range(layout[N_ALL]):
-        vectors[TEMPORARY2, i] = 0.0
-    multiply(2, CORRECTION2, TEMPORARY2, run)
+    for i in range(layout[L.N_ALL]):
+        vectors[L.TEMPORARY2, i] = 0.0
+    multiply(2, L.CORRECTION2, L.TEMPORARY2, run)
     change, added = 0.0, 0.0
-    for i in range(layout[N_Q]):
-        change = max(change, abs(vectors[CORRECTION, i]) * vectors[SCALE, i])
-        added = max(added, abs(vectors[TEMPORARY2, i]) * vectors[DIAGONAL, i])
+    for i in range(layout[L.N_Q]):
+        change = max(change, abs(vectors[L.CORRECTION, i]) * vectors[L.SCALE, i])
+        added = max(added, abs(vectors[L.TEMPORARY2, i]) * vectors[L.DIAGONAL, i])
     if added > (EARLY if k < 2 else LATE) * change:
-        solve(0, TEMPORARY2, run)
-        for i in range(layout[N_ALL]):
-            vectors[CORRECTION, i] += vectors[TEMPORARY2, i]
+        solve(0, L.TEMPORARY2, run)
+        for i in range(layout[L.N_ALL]):
+            vectors[L.CORRECTION, i] += vectors[L.TEMPORARY2, i]
 
 
 @rare
@@ -88,9 +78,9 @@ def stiff(limit, mass, k, run):
     The rest of these entries is ``mass`` times M.
     """
     numbers, layout, matrices = run.numbers, run.layout, run.matrices
-    for i in range(layout[N_Q]):
-        a = matrices[k, layout[layout[SLOTS] + layout[MASS_SLOTS] + i]]
-        if abs(a - mass * numbers[layout[MASS] + i]) > limit * abs(a):
+    for i in range(layout[L.N_Q]):
+        a = matrices[k, layout[layout[L.SLOTS] + layout[L.MASS_SLOTS] + i]]
+        if abs(a - mass * numbers[layout[L.MASS] + i]) > limit * abs(a):
             return True
     return False
 
@@ -100,7 +90,7 @@ def couples(mass, run):
     """Whether A2 may matter: forces are stiff compared with ``mass`` times M in A0, or the model has force laws or
     nonholonomic constraints, whose derivatives the diagonal need not show."""
     layout = run.layout
-    return layout[N_LAWS] + layout[N_GAM] > 0 or stiff(LATE, mass, 0, run)
+    return layout[L.N_LAWS] + layout[L.N_GAM] > 0 or stiff(LATE, mass, 0, run)
 
 
 @rare
@@ -112,18 +102,18 @@ def couple(run):
     vectors, layout, matrices, pivots = run.vectors, run.layout, run.matrices, run.pivots
     ratio = 0.0
     clear(2, run)
-    for i in range(layout[N_Q]):
-        slot = layout[layout[SLOTS] + layout[MASS_SLOTS] + i]
+    for i in range(layout[L.N_Q]):
+        slot = layout[layout[L.SLOTS] + layout[L.MASS_SLOTS] + i]
         d = abs(matrices[0, slot])
-        vectors[DIAGONAL, i] = vectors[SCALE, i] / d if d > 0.0 else 0.0
+        vectors[L.DIAGONAL, i] = vectors[L.SCALE, i] / d if d > 0.0 else 0.0
         ratio = max(ratio, abs(matrices[2, slot]) / max(d, 1e-300))
-    if ratio <= LATE and layout[N_LAWS] + layout[N_GAM] == 0:
+    if ratio <= LATE and layout[L.N_LAWS] + layout[L.N_GAM] == 0:
         return
     compress(2, run)
     ratio = 0.0
     for k in range(pivots[2, pivots.shape[1] - 1]):
         r, c = pivots[2, 2 * k], pivots[2, 2 * k + 1]
-        if r < layout[N_Q]:
-            ratio = max(ratio, abs(matrices[2, k]) * vectors[DIAGONAL, r] / vectors[SCALE, c])
+        if r < layout[L.N_Q]:
+            ratio = max(ratio, abs(matrices[2, k]) * vectors[L.DIAGONAL, r] / vectors[L.SCALE, c])
     if ratio <= LATE:
         clear(2, run)

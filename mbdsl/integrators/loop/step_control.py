@@ -23,73 +23,14 @@ from __future__ import annotations
 
 from math import ceil
 
-from mbdsl.compilation.buffer_layout import (
-    ACCELERATION,
-    E_Q,
-    E_V,
-    E_X,
-    FORCE,
-    FORCE2,
-    MASS,
-    MASS_KIND,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    PAST,
-    POSITION,
-    POSITION0,
-    SCALE,
-    TEMPORARY,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.buffer_layout import TIMES as TIMES_TASK
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multiply, solve
-from mbdsl.integrators.loop.loop_state import (
-    BAD,
-    DAMPED,
-    DAMPERS,
-    DAMPING,
-    EXPONENT,
-    FACTORISATIONS,
-    FORGOTTEN,
-    FRESH,
-    GOOD,
-    IN_A_ROW,
-    LANDING,
-    LAST_H,
-    LEAST_H,
-    MASS_WEIGHT,
-    MATRICES,
-    MOST_H,
-    NEXT_EVENT,
-    NODE,
-    NODES,
-    NOW,
-    OTHERS,
-    OUTPUT,
-    RAW,
-    REDUCED,
-    SAME,
-    SINCE,
-    SPEED,
-    START,
-    STEP_END,
-    STEP_SIZE,
-    STOP,
-    TIMES,
-    TOL,
-    TRUSTED,
-    UNIT,
-    UNSEEN,
-)
 from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.split_correction import stiff
 from mbdsl.integrators.loop.step_times import representable
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 #: additional allowed error of steps n to e n together (e = 2.718...), relative to tol
 SHARE = 0.05
@@ -115,7 +56,7 @@ LONG_AGO = 1 << 20
 def even(run):
     """Whether the last steps had equal sizes, so that extrapolation has constant weights."""
     integers = run.integers
-    return integers[SAME] >= 3
+    return integers[S.SAME] >= 3
 
 
 # -- extrapolation from unequal steps ----------------------------------------------------------------------------------
@@ -136,17 +77,17 @@ def weight(k, order, x, at, run):
 def ends(h, run):
     """The times of the accelerations and of the multipliers of a step of size h that starts at NOW."""
     reals = run.reals
-    return reals[NOW] + reals[NODE] * h, reals[NOW] + h
+    return reals[S.NOW] + reals[S.NODE] * h, reals[S.NOW] + h
 
 
 @rare
 def predict_uneven(unknown, order, h, run):
     """UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) <- polynomial extrapolation of the last steps."""
     vectors, layout = run.vectors, run.layout
-    x, a, n = UNKNOWN + unknown, UNKNOWN0 + PAST * unknown, layout[N_Q]
+    x, a, n = L.UNKNOWN + unknown, L.UNKNOWN0 + L.PAST * unknown, layout[L.N_Q]
     for part in range(2):
         first, last, at, end = (
-            (0, n, NODES, ends(h, run)[0]) if part == 0 else (n, layout[N_ALL], TIMES, ends(h, run)[1])
+            (0, n, S.NODES, ends(h, run)[0]) if part == 0 else (n, layout[L.N_ALL], S.TIMES, ends(h, run)[1])
         )
         for i in range(first, last):
             vectors[x, i] = 0.0
@@ -163,7 +104,7 @@ def best_order_uneven(history, h, n, run):
     In Newton's form, the error of an order is that of the order below without one divided difference.
     """
     reals, vectors = run.reals, run.vectors
-    t, t0, t1, t2, t3 = ends(h, run)[0], reals[NODES], reals[NODES + 1], reals[NODES + 2], reals[NODES + 3]
+    t, t0, t1, t2, t3 = ends(h, run)[0], reals[S.NODES], reals[S.NODES + 1], reals[S.NODES + 2], reals[S.NODES + 3]
     w1, w2, w3 = 0.0, 0.0, 0.0  # of the first, second and third divided difference
     r01, r12, r23, r02, r13, r03 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if history > 1:
@@ -175,18 +116,18 @@ def best_order_uneven(history, h, n, run):
     e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         y0, y1, y2, y3 = (
-            vectors[UNKNOWN0, i],
-            vectors[UNKNOWN0 + 1, i],
-            vectors[UNKNOWN0 + 2, i],
-            vectors[UNKNOWN0 + 3, i],
+            vectors[L.UNKNOWN0, i],
+            vectors[L.UNKNOWN0 + 1, i],
+            vectors[L.UNKNOWN0 + 2, i],
+            vectors[L.UNKNOWN0 + 3, i],
         )
         f01, f12, f23 = (y0 - y1) * r01, (y1 - y2) * r12, (y2 - y3) * r23
         f02, f13 = (f01 - f12) * r02, (f12 - f23) * r13
-        d0 = vectors[UNKNOWN, i] - y0
+        d0 = vectors[L.UNKNOWN, i] - y0
         d1 = d0 - w1 * f01
         d2 = d1 - w2 * f02
         d3 = d2 - w3 * (f02 - f13) * r03
-        s = vectors[SCALE, i]
+        s = vectors[L.SCALE, i]
         e0, e1, e2, e3 = max(e0, s * abs(d0)), max(e1, s * abs(d1)), max(e2, s * abs(d2)), max(e3, s * abs(d3))
     best, error = 0, e0
     if history > 1 and e1 < error:
@@ -202,12 +143,12 @@ def best_order_uneven(history, h, n, run):
 def bend_uneven(h, n, run):
     """h^2 times the largest scaled second derivative of the accelerations."""
     reals, vectors = run.reals, run.vectors
-    largest, d0, d1 = 0.0, reals[NODES] - reals[NODES + 1], reals[NODES + 1] - reals[NODES + 2]
+    largest, d0, d1 = 0.0, reals[S.NODES] - reals[S.NODES + 1], reals[S.NODES + 1] - reals[S.NODES + 2]
     r0, r1 = 1.0 / d0, 1.0 / d1
     for i in range(n):
-        d = (vectors[UNKNOWN0, i] - vectors[UNKNOWN0 + 1, i]) * r0
-        d -= (vectors[UNKNOWN0 + 1, i] - vectors[UNKNOWN0 + 2, i]) * r1
-        largest = max(largest, abs(d) * vectors[SCALE, i])
+        d = (vectors[L.UNKNOWN0, i] - vectors[L.UNKNOWN0 + 1, i]) * r0
+        d -= (vectors[L.UNKNOWN0 + 1, i] - vectors[L.UNKNOWN0 + 2, i]) * r1
+        largest = max(largest, abs(d) * vectors[L.SCALE, i])
     return 2.0 * h * h / (d0 + d1) * largest
 
 
@@ -221,14 +162,16 @@ def tangential(row, matrix, run):
     vectors[row] <- A^{-1} [M vectors[row]; 0], where A is the factorised ``matrix``. Overwrites TEMPORARY.
     """
     reals, vectors, numbers, layout = run.reals, run.vectors, run.numbers, run.layout
-    if layout[MASS_KIND] > 0:
-        inertia(TIMES_TASK, row, TEMPORARY, run)
+    if layout[L.MASS_KIND] > 0:
+        inertia(L.TIMES, row, L.TEMPORARY, run)
     else:
-        for i in range(layout[N_Q]):
-            vectors[TEMPORARY, i] = 0.0
-    for i in range(layout[N_Q]):
-        vectors[row, i] = reals[MASS_WEIGHT] * (numbers[layout[MASS] + i] * vectors[row, i] + vectors[TEMPORARY, i])
-    for i in range(layout[N_Q], layout[N_ALL]):
+        for i in range(layout[L.N_Q]):
+            vectors[L.TEMPORARY, i] = 0.0
+    for i in range(layout[L.N_Q]):
+        vectors[row, i] = reals[S.MASS_WEIGHT] * (
+            numbers[layout[L.MASS] + i] * vectors[row, i] + vectors[L.TEMPORARY, i]
+        )
+    for i in range(layout[L.N_Q], layout[L.N_ALL]):
         vectors[row, i] = 0.0
     solve(matrix, row, run)
 
@@ -238,22 +181,22 @@ def damping_matrix(t, h, run):
     """Set the last matrix, unless it belongs to the present iteration matrix: that one without K and Phi_q, compressed
     for ``multiply``."""
     reals, integers, last = run.reals, run.integers, run.matrices.shape[0] - 1
-    if integers[OTHERS] != integers[MATRICES]:
-        tangent_matrix(last, t, run, M=reals[MASS_WEIGHT], D=reals[DAMPING] * h, Gam_v=1.0)
+    if integers[S.OTHERS] != integers[S.MATRICES]:
+        tangent_matrix(last, t, run, M=reals[S.MASS_WEIGHT], D=reals[S.DAMPING] * h, Gam_v=1.0)
         compress(last, run)
-        integers[OTHERS] = integers[MATRICES]
+        integers[S.OTHERS] = integers[S.MATRICES]
 
 
 @rare
 def are_dampers_stiff(t, h, run):
     """Whether dampers are stiff. Sets the matrix before the last, unless it belongs to the present iteration matrix:
     that one without K and for a step of size FORGOTTEN, factorised if dampers are stiff."""
-    reals, integers, mass, k = run.reals, run.integers, run.reals[MASS_WEIGHT], run.matrices.shape[0] - 2
-    if abs(integers[DAMPERS]) != integers[MATRICES]:
-        tangent_matrix(k, t, run, M=mass, D=reals[DAMPING] * reals[FORGOTTEN], Phi_q=1.0, Gam_v=1.0)
-        found = h < reals[FORGOTTEN] and stiff(0.5, mass, k, run) and factor(k, run)
-        integers[DAMPERS] = integers[MATRICES] if found else -integers[MATRICES]
-    return integers[DAMPERS] > 0
+    reals, integers, mass, k = run.reals, run.integers, run.reals[S.MASS_WEIGHT], run.matrices.shape[0] - 2
+    if abs(integers[S.DAMPERS]) != integers[S.MATRICES]:
+        tangent_matrix(k, t, run, M=mass, D=reals[S.DAMPING] * reals[S.FORGOTTEN], Phi_q=1.0, Gam_v=1.0)
+        found = h < reals[S.FORGOTTEN] and stiff(0.5, mass, k, run) and factor(k, run)
+        integers[S.DAMPERS] = integers[S.MATRICES] if found else -integers[S.MATRICES]
+    return integers[S.DAMPERS] > 0
 
 
 @rare
@@ -261,12 +204,12 @@ def forget(run):
     """E_V <- E_V without the part that dampers remove within FORGOTTEN; E_X <- the displacement due to that part."""
     reals, vectors, layout, matrices = run.reals, run.vectors, run.layout, run.matrices
     last = matrices.shape[0] - 1
-    for i in range(layout[N_ALL]):
-        vectors[E_X, i] = vectors[E_V, i]
-    tangential(E_V, last - 1, run)
-    for i in range(layout[N_Q]):
-        vectors[E_X, i] = reals[FORGOTTEN] * (vectors[E_X, i] - vectors[E_V, i])
-    tangential(E_X, last - 1, run)
+    for i in range(layout[L.N_ALL]):
+        vectors[L.E_X, i] = vectors[L.E_V, i]
+    tangential(L.E_V, last - 1, run)
+    for i in range(layout[L.N_Q]):
+        vectors[L.E_X, i] = reals[S.FORGOTTEN] * (vectors[L.E_X, i] - vectors[L.E_V, i])
+    tangential(L.E_X, last - 1, run)
 
 
 @rare
@@ -278,14 +221,14 @@ def tangential_position(run):
     """
     vectors, layout, matrices = run.vectors, run.layout, run.matrices
     last = matrices.shape[0] - 1
-    for i in range(layout[N_ALL]):
-        vectors[TEMPORARY, i] = 0.0
-    for i in range(layout[N_Q], layout[N_ALL]):
-        vectors[E_Q, i] = 0.0
-    multiply(last, E_Q, TEMPORARY, run)
-    for i in range(layout[N_ALL]):
-        vectors[E_Q, i] = vectors[TEMPORARY, i]
-    solve(0, E_Q, run)
+    for i in range(layout[L.N_ALL]):
+        vectors[L.TEMPORARY, i] = 0.0
+    for i in range(layout[L.N_Q], layout[L.N_ALL]):
+        vectors[L.E_Q, i] = 0.0
+    multiply(last, L.E_Q, L.TEMPORARY, run)
+    for i in range(layout[L.N_ALL]):
+        vectors[L.E_Q, i] = vectors[L.TEMPORARY, i]
+    solve(0, L.E_Q, run)
 
 
 @rare
@@ -300,39 +243,39 @@ def set_velocity(error, h, matrix, run):
     of ``evaluate``.
     """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
-    n, m = layout[N_Q], layout[N_PHI]
-    a, d = UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN), reals[NODES] - reals[NODES + 1]
+    n, m = layout[L.N_Q], layout[L.N_PHI]
+    a, d = L.UNKNOWN0 + L.PAST * (layout[L.ACCELERATION] - L.UNKNOWN), reals[S.NODES] - reals[S.NODES + 1]
     for i in range(n):
-        vectors[POSITION, i], vectors[VELOCITY, i] = vectors[POSITION0, i], vectors[VELOCITY0, i]
-    evaluate(reals[NOW], run)
-    integers[MATRICES] += 1
-    integers[FACTORISATIONS] += 1
-    integers[FRESH] = 1 if matrix(reals[NOW], h, run) else 0
+        vectors[L.POSITION, i], vectors[L.VELOCITY, i] = vectors[L.POSITION0, i], vectors[L.VELOCITY0, i]
+    evaluate(reals[S.NOW], run)
+    integers[S.MATRICES] += 1
+    integers[S.FACTORISATIONS] += 1
+    integers[S.FRESH] = 1 if matrix(reals[S.NOW], h, run) else 0
     for i in range(n):
-        vectors[E_V, i] = (vectors[a, i] - vectors[a + 1, i]) / d
-        vectors[E_Q, i] = error * vectors[E_V, i]
-    tangential(E_V, 0, run)
+        vectors[L.E_V, i] = (vectors[a, i] - vectors[a + 1, i]) / d
+        vectors[L.E_Q, i] = error * vectors[L.E_V, i]
+    tangential(L.E_V, 0, run)
     for i in range(n):
-        vectors[E_Q, i] -= error * vectors[E_V, i]
-    for i in range(layout[N_ALL]):
-        vectors[E_V, i] = -vectors[FORCE2, i] if n <= i < n + m else 0.0
-    solve(0, E_V, run)
+        vectors[L.E_Q, i] -= error * vectors[L.E_V, i]
+    for i in range(layout[L.N_ALL]):
+        vectors[L.E_V, i] = -vectors[L.FORCE2, i] if n <= i < n + m else 0.0
+    solve(0, L.E_V, run)
     for i in range(n):
-        e = vectors[E_Q, i] + vectors[E_V, i]
-        vectors[E_Q, i] = e if integers[FRESH] and abs(e) < 1e300 else 0.0
-        vectors[VELOCITY0, i] += vectors[E_Q, i]
+        e = vectors[L.E_Q, i] + vectors[L.E_V, i]
+        vectors[L.E_Q, i] = e if integers[S.FRESH] and abs(e) < 1e300 else 0.0
+        vectors[L.VELOCITY0, i] += vectors[L.E_Q, i]
     # nonholonomic rows of the matrix also contain Gam_q, which leaves an error of O(h) in each pass
-    for _ in range(2 if n + m < layout[N_ALL] and integers[FRESH] else 0):
+    for _ in range(2 if n + m < layout[L.N_ALL] and integers[S.FRESH] else 0):
         for i in range(n):
-            vectors[VELOCITY, i] = vectors[VELOCITY0, i]
-        evaluate(reals[NOW], run)
-        for i in range(layout[N_ALL]):
-            vectors[E_V, i] = -vectors[FORCE, i] if i >= n + m else 0.0
-        solve(0, E_V, run)
+            vectors[L.VELOCITY, i] = vectors[L.VELOCITY0, i]
+        evaluate(reals[S.NOW], run)
+        for i in range(layout[L.N_ALL]):
+            vectors[L.E_V, i] = -vectors[L.FORCE, i] if i >= n + m else 0.0
+        solve(0, L.E_V, run)
         for i in range(n):
-            if abs(vectors[E_V, i]) < 1e300:
-                vectors[E_Q, i] += vectors[E_V, i]
-                vectors[VELOCITY0, i] += vectors[E_V, i]
+            if abs(vectors[L.E_V, i]) < 1e300:
+                vectors[L.E_Q, i] += vectors[L.E_V, i]
+                vectors[L.VELOCITY0, i] += vectors[L.E_V, i]
 
 
 @kernel
@@ -345,38 +288,38 @@ def estimate(h, formulas, run):
     the same factor.
     """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
-    n, x = layout[N_Q], layout[ACCELERATION]
-    a = UNKNOWN0 + PAST * (x - UNKNOWN)
-    d0, d1 = reals[NOW] + reals[NODE] * h - reals[NODES], reals[NODES] - reals[NODES + 1]
-    speed, jump, r0, r1, r2 = reals[SPEED], 0.0, 1.0 / d0, 1.0 / d1, 2.0 / (d0 + d1)
+    n, x = layout[L.N_Q], layout[L.ACCELERATION]
+    a = L.UNKNOWN0 + L.PAST * (x - L.UNKNOWN)
+    d0, d1 = reals[S.NOW] + reals[S.NODE] * h - reals[S.NODES], reals[S.NODES] - reals[S.NODES + 1]
+    speed, jump, r0, r1, r2 = reals[S.SPEED], 0.0, 1.0 / d0, 1.0 / d1, 2.0 / (d0 + d1)
     for i in range(n):
         jerk = (vectors[x, i] - vectors[a, i]) * r0
         snap = (jerk - (vectors[a, i] - vectors[a + 1, i]) * r1) * r2
-        vectors[E_Q, i], vectors[E_V, i] = formulas.local_error(h, reals[LAST_H], run.coefficients, jerk, snap)
-        speed = larger(abs(vectors[VELOCITY, i]) * vectors[SCALE, i], speed)
-        jump = larger(abs(vectors[VELOCITY, i] - vectors[VELOCITY0, i]) * vectors[SCALE, i], jump)
+        vectors[L.E_Q, i], vectors[L.E_V, i] = formulas.local_error(h, reals[S.LAST_H], run.coefficients, jerk, snap)
+        speed = larger(abs(vectors[L.VELOCITY, i]) * vectors[L.SCALE, i], speed)
+        jump = larger(abs(vectors[L.VELOCITY, i] - vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i], jump)
     for i in range(n):
-        vectors[E_X, i] = h * vectors[E_V, i]
+        vectors[L.E_X, i] = h * vectors[L.E_V, i]
     raw, most = largest_error(speed, n, run), allowed(h, run)
     if jump > BLOW * speed:
         return raw / most
-    if integers[TRUSTED] > 0 and even(run) and reals[RAW] <= ALIKE * raw and raw <= ALIKE * reals[RAW]:
-        integers[TRUSTED] -= 1
-        if reals[REDUCED] * raw <= CALM * most:
-            return reals[REDUCED] * raw / most
-    damping_matrix(reals[STEP_END], h, run)
+    if integers[S.TRUSTED] > 0 and even(run) and reals[S.RAW] <= ALIKE * raw and raw <= ALIKE * reals[S.RAW]:
+        integers[S.TRUSTED] -= 1
+        if reals[S.REDUCED] * raw <= CALM * most:
+            return reals[S.REDUCED] * raw / most
+    damping_matrix(reals[S.STEP_END], h, run)
     tangential_position(run)
-    tangential(E_V, 0, run)
+    tangential(L.E_V, 0, run)
     for i in range(n):
-        vectors[E_X, i] = h * vectors[E_V, i]
+        vectors[L.E_X, i] = h * vectors[L.E_V, i]
     error = largest_error(speed, n, run)
-    integers[DAMPED] = max(0, integers[DAMPED] - 1)
-    if integers[DAMPED] == 0 and are_dampers_stiff(reals[STEP_END], h, run):
+    integers[S.DAMPED] = max(0, integers[S.DAMPED] - 1)
+    if integers[S.DAMPED] == 0 and are_dampers_stiff(reals[S.STEP_END], h, run):
         forget(run)
         less = largest_error(speed, n, run)
-        integers[DAMPED] = 1 if less < USEFUL * error else SELDOM
+        integers[S.DAMPED] = 1 if less < USEFUL * error else SELDOM
         error = min(error, less) if less == less else less
-    reals[RAW], reals[REDUCED], integers[TRUSTED] = raw, error / raw if raw > 0.0 else 1.0, TRUST
+    reals[S.RAW], reals[S.REDUCED], integers[S.TRUSTED] = raw, error / raw if raw > 0.0 else 1.0, TRUST
     return error / most
 
 
@@ -386,8 +329,8 @@ def largest_error(speed, n, run):
     vectors = run.vectors
     error = 0.0
     for i in range(n):
-        error = larger((abs(vectors[E_Q, i]) + abs(vectors[E_X, i])) * vectors[SCALE, i], error)
-        error = larger(abs(vectors[E_V, i]) * vectors[SCALE, i] / speed, error)
+        error = larger((abs(vectors[L.E_Q, i]) + abs(vectors[L.E_X, i])) * vectors[L.SCALE, i], error)
+        error = larger(abs(vectors[L.E_V, i]) * vectors[L.SCALE, i] / speed, error)
     return error
 
 
@@ -409,7 +352,7 @@ def change_step(h, run):
 def allowed(h, run):
     """The allowed error of a step of size h."""
     reals, integers = run.reals, run.integers
-    return reals[TOL] * (h / (reals[STOP] - reals[START]) + SHARE / (integers[SINCE] + 1))
+    return reals[S.TOL] * (h / (reals[S.STOP] - reals[S.START]) + SHARE / (integers[S.SINCE] + 1))
 
 
 @rare
@@ -418,7 +361,7 @@ def next_trial(error, h, run):
     reals = run.reals
     ratio = LEAST
     if error < 1e10:
-        ratio = max(LEAST, min(KEPT_FROM, (AIM / error) ** reals[EXPONENT]))
+        ratio = max(LEAST, min(KEPT_FROM, (AIM / error) ** reals[S.EXPONENT]))
     return ratio * h
 
 
@@ -426,12 +369,12 @@ def next_trial(error, h, run):
 def after(error, times, run):
     """The step size after an accepted step with this ``error``."""
     reals, integers = run.reals, run.integers
-    if reals[GOOD] < error < reals[BAD]:
-        return fitted(min(reals[STEP_SIZE], reals[MOST_H]), times, run)
-    ratio = min(MOST if reals[EXPONENT] < 1.0 else 1e3, max(LEAST, (AIM / max(error, 1e-30)) ** reals[EXPONENT]))
-    if integers[IN_A_ROW] > 0:
+    if reals[S.GOOD] < error < reals[S.BAD]:
+        return fitted(min(reals[S.STEP_SIZE], reals[S.MOST_H]), times, run)
+    ratio = min(MOST if reals[S.EXPONENT] < 1.0 else 1e3, max(LEAST, (AIM / max(error, 1e-30)) ** reals[S.EXPONENT]))
+    if integers[S.IN_A_ROW] > 0:
         ratio = min(ratio, 1.0)
-    return fitted(min(ratio * reals[STEP_SIZE], reals[MOST_H]), times, run)
+    return fitted(min(ratio * reals[S.STEP_SIZE], reals[S.MOST_H]), times, run)
 
 
 @rare
@@ -439,9 +382,9 @@ def fitted(h, times, run):
     """A step size near h with which a whole number of steps ends at the stop time, the next known event, or, with
     LANDING, the next output; h itself if these are far."""
     reals, integers = run.reals, run.integers
-    left = min(reals[STOP], reals[NEXT_EVENT]) - reals[NOW]
-    if integers[LANDING] and integers[OUTPUT] < times.size:
-        left = min(left, times[integers[OUTPUT]] - reals[NOW])
+    left = min(reals[S.STOP], reals[S.NEXT_EVENT]) - reals[S.NOW]
+    if integers[S.LANDING] and integers[S.OUTPUT] < times.size:
+        left = min(left, times[integers[S.OUTPUT]] - reals[S.NOW])
     if not left > 0.0 or left > 4.0 * h:
         return h
     new = left / max(1.0, ceil(left / h - 0.05))
@@ -453,20 +396,20 @@ def change(new, formulas, run):
     """Set the step size to ``new``, and convert the history of the method to it."""
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
     new = representable(new, run)
-    h, a = reals[STEP_SIZE], UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN)
-    moved, d = (reals[NODE] - 1.0) * (new - h), reals[NODES] - reals[NODES + 1]
+    h, a = reals[S.STEP_SIZE], L.UNKNOWN0 + L.PAST * (layout[L.ACCELERATION] - L.UNKNOWN)
+    moved, d = (reals[S.NODE] - 1.0) * (new - h), reals[S.NODES] - reals[S.NODES + 1]
     if new != h:
-        integers[FRESH] = 0  # with the old matrix, the iteration would contract slowly, and then renew it
+        integers[S.FRESH] = 0  # with the old matrix, the iteration would contract slowly, and then renew it
     formulas.change_step(new, run)
     if moved != 0.0:
-        for i in range(layout[N_Q]):
+        for i in range(layout[L.N_Q]):
             vectors[a, i] += moved * (vectors[a, i] - vectors[a + 1, i]) / d
-        reals[NODES] += moved
+        reals[S.NODES] += moved
     if new != h:
-        integers[SAME], integers[UNSEEN] = 0, LONG_AGO
-    reals[STEP_SIZE] = new
-    if reals[EXPONENT] < 1.0:
-        reals[UNIT] = new * new
+        integers[S.SAME], integers[S.UNSEEN] = 0, LONG_AGO
+    reals[S.STEP_SIZE] = new
+    if reals[S.EXPONENT] < 1.0:
+        reals[S.UNIT] = new * new
 
 
 @rare
@@ -474,13 +417,13 @@ def remember(h, run):
     """Add the times of the step of size h to NODES and TIMES."""
     reals = run.reals
     for k in range(3, 0, -1):
-        reals[NODES + k], reals[TIMES + k] = reals[NODES + k - 1], reals[TIMES + k - 1]
-    reals[NODES], reals[TIMES] = ends(h, run)
-    reals[LAST_H] = h
+        reals[S.NODES + k], reals[S.TIMES + k] = reals[S.NODES + k - 1], reals[S.TIMES + k - 1]
+    reals[S.NODES], reals[S.TIMES] = ends(h, run)
+    reals[S.LAST_H] = h
 
 
 @kernel
 def is_short(h, run):
     """Whether h is below the smallest allowed step size, or nan."""
     reals = run.reals
-    return not h >= reals[LEAST_H]
+    return not h >= reals[S.LEAST_H]

@@ -8,39 +8,26 @@ from __future__ import annotations
 
 from numpy import inf
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.loop.loop_state import (
-    LAST_STEP,
-    NEXT_EVENT,
-    NEXT_ZONE,
-    NOW,
-    START,
-    STEP,
-    STEP_END,
-    STEP_SIZE,
-    STOP,
-    TOL,
-    ZONE,
-    ZONES,
-)
+from mbdsl.integrators.loop import loop_state as S
+from mbdsl.kernels.marks import kernel
 
 
 @kernel
 def finished(run):
     """Whether the stop time is reached."""
     reals, integers = run.reals, run.integers
-    if reals[TOL] > 0.0:
-        return reals[NOW] >= reals[STOP]
-    return integers[STEP] >= integers[LAST_STEP]
+    if reals[S.TOL] > 0.0:
+        return reals[S.NOW] >= reals[S.STOP]
+    return integers[S.STEP] >= integers[S.LAST_STEP]
 
 
 @kernel
 def start_of_step(run):
     """The time at which the next step starts [s]."""
     reals = run.reals
-    if reals[TOL] > 0.0:
-        return reals[NOW]
-    return reals[START] + run.integers[STEP] * reals[STEP_SIZE]
+    if reals[S.TOL] > 0.0:
+        return reals[S.NOW]
+    return reals[S.START] + run.integers[S.STEP] * reals[S.STEP_SIZE]
 
 
 @kernel
@@ -50,8 +37,8 @@ def end_in_reach(run):
     Infinite if a zone around a peak lies before it: a lengthened step would pass over the peak.
     """
     reals, integers = run.reals, run.integers
-    end = min(reals[STOP], reals[NEXT_EVENT])
-    if integers[NEXT_ZONE] < integers[ZONES] and reals[ZONE + 2 * integers[NEXT_ZONE] + 1] < end:
+    end = min(reals[S.STOP], reals[S.NEXT_EVENT])
+    if integers[S.NEXT_ZONE] < integers[S.ZONES] and reals[S.ZONE + 2 * integers[S.NEXT_ZONE] + 1] < end:
         return inf
     return end
 
@@ -63,7 +50,7 @@ def representable(h, run):
     Otherwise the time would gain or lose up to half a unit in the last place in every step: late in time, a clock that
     is wrong.
     """
-    latest = max(abs(run.reals[START]), abs(run.reals[STOP]))
+    latest = max(abs(run.reals[S.START]), abs(run.reals[S.STOP]))
     rounded = (latest + h) - latest
     return rounded if rounded > 0.0 else h
 
@@ -72,12 +59,12 @@ def representable(h, run):
 def end_of_step(t0, h, run):
     """The end of a step of length h from t0 [s], which is also stored in STEP_END."""
     reals, integers = run.reals, run.integers
-    if reals[TOL] > 0.0:
+    if reals[S.TOL] > 0.0:
         end = end_in_reach(run)
         t = end if t0 + h >= end - 1e-9 * h else t0 + h
     else:
-        last = integers[STEP] == integers[LAST_STEP] - 1
-        t = reals[STOP] if last else reals[START] + (integers[STEP] + 1) * h
-        t = min(t, reals[NEXT_EVENT])
-    reals[STEP_END] = t
+        last = integers[S.STEP] == integers[S.LAST_STEP] - 1
+        t = reals[S.STOP] if last else reals[S.START] + (integers[S.STEP] + 1) * h
+        t = min(t, reals[S.NEXT_EVENT])
+    reals[S.STEP_END] = t
     return t

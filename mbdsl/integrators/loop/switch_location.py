@@ -12,42 +12,10 @@ for which Newton's iteration has failed.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import (
-    ACCELERATION,
-    BEFORE,
-    BEFORE2,
-    E_Q,
-    E_V,
-    FORCE,
-    FORCE0,
-    FORCE2,
-    LAW_ROW,
-    N_ALL,
-    N_Q,
-    PAST,
-    POSITION,
-    POSITION0,
-    TEMPORARY2,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import rare
-from mbdsl.integrators.loop.loop_state import (
-    AIMED,
-    CORNERS,
-    CUT,
-    LEAST_H,
-    NODES,
-    NOW,
-    REJECTED,
-    RUNNING,
-    SIGNATURE,
-    UNCUT,
-    WITHIN,
-)
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import evaluate
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import rare
 from mbdsl.system.switches import signature
 
 #: distance between the end of the repeated step and the switch, relative to that from the start of the step; ten times
@@ -77,24 +45,29 @@ def look(motion, x, h, run):
     """
     reals, vectors, numbers, layout = run.reals, run.vectors, run.numbers, run.layout
     n, row, a, d = (
-        layout[N_Q],
-        layout[LAW_ROW],
-        UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN),
-        reals[NODES] - reals[NODES + 1],
+        layout[L.N_Q],
+        layout[L.LAW_ROW],
+        L.UNKNOWN0 + L.PAST * (layout[L.ACCELERATION] - L.UNKNOWN),
+        reals[S.NODES] - reals[S.NODES + 1],
     )
     s = x * h
     for i in range(n):
-        q0, v0, q1, v1 = vectors[POSITION0, i], h * vectors[VELOCITY0, i], vectors[BEFORE, i], h * vectors[BEFORE2, i]
+        q0, v0, q1, v1 = (
+            vectors[L.POSITION0, i],
+            h * vectors[L.VELOCITY0, i],
+            vectors[L.BEFORE, i],
+            h * vectors[L.BEFORE2, i],
+        )
         c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
         if motion == ON:
             jerk = (vectors[a, i] - vectors[a + 1, i]) / d
-            c2, c3 = h * h / 2.0 * (vectors[a, i] + (reals[NOW] - reals[NODES]) * jerk), h * h * h / 6.0 * jerk
-        vectors[POSITION, i] = q0 + x * (v0 + x * (c2 + x * c3))
-        vectors[VELOCITY, i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
-    for i in range(n, layout[N_ALL]):
-        lam = vectors[UNKNOWN0 + PAST * (row - UNKNOWN), i]
-        vectors[row, i] = lam if motion == ON else lam + x * (vectors[BEFORE, i] - lam)
-    evaluate(reals[NOW] + s, run)
+            c2, c3 = h * h / 2.0 * (vectors[a, i] + (reals[S.NOW] - reals[S.NODES]) * jerk), h * h * h / 6.0 * jerk
+        vectors[L.POSITION, i] = q0 + x * (v0 + x * (c2 + x * c3))
+        vectors[L.VELOCITY, i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
+    for i in range(n, layout[L.N_ALL]):
+        lam = vectors[L.UNKNOWN0 + L.PAST * (row - L.UNKNOWN), i]
+        vectors[row, i] = lam if motion == ON else lam + x * (vectors[L.BEFORE, i] - lam)
+    evaluate(reals[S.NOW] + s, run)
     return signature(numbers, layout)
 
 
@@ -106,18 +79,18 @@ def jumps(motion, low, high, h, run):
     E_Q, and the rows that ``look`` writes.
     """
     vectors, layout = run.vectors, run.layout
-    n = layout[N_Q]
+    n = layout[L.N_Q]
     look(motion, low, h, run)
     for i in range(n):
-        vectors[E_Q, i] = vectors[FORCE, i]
+        vectors[L.E_Q, i] = vectors[L.FORCE, i]
     look(motion, high, h, run)
     found = False
     for i in range(n):
         size = max(
-            max(abs(vectors[FORCE, i]), abs(vectors[E_Q, i])),
-            max(abs(vectors[FORCE0, i]), abs(vectors[E_V, i])),
+            max(abs(vectors[L.FORCE, i]), abs(vectors[L.E_Q, i])),
+            max(abs(vectors[L.FORCE0, i]), abs(vectors[L.E_V, i])),
         )
-        found = found or not abs(vectors[FORCE, i] - vectors[E_Q, i]) <= JUMP * size
+        found = found or not abs(vectors[L.FORCE, i] - vectors[L.E_Q, i]) <= JUMP * size
     return found
 
 
@@ -129,39 +102,45 @@ def until_switch(status, accepted, h, run):
     step are the same as before; other rows (BEFORE, BEFORE2, E_Q, E_V, TEMPORARY2) are overwritten.
     """
     reals, integers, vectors, numbers, layout = run.reals, run.integers, run.vectors, run.numbers, run.layout
-    n, size, row, old, found = layout[N_Q], layout[N_ALL], layout[LAW_ROW], integers[SIGNATURE], status == RUNNING
+    n, size, row, old, found = (
+        layout[L.N_Q],
+        layout[L.N_ALL],
+        layout[L.LAW_ROW],
+        integers[S.SIGNATURE],
+        status == S.RUNNING,
+    )
     if found and signature(numbers, layout) == old:
         return 1.0
     for i in range(size):
-        vectors[BEFORE, i], vectors[BEFORE2, i] = (
-            vectors[POSITION, i] if i < n else vectors[row, i],
-            vectors[VELOCITY, i],
+        vectors[L.BEFORE, i], vectors[L.BEFORE2, i] = (
+            vectors[L.POSITION, i] if i < n else vectors[row, i],
+            vectors[L.VELOCITY, i],
         )
-        vectors[E_V, i], vectors[TEMPORARY2, i] = vectors[FORCE, i], vectors[FORCE2, i]
+        vectors[L.E_V, i], vectors[L.TEMPORARY2, i] = vectors[L.FORCE, i], vectors[L.FORCE2, i]
     motion = ON
     if look(ON, 1.0, h, run) == old:
         if not found:
             return 1.0
         motion = BETWEEN
     low, high = 0.0, 1.0
-    while high - low > CLOSE * high and high * h > reals[LEAST_H]:
+    while high - low > CLOSE * high and high * h > reals[S.LEAST_H]:
         middle = 0.5 * (low + high)
         if look(motion, middle, h, run) == old:
             low = middle
         else:
             high = middle
-    corner = integers[CORNERS] > 0 and not jumps(motion, low, high, h, run)
+    corner = integers[S.CORNERS] > 0 and not jumps(motion, low, high, h, run)
     if not corner or (not accepted and low > WORTH):
         return low
     if not accepted:
         return 1.0
-    integers[SIGNATURE] = look(BETWEEN, 1.0, h, run)
+    integers[S.SIGNATURE] = look(BETWEEN, 1.0, h, run)
     for i in range(size):
         if i < n:
-            vectors[POSITION, i], vectors[VELOCITY, i] = vectors[BEFORE, i], vectors[BEFORE2, i]
+            vectors[L.POSITION, i], vectors[L.VELOCITY, i] = vectors[L.BEFORE, i], vectors[L.BEFORE2, i]
         else:
-            vectors[row, i] = vectors[BEFORE, i]
-        vectors[FORCE, i], vectors[FORCE2, i] = vectors[E_V, i], vectors[TEMPORARY2, i]
+            vectors[row, i] = vectors[L.BEFORE, i]
+        vectors[L.FORCE, i], vectors[L.FORCE2, i] = vectors[L.E_V, i], vectors[L.TEMPORARY2, i]
     return 1.0
 
 
@@ -174,16 +153,16 @@ def length_before_switch(part, h, run):
     would determine the steps in a contact, and runs with different tolerances would have the same error.
     """
     reals, integers = run.reals, run.integers
-    if integers[CUT] == 0:
-        reals[UNCUT] = h
-    new = part * (1.0 - min(0.5, SHORT_OF * 10.0 ** integers[CUT])) * h
-    if integers[AIMED] == 0 and reals[WITHIN] != MIDDLE:
-        new *= reals[WITHIN] + EARLIER
-    integers[AIMED] = 1
-    if not new >= reals[LEAST_H]:
+    if integers[S.CUT] == 0:
+        reals[S.UNCUT] = h
+    new = part * (1.0 - min(0.5, SHORT_OF * 10.0 ** integers[S.CUT])) * h
+    if integers[S.AIMED] == 0 and reals[S.WITHIN] != MIDDLE:
+        new *= reals[S.WITHIN] + EARLIER
+    integers[S.AIMED] = 1
+    if not new >= reals[S.LEAST_H]:
         return 0.0
-    integers[REJECTED] += 1
-    integers[CUT] += 1
+    integers[S.REJECTED] += 1
+    integers[S.CUT] += 1
     return new
 
 
@@ -194,20 +173,20 @@ def near_switch(h, run):
     The switch that the step was cut short for is located by extrapolation from the start of the step.
     """
     reals, vectors, layout = run.reals, run.vectors, run.layout
-    n, size, row, old = layout[N_Q], layout[N_ALL], layout[LAW_ROW], run.integers[SIGNATURE]
+    n, size, row, old = layout[L.N_Q], layout[L.N_ALL], layout[L.LAW_ROW], run.integers[S.SIGNATURE]
     for i in range(size):
-        vectors[BEFORE, i], vectors[BEFORE2, i] = (
-            vectors[POSITION, i] if i < n else vectors[row, i],
-            vectors[VELOCITY, i],
+        vectors[L.BEFORE, i], vectors[L.BEFORE2, i] = (
+            vectors[L.POSITION, i] if i < n else vectors[row, i],
+            vectors[L.VELOCITY, i],
         )
-        vectors[E_V, i], vectors[TEMPORARY2, i] = vectors[FORCE, i], vectors[FORCE2, i]
+        vectors[L.E_V, i], vectors[L.TEMPORARY2, i] = vectors[L.FORCE, i], vectors[L.FORCE2, i]
     near = look(ON, 0.0, h, run) != old or look(ON, LEFT, h, run) != old
     for i in range(size):
         if i < n:
-            vectors[POSITION, i], vectors[VELOCITY, i] = vectors[BEFORE, i], vectors[BEFORE2, i]
+            vectors[L.POSITION, i], vectors[L.VELOCITY, i] = vectors[L.BEFORE, i], vectors[L.BEFORE2, i]
         else:
-            vectors[row, i] = vectors[BEFORE, i]
-    evaluate(reals[NOW], run)
+            vectors[row, i] = vectors[L.BEFORE, i]
+    evaluate(reals[S.NOW], run)
     for i in range(size):
-        vectors[FORCE, i], vectors[FORCE2, i] = vectors[E_V, i], vectors[TEMPORARY2, i]
+        vectors[L.FORCE, i], vectors[L.FORCE2, i] = vectors[L.E_V, i], vectors[L.TEMPORARY2, i]
     return near

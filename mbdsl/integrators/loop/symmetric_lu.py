@@ -7,15 +7,15 @@ Pattern, order and tables are those of the general factorisation. The entries D 
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, SPARSE
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.sparse_lu import LOST, place
+from mbdsl.kernels import buffer_layout
+from mbdsl.kernels.marks import kernel, rare
 
 
 @rare
 def symmetric_factor(matrix, layout):
     """Factorise ``matrix`` in place. False if a pivot is lost."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     order, starts = layout[o : o + n], layout[o + n : o + 2 * n + 1]
     c, table = starts[n], o + 2 * n + 1
     rows, updates = layout[table : table + c], layout[table + 5 * c + 1 :]
@@ -47,7 +47,7 @@ def symmetric_factor(matrix, layout):
 @kernel
 def symmetric_solve(matrix, layout, y):
     """y <- A^{-1} y; reads D and L of the factorised ``matrix`` A."""
-    n, o = layout[N_ALL], layout[SPARSE]
+    n, o = layout[buffer_layout.N_ALL], layout[buffer_layout.SPARSE]
     c, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
     D, L, places = matrix[:n], matrix[n : n + c], layout[table + 4 * c :]

@@ -19,8 +19,8 @@ of dq and dv. M and I contain it if K, D or U has a factor.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ROTATIONS
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 
 @kernel
@@ -52,7 +52,7 @@ def velocity_matrix(k, t, run, M, K, D, q_v, Mx_q=0.0, f_lam=1.0, P=0.0):
 
     N is left to the next iteration in the plane. In space it is as large as the spin of a body.
     """
-    N = q_v if run.layout[N_ROTATIONS] > 0 else 0.0
+    N = q_v if run.layout[L.N_ROTATIONS] > 0 else 0.0
     iteration_matrix(k, t, run, M=M, K=K, D=D, Mx_q=Mx_q, f_lam=f_lam, Gam_q=q_v, N=N, P=P)
 
 

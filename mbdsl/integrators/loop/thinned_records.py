@@ -7,9 +7,9 @@ sides of it have to be alike in length: a longer one is made of two only if the 
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, N_Q, N_ROTATIONS, ROTATIONS, SCALE
-from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.loop.loop_state import NOTED, REALS, STEP, THIN
+from mbdsl.integrators.loop import loop_state as S
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import untangled
 
 #: largest errors of a coordinate, and of the interval times its velocity, and largest cubic term, relative to the way
@@ -30,18 +30,18 @@ def thin(run):
     step only leaves other velocities. If it follows, more steps are examined next time, else fewer.
     """
     integers, layout = run.integers, run.layout
-    width, half, together = 1 + layout[N_Q] + layout[N_ALL], integers[THIN] // 2, LEAST
-    last = REALS + (integers[NOTED] - 1) * width
+    width, half, together = 1 + layout[L.N_Q] + layout[L.N_ALL], integers[S.THIN] // 2, LEAST
+    last = S.REALS + (integers[S.NOTED] - 1) * width
     while half > 0:
         way = half * width
-        if integers[NOTED] > 2 * half and follows(last - 2 * way, last - way, last, run):
+        if integers[S.NOTED] > 2 * half and follows(last - 2 * way, last - way, last, run):
             if half > 1:
-                grows = 2 * half == integers[THIN] and integers[STEP] & (4 * half - 1) == 0
+                grows = 2 * half == integers[S.THIN] and integers[S.STEP] & (4 * half - 1) == 0
                 together = 4 * half if grows else 2 * half
             last, half = drop(2 * half - 1, last, width, run), 1
         else:
             half = half // 2
-    integers[THIN] = min(MOST, together)
+    integers[S.THIN] = min(MOST, together)
 
 
 @kernel
@@ -51,15 +51,15 @@ def drop(count, last, width, run):
     there = last - count * width
     for i in range(width):
         reals[there + i] = reals[last + i]
-    run.integers[NOTED] -= count
+    run.integers[S.NOTED] -= count
     return there
 
 
 @kernel
 def follows(a, b, c, run):
     """Whether the record at b of ``reals`` follows from those at a and c."""
-    reals, layout, scale = run.reals, run.layout, run.vectors[SCALE]
-    n, size, h, x = layout[N_Q], layout[N_ALL], reals[c] - reals[a], reals[b] - reals[a]
+    reals, layout, scale = run.reals, run.layout, run.vectors[L.SCALE]
+    n, size, h, x = layout[L.N_Q], layout[L.N_ALL], reals[c] - reals[a], reals[b] - reals[a]
     if not (0.33 * h < x < 0.67 * h):
         return False
     x /= h
@@ -67,7 +67,7 @@ def follows(a, b, c, run):
     v0, v, v1 = reals[a + 1 + n :], reals[b + 1 + n :], reals[c + 1 + n :]
     i = r = 0
     while i < n:
-        if r < layout[N_ROTATIONS] and i == layout[layout[ROTATIONS] + 2 * r]:
+        if r < layout[L.N_ROTATIONS] and i == layout[layout[L.ROTATIONS] + 2 * r]:
             x0, y0, z0 = untangled(q0[i:], v0[i], v0[i + 1], v0[i + 2])
             xb, yb, zb = untangled(q[i:], v[i], v[i + 1], v[i + 2])
             x1, y1, z1 = untangled(q1[i:], v1[i], v1[i + 1], v1[i + 2])

@@ -5,11 +5,11 @@ See :mod:`mbdsl.integrators.peak_zones`.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION0, UNKNOWN0, VELOCITY0
-from mbdsl.compilation.marks import rare
-from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP, STEP_END, THIN, WITHIN, ZONE, ZONES
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import leave_chart
 from mbdsl.integrators.loop.thinned_records import thin
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import rare
 
 
 @rare
@@ -19,12 +19,12 @@ def until_zone(h, run):
     0 if ``reals`` holds no further zone, and LOOK has to be returned. Writes NEXT_ZONE of ``integers``.
     """
     reals, integers = run.reals, run.integers
-    while integers[NEXT_ZONE] < integers[ZONES] and reals[NOW] >= reals[ZONE + 2 * integers[NEXT_ZONE]]:
-        integers[NEXT_ZONE] += 1
-    if integers[NEXT_ZONE] == integers[ZONES]:
+    while integers[S.NEXT_ZONE] < integers[S.ZONES] and reals[S.NOW] >= reals[S.ZONE + 2 * integers[S.NEXT_ZONE]]:
+        integers[S.NEXT_ZONE] += 1
+    if integers[S.NEXT_ZONE] == integers[S.ZONES]:
         return 0.0
-    start, end = reals[ZONE + 2 * integers[NEXT_ZONE]], reals[ZONE + 2 * integers[NEXT_ZONE] + 1]
-    return h if reals[NOW] + h <= end else (1.0 - reals[WITHIN]) * start + reals[WITHIN] * end - reals[NOW]
+    start, end = reals[S.ZONE + 2 * integers[S.NEXT_ZONE]], reals[S.ZONE + 2 * integers[S.NEXT_ZONE] + 1]
+    return h if reals[S.NOW] + h <= end else (1.0 - reals[S.WITHIN]) * start + reals[S.WITHIN] * end - reals[S.NOW]
 
 
 @rare
@@ -34,14 +34,14 @@ def note(run):
     The records are behind the other entries of ``reals``; NOTED of ``integers`` is their number.
     """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
-    n, size = layout[N_Q], layout[N_ALL]
-    o = REALS + integers[NOTED] * (1 + n + size)
-    reals[o] = reals[STEP_END]
+    n, size = layout[L.N_Q], layout[L.N_ALL]
+    o = S.REALS + integers[S.NOTED] * (1 + n + size)
+    reals[o] = reals[S.STEP_END]
     for i in range(n):
-        reals[o + 1 + i], reals[o + 1 + n + i] = vectors[POSITION0, i], vectors[VELOCITY0, i]
+        reals[o + 1 + i], reals[o + 1 + n + i] = vectors[L.POSITION0, i], vectors[L.VELOCITY0, i]
     leave_chart(reals[o + 1 :], run)
     for i in range(n, size):
-        reals[o + 1 + n + i] = vectors[UNKNOWN0, i]
-    integers[NOTED] += 1
-    if integers[THIN] > 0 and (integers[STEP] & (integers[THIN] - 1)) == 0:
+        reals[o + 1 + n + i] = vectors[L.UNKNOWN0, i]
+    integers[S.NOTED] += 1
+    if integers[S.THIN] > 0 and (integers[S.STEP] & (integers[S.THIN] - 1)) == 0:
         thin(run)

@@ -16,46 +16,8 @@ DOP853; Solving Ordinary Differential Equations II (1996), section IV.2 (test fo
 
 from math import sqrt
 
-from mbdsl.compilation.buffer_layout import (
-    N_ALL,
-    N_Q,
-    POSITION,
-    POSITION0,
-    SCALE,
-    SOLVER,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import SPARSE_LU, larger
-from mbdsl.integrators.loop.loop_state import (
-    CUT,
-    EVENT,
-    HISTORY,
-    LAST_H,
-    LAST_STEP,
-    LEAST_H,
-    MOST_H,
-    NEXT_EVENT,
-    NODES,
-    NOT_FINITE,
-    NOW,
-    RADIUS,
-    REJECTED,
-    RUNNING,
-    SINGULAR,
-    START,
-    STEP,
-    STEP_END,
-    STEP_SIZE,
-    STIFF,
-    STOP,
-    TOL,
-    TOO_SMALL,
-    WATCHING,
-)
 from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch
 from mbdsl.integrators.method import Method
@@ -88,6 +50,8 @@ from mbdsl.integrators.methods.dop853_stages import (
 from mbdsl.integrators.methods.multiplier_matrix import roots
 from mbdsl.integrators.methods.multiplier_matrix import tables as tables
 from mbdsl.integrators.methods.radau_step import before_switch, fitted, update_switches
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 #: h |lambda| at the limit of stability; number of stiff steps after which the model counts as stiff; number of other
 #: steps in succession after which the stiff ones are forgotten; number of further steps up to which a controlled run
@@ -104,7 +68,7 @@ METHOD = Method(
     source="Hairer, Norsett, Wanner (1993), section II.5",
     coefficients=lambda options: TABLE,
     memory=lambda c, start: (0.1, *(0.0,) * 6),
-    begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
+    begin=lambda c, start: {L.UNKNOWN0: [*start.a, *start.lam]},
     own_reactions=False,
     steps=("controlled", "fixed"),
     rows=OWN_ROWS,
@@ -132,40 +96,40 @@ SAFE, SHRINK, GROW = 0.9, 0.333, 6.0
 @rare
 def first_step(run):
     """A length within which the motion at the start changes little [s]."""
-    vectors, layout, length = run.vectors, run.layout, run.reals[STOP] - run.reals[START]
+    vectors, layout, length = run.vectors, run.layout, run.reals[S.STOP] - run.reals[S.START]
     speed, force = 0.0, 0.0
-    for i in range(layout[N_Q]):
-        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-        force = max(force, abs(vectors[UNKNOWN0, i]) * vectors[SCALE, i])
+    for i in range(layout[L.N_Q]):
+        speed = max(speed, abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i])
+        force = max(force, abs(vectors[L.UNKNOWN0, i]) * vectors[L.SCALE, i])
     rate = max(speed, force**0.5)
     # of runs with different tolerances the first steps differ, so that their difference shows the error behind an event
-    longest = 0.01 * length * (1e4 * run.reals[TOL]) ** 0.125
-    return min(longest, run.reals[TOL] ** 0.125 / rate) if rate > 0.0 else longest
+    longest = 0.01 * length * (1e4 * run.reals[S.TOL]) ** 0.125
+    return min(longest, run.reals[S.TOL] ** 0.125 / rate) if rate > 0.0 else longest
 
 
 @kernel
 def trial_length(run):
     """The length to try [s]."""
     memory, reals, vectors = run.memory, run.reals, run.vectors
-    first, speed = run.integers[HISTORY] == 1, 0.0
-    for i in range(run.layout[N_Q]):
-        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-    memory[SPEED] = max(memory[SPEED], speed, 1.0 / (reals[STOP] - reals[START]) if reals[TOL] > 0.0 else 0.0)
+    first, speed = run.integers[S.HISTORY] == 1, 0.0
+    for i in range(run.layout[L.N_Q]):
+        speed = max(speed, abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i])
+    memory[SPEED] = max(memory[SPEED], speed, 1.0 / (reals[S.STOP] - reals[S.START]) if reals[S.TOL] > 0.0 else 0.0)
     if first:
         memory[FRICTION] = 1.0 if has_friction(run) else 0.0
         roots(ROOT, run)
-    if reals[TOL] == 0.0:
-        return reals[STEP_SIZE]
+    if reals[S.TOL] == 0.0:
+        return reals[S.STEP_SIZE]
     if first:
-        reals[STEP_SIZE] = min(reals[STEP_SIZE], first_step(run))
-    return min(reals[STEP_SIZE], reals[MOST_H])
+        reals[S.STEP_SIZE] = min(reals[S.STEP_SIZE], first_step(run))
+    return min(reals[S.STEP_SIZE], reals[S.MOST_H])
 
 
 @kernel
 def estimate(h, run):
     """The error of the step just tried: the largest of scaled q, and of scaled v relative to the speed."""
     vectors, c, speed, five, three = run.vectors, run.coefficients, run.memory[SPEED], 0.0, 0.0
-    for i in range(run.layout[N_Q]):
+    for i in range(run.layout[L.N_Q]):
         v5, q5, v3, q3 = 0.0, 0.0, 0.0, 0.0
         for j in range(STAGES):
             a = vectors[STAGE + j, i]
@@ -173,7 +137,7 @@ def estimate(h, run):
             q5 += c[ALL * (SQUARE + OF_E5) + j] * a
             v3 += c[ALL * OF_E3 + j] * a
             q3 += c[ALL * (SQUARE + OF_E3) + j] * a
-        scale = h * vectors[SCALE, i]
+        scale = h * vectors[L.SCALE, i]
         five = larger(scale * abs(v5) / speed, larger(scale * h * abs(q5), five))
         three = larger(scale * abs(v3) / speed, larger(scale * h * abs(q3), three))
     return five * five / sqrt(five * five + 0.01 * three * three) if five > LEAST else five
@@ -188,7 +152,7 @@ def overlooked(h, run):
     counts with the mean weight of a stage.
     """
     vectors, c, speed, found, sum_of = run.vectors, run.coefficients, run.memory[SPEED], 0.0, ALL * STAGES
-    for i in range(run.layout[N_Q]):
+    for i in range(run.layout[L.N_Q]):
         inside, outside = 0.0, abs(vectors[STAGE + STAGES, i])
         for j in range(STAGES):
             a = abs(vectors[STAGE + j, i])
@@ -196,7 +160,7 @@ def overlooked(h, run):
                 inside = max(inside, a)
             else:
                 outside = max(outside, a)
-        v = h / STAGES * vectors[SCALE, i] * max(0.0, outside - inside)
+        v = h / STAGES * vectors[L.SCALE, i] * max(0.0, outside - inside)
         found = larger(v / speed, larger(h * v, found))
     return found
 
@@ -205,9 +169,9 @@ def overlooked(h, run):
 def next_length(error, h, times, formulas, run):
     """Set the length of the next step."""
     reals = run.reals
-    if reals[TOL] > 0.0:
+    if reals[S.TOL] > 0.0:
         ratio = SAFE * max(error, 1e-12) ** -0.125
-        reals[STEP_SIZE], reals[LAST_H] = h * min(max(ratio, SHRINK), GROW), h
+        reals[S.STEP_SIZE], reals[S.LAST_H] = h * min(max(ratio, SHRINK), GROW), h
 
 
 # -- stiffness ---------------------------------------------------------------------------------------------------------
@@ -219,24 +183,24 @@ def is_stiff(h, run):
     memory, vectors, c, reals = run.memory, run.vectors, run.coefficients, run.reals
     speed, moved, changed = memory[SPEED], 0.0, 0.0
     b, a = ALL * STAGES, ALL * (STAGES - 1)
-    for i in range(run.layout[N_Q]):
+    for i in range(run.layout[L.N_Q]):
         v, q = 0.0, 0.0
         for j in range(STAGES):
             x = vectors[STAGE + j, i]
             v += (c[b + j] - c[a + j]) * x
             q += (c[ALL * SQUARE + b + j] - c[ALL * SQUARE + a + j]) * x
-        v, q = h * v * vectors[SCALE, i], h * h * q * vectors[SCALE, i] * speed
-        rate = (vectors[STAGE + STAGES, i] - vectors[STAGE + STAGES - 1, i]) * vectors[SCALE, i]
+        v, q = h * v * vectors[L.SCALE, i], h * h * q * vectors[L.SCALE, i] * speed
+        rate = (vectors[STAGE + STAGES, i] - vectors[STAGE + STAGES - 1, i]) * vectors[L.SCALE, i]
         moved += v * v + q * q
         changed += rate * rate + v * v * speed * speed
-    reals[RADIUS] = h * sqrt(changed / moved) if moved > LEAST * LEAST else 0.0
-    if LIMIT < reals[RADIUS] < SINGULAR_FROM:
+    reals[S.RADIUS] = h * sqrt(changed / moved) if moved > LEAST * LEAST else 0.0
+    if LIMIT < reals[S.RADIUS] < SINGULAR_FROM:
         memory[STIFF_STEPS], memory[OTHERS] = memory[STIFF_STEPS] + 1.0, 0.0
     else:
         memory[OTHERS] += 1.0
         if memory[OTHERS] >= RESET:
             memory[STIFF_STEPS] = 0.0
-    affordable = reals[TOL] > 0.0 and reals[STOP] - reals[STEP_END] <= AFFORDABLE * h
+    affordable = reals[S.TOL] > 0.0 and reals[S.STOP] - reals[S.STEP_END] <= AFFORDABLE * h
     return memory[STIFF_STEPS] >= STIFF_FROM and not affordable
 
 
@@ -244,14 +208,14 @@ def is_stiff(h, run):
 def is_unstable(h, run):
     """Whether a step of fixed length, which has failed, is unstable; from the change of a along the first stage."""
     vectors, reals, moved, changed = run.vectors, run.reals, 0.0, 0.0
-    for i in range(run.layout[N_Q]):
-        a, b = vectors[STAGE, i] * vectors[SCALE, i], vectors[STAGE + 1, i] * vectors[SCALE, i]
+    for i in range(run.layout[L.N_Q]):
+        a, b = vectors[STAGE, i] * vectors[L.SCALE, i], vectors[STAGE + 1, i] * vectors[L.SCALE, i]
         moved = max(moved, run.coefficients[NODE + 1] * abs(a))
         changed = max(changed, abs(b - a))
     found = changed / moved if moved > 0.0 else 0.0  # nan if the first stage has failed, too
-    if found > reals[RADIUS]:
-        reals[RADIUS] = found
-    return reals[RADIUS] > LIMIT
+    if found > reals[S.RADIUS]:
+        reals[S.RADIUS] = found
+    return reals[S.RADIUS] > LIMIT
 
 
 # -- the step ----------------------------------------------------------------------------------------------------------
@@ -261,8 +225,8 @@ def is_unstable(h, run):
 def begin_step(run):
     """The accelerations at the start of the step are those of the first stage."""
     vectors = run.vectors
-    for i in range(run.layout[N_ALL]):
-        vectors[STAGE, i], vectors[UNKNOWN, i] = vectors[UNKNOWN0, i], vectors[UNKNOWN0, i]
+    for i in range(run.layout[L.N_ALL]):
+        vectors[STAGE, i], vectors[L.UNKNOWN, i] = vectors[L.UNKNOWN0, i], vectors[L.UNKNOWN0, i]
     run.memory[READY] = 0.0
 
 
@@ -270,72 +234,72 @@ def begin_step(run):
 def take_fixed(t0, h, run):
     """Take a step of fixed length; a status."""
     reals, integers = run.reals, run.integers
-    end = reals[STOP] if integers[STEP] == integers[LAST_STEP] - 1 else t0 + h
-    early = max(0.0, end - reals[NEXT_EVENT])  # some units in the last place
-    reals[STEP_END] = end - early
+    end = reals[S.STOP] if integers[S.STEP] == integers[S.LAST_STEP] - 1 else t0 + h
+    early = max(0.0, end - reals[S.NEXT_EVENT])  # some units in the last place
+    reals[S.STEP_END] = end - early
     begin_step(run)
     status = solve_stages(t0 - early, h, run)
-    if status == RUNNING:
-        status = finish(reals[STEP_END], h, run)
-    failed = status != RUNNING and status != SINGULAR
-    return STIFF if failed and is_unstable(h, run) else status
+    if status == S.RUNNING:
+        status = finish(reals[S.STEP_END], h, run)
+    failed = status != S.RUNNING and status != S.SINGULAR
+    return S.STIFF if failed and is_unstable(h, run) else status
 
 
 @kernel
 def take_controlled(t0, h, run):
     """Try shorter and shorter steps until one is accepted; status, length and error."""
     reals, integers = run.reals, run.integers
-    refused, error, former, allowed = 0, 0.0, 0.0, SHARE * reals[TOL]
+    refused, error, former, allowed = 0, 0.0, 0.0, SHARE * reals[S.TOL]
     while True:
         h = fitted(t0, h, run)
         end_of_step(t0, h, run)
         begin_step(run)
         status, error = solve_stages(t0, h, run), 0.0
-        if status == RUNNING:
+        if status == S.RUNNING:
             error = estimate(h, run) / allowed
             if not error < 1e300:
-                status = NOT_FINITE
+                status = S.NOT_FINITE
         # If a shorter step has no smaller error, the error is due to rounding.
-        accepted = status == RUNNING and (error <= 1.0 or (refused > 1 and former <= error < NOISE))
+        accepted = status == S.RUNNING and (error <= 1.0 or (refused > 1 and former <= error < NOISE))
         if accepted:
-            status = finish(reals[STEP_END], h, run)
-            if status == RUNNING and integers[WATCHING] and (run.memory[CHANGED] > 0.0 or is_changed(run)):
+            status = finish(reals[S.STEP_END], h, run)
+            if status == S.RUNNING and integers[S.WATCHING] and (run.memory[CHANGED] > 0.0 or is_changed(run)):
                 missed = overlooked(h, run) / allowed
                 error, accepted = larger(error, missed), missed <= 1.0
-        if status == SINGULAR and run.layout[SOLVER] == SPARSE_LU:
+        if status == S.SINGULAR and run.layout[L.SOLVER] == SPARSE_LU:
             return status, h, error  # the run continues with the dense solver
-        if integers[WATCHING]:
+        if integers[S.WATCHING]:
             part = before_switch(status, error, h, run)
             if part < 1.0:
                 h = length_before_switch(part, h, run)
                 if h == 0.0:
-                    return EVENT, h, error
+                    return S.EVENT, h, error
                 continue
-        if status == RUNNING:
+        if status == S.RUNNING:
             if accepted:
-                return RUNNING, h, error
+                return S.RUNNING, h, error
             refused, former = refused + 1, error
             h *= max(SHRINK, SAFE * error**-0.125)
         else:
             h *= 0.25
-        integers[REJECTED], integers[CUT] = integers[REJECTED] + 1, 0
-        if h < reals[LEAST_H]:
-            return status if status != RUNNING else TOO_SMALL, h, error
+        integers[S.REJECTED], integers[S.CUT] = integers[S.REJECTED] + 1, 0
+        if h < reals[S.LEAST_H]:
+            return status if status != S.RUNNING else S.TOO_SMALL, h, error
 
 
 @kernel
 def take(t0, h, formulas, run):
     """Take a step of about length h from t0; status, length and error relative to what is allowed."""
-    status, error = RUNNING, 0.0
-    if run.reals[TOL] > 0.0:
+    status, error = S.RUNNING, 0.0
+    if run.reals[S.TOL] > 0.0:
         status, h, error = take_controlled(t0, h, run)
     else:
         status = take_fixed(t0, h, run)
-    if status == RUNNING:
-        if run.integers[WATCHING]:
+    if status == S.RUNNING:
+        if run.integers[S.WATCHING]:
             update_switches(run)
         if is_stiff(h, run):
-            return STIFF, h, error
+            return S.STIFF, h, error
     return status, h, error
 
 
@@ -343,9 +307,9 @@ def take(t0, h, formulas, run):
 def store(h, run):
     """Store the step as the last one."""
     reals, vectors, layout = run.reals, run.vectors, run.layout
-    for i in range(layout[N_Q]):
-        vectors[POSITION0, i], vectors[VELOCITY0, i] = vectors[POSITION, i], vectors[VELOCITY, i]
-    for i in range(layout[N_ALL]):
-        vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[UNKNOWN0, i], vectors[END, i]
-    if reals[TOL] > 0.0:
-        reals[NODES], reals[NODES + 1] = reals[STEP_END], reals[NOW]
+    for i in range(layout[L.N_Q]):
+        vectors[L.POSITION0, i], vectors[L.VELOCITY0, i] = vectors[L.POSITION, i], vectors[L.VELOCITY, i]
+    for i in range(layout[L.N_ALL]):
+        vectors[L.UNKNOWN0 + 1, i], vectors[L.UNKNOWN0, i] = vectors[L.UNKNOWN0, i], vectors[END, i]
+    if reals[S.TOL] > 0.0:
+        reals[S.NODES], reals[S.NODES + 1] = reals[S.STEP_END], reals[S.NOW]

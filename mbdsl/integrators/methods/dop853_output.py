@@ -9,19 +9,7 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import (
-    BEFORE,
-    BEFORE2,
-    N_ALL,
-    N_Q,
-    POSITION,
-    POSITION0,
-    UNKNOWN,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.loop.loop_state import RUNNING, STEP_END
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import from_rates, to_rates, to_second_rates
 from mbdsl.integrators.methods.dop853_coefficients import ALL, ENDS, NODE, OF_D, SQUARE, STAGES, SUM
 from mbdsl.integrators.methods.dop853_stages import (
@@ -35,17 +23,19 @@ from mbdsl.integrators.methods.dop853_stages import (
     motion,
     solve_state,
 )
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 
 @kernel
 def interpolate(k, x, h, out, run):
     """q and v at the part x of the step, in row k of ``out``."""
-    vectors, n = run.vectors, run.layout[N_Q]
+    vectors, n = run.vectors, run.layout[L.N_Q]
     if run.memory[READY] == 0.0:
         prepare(h, run)
     for i in range(n):
-        q0, v0, a0 = vectors[POSITION0, i], vectors[VELOCITY0, i], vectors[STAGE, i]
-        q1, v1, a1 = vectors[POSITION, i], vectors[OTHER_VELOCITY, i], vectors[STAGE + STAGES, i]
+        q0, v0, a0 = vectors[L.POSITION0, i], vectors[L.VELOCITY0, i], vectors[STAGE, i]
+        q1, v1, a1 = vectors[L.POSITION, i], vectors[OTHER_VELOCITY, i], vectors[STAGE + STAGES, i]
         out[k, i] = polynomial(x, q0, q1, h * v0, h * v1, OF_Q, i, run)
         out[k, n + i] = polynomial(x, v0, v1, h * a0, h * a1, OF_V, i, run)
     from_rates(out[k], out[k, n:], run)
@@ -57,30 +47,30 @@ def prepare(h, run):
 
     If a stage fails, these coefficients are zero, and the interpolation has order 3.
     """
-    vectors, c, n, size = run.vectors, run.coefficients, run.layout[N_Q], run.layout[N_ALL]
-    t0, status = run.reals[STEP_END] - h, RUNNING
+    vectors, c, n, size = run.vectors, run.coefficients, run.layout[L.N_Q], run.layout[L.N_ALL]
+    t0, status = run.reals[S.STEP_END] - h, S.RUNNING
     for i in range(n):
-        vectors[BEFORE, i], vectors[BEFORE2, i] = vectors[POSITION, i], vectors[VELOCITY, i]
+        vectors[L.BEFORE, i], vectors[L.BEFORE2, i] = vectors[L.POSITION, i], vectors[L.VELOCITY, i]
     for k in range(ENDS, ALL):
-        if status == RUNNING:
+        if status == S.RUNNING:
             motion(k, k, h, run)
             t = t0 + c[NODE + k] * h
             evaluate_state(t, run)
             status = solve_state(t, STAGE + k, run)
             to_second_rates(STAGE + k, run)
     for i in range(size):
-        vectors[UNKNOWN, i] = vectors[END, i]
+        vectors[L.UNKNOWN, i] = vectors[END, i]
     for i in range(n):
-        vectors[POSITION, i], vectors[VELOCITY, i] = vectors[BEFORE, i], vectors[BEFORE2, i]
-        vectors[OTHER_VELOCITY, i] = vectors[VELOCITY, i]
+        vectors[L.POSITION, i], vectors[L.VELOCITY, i] = vectors[L.BEFORE, i], vectors[L.BEFORE2, i]
+        vectors[OTHER_VELOCITY, i] = vectors[L.VELOCITY, i]
         for k in range(4):
             v, q = 0.0, 0.0
             for j in range(ALL):
                 v += c[ALL * (OF_D + k) + j] * vectors[STAGE + j, i]
                 q += c[ALL * (SQUARE + OF_D + k) + j] * vectors[STAGE + j, i]
-            q = h * (c[SUM + k] * vectors[VELOCITY0, i] + h * q)
-            vectors[OF_Q + k, i] = q if status == RUNNING else 0.0
-            vectors[OF_V + k, i] = h * v if status == RUNNING else 0.0
+            q = h * (c[SUM + k] * vectors[L.VELOCITY0, i] + h * q)
+            vectors[OF_Q + k, i] = q if status == S.RUNNING else 0.0
+            vectors[OF_V + k, i] = h * v if status == S.RUNNING else 0.0
     to_rates(OTHER_VELOCITY, run)
     run.memory[READY] = 1.0
 

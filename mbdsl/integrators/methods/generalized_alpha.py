@@ -23,27 +23,9 @@ methods for constrained mechanical systems, Numer. Math. 129 (2015) 149-179, for
 projection, with masses, is that of Negrut, Jay, Khude (2009), eq. (12).
 """
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    MASS,
-    MX,
-    MX2,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    PAST,
-    POSITION,
-    RESIDUAL,
-    RESIDUAL2,
-    UNKNOWN,
-    UNKNOWN0,
-    UNKNOWN2,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_correction import turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor
-from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples
 from mbdsl.integrators.loop.tangent_matrices import projection_matrix, stiffness_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
@@ -60,6 +42,8 @@ from mbdsl.integrators.methods.generalized_alpha_i3 import (
 )
 from mbdsl.integrators.methods.generalized_alpha_i3 import motion as index_3_motion
 from mbdsl.integrators.methods.hht_si2 import correct_with, factor_full
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 __all__ = ["finish", "local_error"]
 
@@ -88,30 +72,30 @@ METHOD = Method(
 def motion(h, run):
     """POSITION and VELOCITY from the history, UNKNOWN and UNKNOWN2."""
     index_3_motion(h, run)
-    q, abar = run.vectors[POSITION], run.vectors[UNKNOWN2]
-    for i in range(run.layout[N_Q]):
+    q, abar = run.vectors[L.POSITION], run.vectors[L.UNKNOWN2]
+    for i in range(run.layout[L.N_Q]):
         q[i] += h * h / 2 * abar[i]
 
 
 @kernel
 def change_step(h, run):
     """Convert A_n, and the history of abar and mu, to the step size h."""
-    h0 = run.reals[STEP_SIZE]
+    h0 = run.reals[S.STEP_SIZE]
     if h != h0:
         shift(h, run)
-        for k in range(PAST):
-            abar = run.vectors[UNKNOWN0 + PAST + k]
-            for i in range(run.layout[N_ALL]):
+        for k in range(L.PAST):
+            abar = run.vectors[L.UNKNOWN0 + L.PAST + k]
+            for i in range(run.layout[L.N_ALL]):
                 abar[i] *= h / h0
 
 
 @kernel
 def residual(h, run):
     """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, MX2, FORCE and FORCE2."""
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, r2, f, mu_force = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
-    a, abar, Ma, Mabar = y[UNKNOWN], y[UNKNOWN2], y[MX], y[MX2]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, r2, f, mu_force = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE2]
+    a, abar, Ma, Mabar = y[L.UNKNOWN], y[L.UNKNOWN2], y[L.MX], y[L.MX2]
     phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
         r[i] = mass[i] * a[i] + Ma[i] - f[i]  # R1

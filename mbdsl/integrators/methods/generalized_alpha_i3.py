@@ -28,30 +28,15 @@ generalized-alpha method, J. Appl. Mech. 60 (1993) 371-375; Arnold, Bruels, Conv
 for constrained mechanical systems, Multibody Syst. Dyn. 18 (2007) 185-202.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    MASS,
-    MX,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    POSITION,
-    POSITION0,
-    RESIDUAL,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.buffer_layout import KEPT as CARRIED
-from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import NODES, STEP_SIZE
 from mbdsl.integrators.loop.split_correction import correct_one
 from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods.newmark import memory, settle
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 RHO = Option(0.8, 0.0, 1.0, "spectral radius for high frequencies: 1 no damping, 0 most")
 
@@ -79,9 +64,9 @@ def check_constrained(options):
 
 def begin(c, start):
     if start.stiff:
-        return {UNKNOWN0: [*(0.0 * start.a), *start.lam], CARRIED: 0.0 * start.a}
+        return {L.UNKNOWN0: [*(0.0 * start.a), *start.lam], L.KEPT: 0.0 * start.a}
     D = 1 / 2 - c[1] / c[6]  # gamma = (weight of a_{n+1} in v) / (weight of a_{n+1} in A_{n+1})
-    return {UNKNOWN0: [*start.a, *start.lam], CARRIED: start.a + D * start.h * start.jerk}
+    return {L.UNKNOWN0: [*start.a, *start.lam], L.KEPT: start.a + D * start.h * start.jerk}
 
 
 METHOD = Method(
@@ -139,15 +124,15 @@ def shift(h, run):
     """Shift A_n (row CARRIED) to the step size h."""
     c, reals = run.coefficients, run.reals
     D = 1 / 2 - c[1] / c[6]
-    A, a0, a1 = run.vectors[CARRIED], run.vectors[UNKNOWN0], run.vectors[UNKNOWN0 + 1]
-    for i in range(run.layout[N_Q]):
-        A[i] += D * (h - reals[STEP_SIZE]) * (a0[i] - a1[i]) / (reals[NODES] - reals[NODES + 1])
+    A, a0, a1 = run.vectors[L.KEPT], run.vectors[L.UNKNOWN0], run.vectors[L.UNKNOWN0 + 1]
+    for i in range(run.layout[L.N_Q]):
+        A[i] += D * (h - reals[S.STEP_SIZE]) * (a0[i] - a1[i]) / (reals[S.NODES] - reals[S.NODES + 1])
 
 
 @kernel
 def change_step(h, run):
     """Convert A_n, and v_n along the normals, to the step size h. Changes CARRIED and VELOCITY0."""
-    if h != run.reals[STEP_SIZE]:
+    if h != run.reals[S.STEP_SIZE]:
         shift(h, run)
         set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
@@ -157,9 +142,9 @@ def motion(h, run):
     """POSITION and VELOCITY from POSITION0, VELOCITY0, UNKNOWN0, CARRIED and UNKNOWN."""
     of_q, of_v, qA, qa, vA, va, _new, _old, _past = weights(run)
     y = run.vectors
-    q, v, q0, v0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0]
-    a, a0, A = y[UNKNOWN], y[UNKNOWN0], y[CARRIED]
-    for i in range(run.layout[N_Q]):
+    q, v, q0, v0 = y[L.POSITION], y[L.VELOCITY], y[L.POSITION0], y[L.VELOCITY0]
+    a, a0, A = y[L.UNKNOWN], y[L.UNKNOWN0], y[L.KEPT]
+    for i in range(run.layout[L.N_Q]):
         q[i] = q0[i] + h * v0[i] + h * h * (of_q * a[i] + qA * A[i] + qa * a0[i])
         v[i] = v0[i] + h * (of_v * a[i] + vA * A[i] + va * a0[i])
 
@@ -168,9 +153,9 @@ def motion(h, run):
 def residual(h, run):
     """RESIDUAL from UNKNOWN, MX and FORCE."""
     of_q, of_v = new_weights(run)
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, f, a, Ma = y[RESIDUAL], y[FORCE], y[UNKNOWN], y[MX]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, f, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.UNKNOWN], y[L.MX]
     for i in range(n):
         r[i] = mass[i] * a[i] + Ma[i] - f[i]
     for i in range(n, n + m):
@@ -200,7 +185,7 @@ def correct(k, h, run):
 def finish(h, run):
     """CARRIED <- A_{n+1}; count the steps of a stiff start."""
     _of_q, _of_v, _qA, _qa, _vA, _va, new, old, past = weights(run)
-    A, a, a0 = run.vectors[CARRIED], run.vectors[UNKNOWN], run.vectors[UNKNOWN0]
-    for i in range(run.layout[N_Q]):
+    A, a, a0 = run.vectors[L.KEPT], run.vectors[L.UNKNOWN], run.vectors[L.UNKNOWN0]
+    for i in range(run.layout[L.N_Q]):
         A[i] = new * a[i] + old * a0[i] + past * A[i]
     settle(run)

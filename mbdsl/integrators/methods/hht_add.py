@@ -41,42 +41,9 @@ formula (it is misprinted there); Jay, Negrut, Extensions of the HHT-alpha metho
 mechanics, ETNA 26 (2007) 190-208. The splitting is our own.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    CORRECTION,
-    CORRECTION2,
-    FORCE,
-    FORCE2,
-    INVERSE,
-    KEEP,
-    LAM,
-    MASS,
-    MULTIPLIED,
-    MULTIPLIED2,
-    MX,
-    MX2,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    PAST,
-    PAST_FORCE,
-    POSITION,
-    POSITION0,
-    RESIDUAL,
-    RESIDUAL2,
-    SCALE,
-    TEMPORARY2,
-    UNKNOWN,
-    UNKNOWN0,
-    UNKNOWN2,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.buffer_layout import KEPT as A0  # the row of a_n
-from mbdsl.compilation.buffer_layout import KEPT2 as FA  # the row of fa_n
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_correction import block, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, compress, factor, larger, multiply
-from mbdsl.integrators.loop.loop_state import COUPLED, STEP_SIZE
 from mbdsl.integrators.loop.run_data import inertia
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two, stiff
 from mbdsl.integrators.loop.tangent_matrices import (
@@ -89,6 +56,8 @@ from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods import hht_i3
 from mbdsl.integrators.methods.hht_i3 import local_error
 from mbdsl.integrators.methods.newmark import memory, settle, weights
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 __all__ = ["local_error"]
 
@@ -112,8 +81,8 @@ def begin(c, start):
     total = a0 + start.a - start.fa
     if start.stiff:
         total = 0.0 * total
-    rows = {UNKNOWN0: [*(total / 2), *start.lam], UNKNOWN0 + PAST: [*total, *start.lam]}
-    return {A0: a0, FA: start.fa, **rows}
+    rows = {L.UNKNOWN0: [*(total / 2), *start.lam], L.UNKNOWN0 + L.PAST: [*total, *start.lam]}
+    return {L.KEPT: a0, L.KEPT2: start.fa, **rows}
 
 
 METHOD = Method(
@@ -132,12 +101,12 @@ METHOD = Method(
     sets=3,
     matrices=4,
     coupled=True,
-    multipliers=(LAM, UNKNOWN2, UNKNOWN2),
+    multipliers=(L.LAM, L.UNKNOWN2, L.UNKNOWN2),
     own_reactions=False,
     inverts_mass=True,
-    inertia_rows=(MULTIPLIED, MULTIPLIED2),
-    tangent_row=MULTIPLIED2,
-    acceleration_row=UNKNOWN2,
+    inertia_rows=(L.MULTIPLIED, L.MULTIPLIED2),
+    tangent_row=L.MULTIPLIED2,
+    acceleration_row=L.UNKNOWN2,
     node=lambda c: 0.5,
     damping_weight=lambda c: c[1] * (1 + c[2]),
     steps=("fixed", "controlled"),
@@ -156,10 +125,18 @@ def share(gamma, alpha):
 def motion(h, run):
     """POSITION, VELOCITY, LAM, MULTIPLIED and MULTIPLIED2 from the history, UNKNOWN (P) and UNKNOWN2 (W)."""
     beta, gamma, alpha, past = weights(run)
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
     y = run.vectors
-    q, v, q0, v0, P, W, lam = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0], y[UNKNOWN], y[UNKNOWN2], y[LAM]
-    a0, fa0, of_R1, of_R2 = y[A0], y[FA], y[MULTIPLIED], y[MULTIPLIED2]
+    q, v, q0, v0, P, W, lam = (
+        y[L.POSITION],
+        y[L.VELOCITY],
+        y[L.POSITION0],
+        y[L.VELOCITY0],
+        y[L.UNKNOWN],
+        y[L.UNKNOWN2],
+        y[L.LAM],
+    )
+    a0, fa0, of_R1, of_R2 = y[L.KEPT], y[L.KEPT2], y[L.MULTIPLIED], y[L.MULTIPLIED2]
     for i in range(n):
         q[i] = q0[i] + h * v0[i] + h * h * P[i]
         v[i] = v0[i] + h * W[i]
@@ -176,9 +153,9 @@ def motion(h, run):
 @kernel
 def change_step(h, run):
     """Convert a_n (row A0) to the step size h."""
-    a0, fa0 = run.vectors[A0], run.vectors[FA]
-    for i in range(run.layout[N_Q]):
-        a0[i] = fa0[i] + h / run.reals[STEP_SIZE] * (a0[i] - fa0[i])
+    a0, fa0 = run.vectors[L.KEPT], run.vectors[L.KEPT2]
+    for i in range(run.layout[L.N_Q]):
+        a0[i] = fa0[i] + h / run.reals[S.STEP_SIZE] * (a0[i] - fa0[i])
 
 
 @kernel
@@ -186,10 +163,10 @@ def residual(h, run):
     """RESIDUAL and RESIDUAL2 from MULTIPLIED, MULTIPLIED2, MX, MX2, FORCE, FORCE2 and PAST_FORCE."""
     beta, gamma, alpha, _past = weights(run)
     b, part = run.coefficients[3], share(gamma, alpha)
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, r2, f, GD, GP = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2], y[PAST_FORCE]
-    of_R1, of_R2, M1, M2 = y[MULTIPLIED], y[MULTIPLIED2], y[MX], y[MX2]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, r2, f, GD, GP = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE2], y[L.PAST_FORCE]
+    of_R1, of_R2, M1, M2 = y[L.MULTIPLIED], y[L.MULTIPLIED2], y[L.MX], y[L.MX2]
     phi, dphi = f, GD  # in the rows of constraints
     for i in range(n):
         force = (1 + alpha) * (f[i] + part * GD[i])
@@ -259,14 +236,14 @@ def correct(k, h, run):
     (or of h times a velocity)."""
     beta, gamma, alpha, _past = weights(run)
     b = run.coefficients[3]
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, scale = run.vectors, run.vectors[SCALE]
-    r, r2, w, u, P, W = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2], y[UNKNOWN], y[UNKNOWN2]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, scale = run.vectors, run.vectors[L.SCALE]
+    r, r2, w, u, P, W = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.CORRECTION], y[L.CORRECTION2], y[L.UNKNOWN], y[L.UNKNOWN2]
     for i in range(n + m):
         w[i], u[i] = -r2[i], -gamma * r[i] + beta * r2[i]
     for i in range(n + m, size):
         w[i], u[i] = -r[i], 0.0
-    if run.integers[COUPLED]:
+    if run.integers[S.COUPLED]:
         for i in range(n, n + m):
             u[i] = -gamma * r[i]
         solve_coupled(run)
@@ -295,19 +272,19 @@ def finish(h, run):
     may be large although dv is negligible. Overwrites FORCE, TEMPORARY2 and CORRECTION2.
     """
     _beta, gamma, alpha, _past = weights(run)
-    n, part, y = run.layout[N_Q], share(gamma, alpha), run.vectors
-    f, GD, more, u, a0, fa0 = y[FORCE], y[FORCE2], y[TEMPORARY2], y[CORRECTION2], y[A0], y[FA]
-    for i in range(run.layout[N_ALL]):
+    n, part, y = run.layout[L.N_Q], share(gamma, alpha), run.vectors
+    f, GD, more, u, a0, fa0 = y[L.FORCE], y[L.FORCE2], y[L.TEMPORARY2], y[L.CORRECTION2], y[L.KEPT], y[L.KEPT2]
+    for i in range(run.layout[L.N_ALL]):
         more[i] = 0.0
-    multiply(3, CORRECTION, TEMPORARY2, run)
+    multiply(3, L.CORRECTION, L.TEMPORARY2, run)
     for i in range(n):
         more[i], u[i] = -more[i] / gamma, u[i] / gamma
-    multiply(2, CORRECTION2, TEMPORARY2, run)
+    multiply(2, L.CORRECTION2, L.TEMPORARY2, run)
     for i in range(n):
         f[i] = f[i] + part * GD[i] + more[i] / (1 + alpha)
         a0[i] = -alpha * fa0[i]
-    inertia(INVERSE, FORCE, FA, run)
+    inertia(L.INVERSE, L.FORCE, L.KEPT2, run)
     for i in range(n):
         a0[i] += (1 + alpha) * fa0[i]
-    run.layout[KEEP] = 1
+    run.layout[L.KEEP] = 1
     settle(run)

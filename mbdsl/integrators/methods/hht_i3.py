@@ -21,33 +21,16 @@ Source: Negrut, Jay, Khude, A discussion of low order numerical integration form
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 """
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE0,
-    MASS,
-    MASS_KIND,
-    MASS_POSITION,
-    MX,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    NEW_MASS,
-    POSITION0,
-    RESIDUAL,
-    TIMES,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.run_data import inertia
 from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods.newmark import correct, memory, settle, weights
 from mbdsl.integrators.methods.newmark import motion as newmark_motion
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 __all__ = ["correct"]
 
@@ -63,8 +46,8 @@ def coefficients(options):
 def begin(c, start):
     """Start values; a_0 belongs to t_0 + alpha h. With q''(t_0), reactions would oscillate for tens of steps."""
     if start.stiff:
-        return {UNKNOWN0: [*(0.0 * start.a), *start.lam]}
-    return {UNKNOWN0: [*(start.a + c[2] * start.h * start.jerk), *start.lam]}
+        return {L.UNKNOWN0: [*(0.0 * start.a), *start.lam]}
+    return {L.UNKNOWN0: [*(start.a + c[2] * start.h * start.jerk), *start.lam]}
 
 
 METHOD = Method(
@@ -79,7 +62,7 @@ METHOD = Method(
     coefficients=coefficients,
     memory=memory,
     begin=begin,
-    mass_row=MASS_POSITION,
+    mass_row=L.MASS_POSITION,
     node=lambda c: 1 + c[2],
     mass_weight=lambda c: 1 / (1 + c[2]),
     damping_weight=lambda c: c[1],
@@ -91,9 +74,9 @@ METHOD = Method(
 def hold_mass(h, run):
     """MASS_POSITION <- the predictor, at the beginning of a step (NEW_MASS), if M depends on q."""
     _beta, _gamma, alpha, _past = weights(run)
-    if run.layout[NEW_MASS] and run.layout[MASS_KIND] > 1:
-        held, q0, v0 = run.vectors[MASS_POSITION], run.vectors[POSITION0], run.vectors[VELOCITY0]
-        for i in range(run.layout[N_Q]):
+    if run.layout[L.NEW_MASS] and run.layout[L.MASS_KIND] > 1:
+        held, q0, v0 = run.vectors[L.MASS_POSITION], run.vectors[L.POSITION0], run.vectors[L.VELOCITY0]
+        for i in range(run.layout[L.N_Q]):
             held[i] = q0[i] + (1 + alpha) * h * v0[i]
 
 
@@ -121,7 +104,7 @@ def velocity_error(h, last, c):
 @kernel
 def change_step(h, run):
     """Convert v_n along the normals to the step size h. Changes VELOCITY0; ``change`` shifts a_n."""
-    if h != run.reals[STEP_SIZE]:
+    if h != run.reals[S.STEP_SIZE]:
         set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
 
@@ -129,9 +112,9 @@ def change_step(h, run):
 def residual(h, run):
     """RESIDUAL from UNKNOWN, MX, FORCE and FORCE0."""
     beta, gamma, alpha, _past = weights(run)
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, f, f0, a, Ma = y[RESIDUAL], y[FORCE], y[FORCE0], y[UNKNOWN], y[MX]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, f, f0, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.FORCE0], y[L.UNKNOWN], y[L.MX]
     for i in range(n):
         r[i] = (mass[i] * a[i] + Ma[i]) / (1 + alpha) - f[i] + alpha / (1 + alpha) * f0[i]  # (8c)
     for i in range(n, n + m):
@@ -152,10 +135,10 @@ def matrix(t, h, run):
 def finish(h, run):
     """FORCE <- f at the accepted unknowns, computed from (8c) to save an evaluation. Writes MX."""
     _beta, _gamma, alpha, _past = weights(run)
-    if run.layout[MASS_KIND] > 0:
-        inertia(TIMES, UNKNOWN, MX, run)
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    f, f0, a, Ma = y[FORCE], y[FORCE0], y[UNKNOWN], y[MX]
-    for i in range(run.layout[N_Q]):
+    if run.layout[L.MASS_KIND] > 0:
+        inertia(L.TIMES, L.UNKNOWN, L.MX, run)
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    f, f0, a, Ma = y[L.FORCE], y[L.FORCE0], y[L.UNKNOWN], y[L.MX]
+    for i in range(run.layout[L.N_Q]):
         f[i] = (mass[i] * a[i] + Ma[i] + alpha * f0[i]) / (1 + alpha)
     settle(run)

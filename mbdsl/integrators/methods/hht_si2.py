@@ -41,35 +41,9 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)
 are misprinted there; the splitting is our own.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    CORRECTION,
-    CORRECTION2,
-    FORCE,
-    FORCE0,
-    FORCE2,
-    MASS,
-    MASS_POSITION,
-    MX,
-    MX2,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    PAST,
-    POSITION,
-    POSITION0,
-    RESIDUAL,
-    RESIDUAL2,
-    SCALE,
-    UNKNOWN,
-    UNKNOWN0,
-    UNKNOWN2,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_correction import block, copy_first, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
-from mbdsl.integrators.loop.loop_state import COUPLED, STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
 from mbdsl.integrators.loop.tangent_matrices import (
     projection_matrix,
@@ -80,6 +54,8 @@ from mbdsl.integrators.loop.tangent_matrices import (
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
 from mbdsl.integrators.methods.newmark import memory, weights
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 __all__ = ["finish", "local_error"]
 
@@ -98,7 +74,7 @@ METHOD = Method(
     sets=2,
     matrices=3,
     coupled=True,
-    mass_row=MASS_POSITION,
+    mass_row=L.MASS_POSITION,
     node=lambda c: 1 + c[2],
     mass_weight=lambda c: 1 / (1 + c[2]),
     damping_weight=lambda c: c[1],
@@ -113,9 +89,9 @@ def motion(h, run):
     beta, gamma, _alpha, past = weights(run)
     hold_mass(h, run)
     y = run.vectors
-    q, v, q0, v0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0]
-    a0, a, abar = y[UNKNOWN0], y[UNKNOWN], y[UNKNOWN2]
-    for i in range(run.layout[N_Q]):
+    q, v, q0, v0 = y[L.POSITION], y[L.VELOCITY], y[L.POSITION0], y[L.VELOCITY0]
+    a0, a, abar = y[L.UNKNOWN0], y[L.UNKNOWN], y[L.UNKNOWN2]
+    for i in range(run.layout[L.N_Q]):
         a_n = past * a0[i]
         q[i] = q0[i] + h * v0[i] + h * h / 2 * ((1 - 2 * beta) * a_n + 2 * beta * a[i] + abar[i])
         v[i] = v0[i] + h * ((1 - gamma) * a_n + gamma * a[i])
@@ -124,10 +100,10 @@ def motion(h, run):
 @kernel
 def change_step(h, run):
     """Convert the history of abar and mu to the step size h."""
-    h0 = run.reals[STEP_SIZE]
-    for k in range(PAST if h != h0 else 0):
-        abar = run.vectors[UNKNOWN0 + PAST + k]
-        for i in range(run.layout[N_ALL]):
+    h0 = run.reals[S.STEP_SIZE]
+    for k in range(L.PAST if h != h0 else 0):
+        abar = run.vectors[L.UNKNOWN0 + L.PAST + k]
+        for i in range(run.layout[L.N_ALL]):
             abar[i] *= h / h0
 
 
@@ -135,10 +111,10 @@ def change_step(h, run):
 def residual(h, run):
     """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, MX2, FORCE, FORCE0 and FORCE2."""
     _beta, _gamma, alpha, _past = weights(run)
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, r2, f, f0, mu_force = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE0], y[FORCE2]
-    a, abar, Ma, Mabar = y[UNKNOWN], y[UNKNOWN2], y[MX], y[MX2]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, r2, f, f0, mu_force = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE0], y[L.FORCE2]
+    a, abar, Ma, Mabar = y[L.UNKNOWN], y[L.UNKNOWN2], y[L.MX], y[L.MX2]
     phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
         r[i] = (mass[i] * a[i] + Ma[i]) / (1 + alpha) - f[i] + alpha / (1 + alpha) * f0[i]  # R1
@@ -188,17 +164,17 @@ def correct(k, h, run):
 @kernel
 def correct_with(beta, gamma, k, h, run):
     """``correct`` for dq_{n+1}/da_{n+1} = beta h^2 and dv_{n+1}/da_{n+1} = gamma h."""
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, scale = run.vectors, run.vectors[SCALE]
-    r, r2, da, e = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2]
-    a, abar = y[UNKNOWN], y[UNKNOWN2]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, scale = run.vectors, run.vectors[L.SCALE]
+    r, r2, da, e = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.CORRECTION], y[L.CORRECTION2]
+    a, abar = y[L.UNKNOWN], y[L.UNKNOWN2]
     for i in range(n):
         da[i], e[i] = -r[i], -r2[i]
     for i in range(n, n + m):
         da[i], e[i] = -r2[i] / gamma, -r[i]
     for i in range(n + m, size):
         da[i], e[i] = -r[i] / gamma, 0.0
-    if run.integers[COUPLED]:
+    if run.integers[S.COUPLED]:
         solve_coupled(run)
     else:
         for i in range(n, n + m):

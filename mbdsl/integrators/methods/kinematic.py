@@ -11,30 +11,13 @@ The matrix is that of the other methods; it contains M only for its pivots, and 
 Controlled steps end at output times, and no step moves a coordinate by more than the run's limit LARGEST.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    CORRECTION,
-    CORRECTION2,
-    FORCE,
-    FORCE2,
-    N_ALL,
-    N_Q,
-    PAST,
-    POSITION,
-    POSITION0,
-    RESIDUAL,
-    RESIDUAL2,
-    SCALE,
-    UNKNOWN,
-    UNKNOWN0,
-    UNKNOWN2,
-    VELOCITY,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor, larger, solve
-from mbdsl.integrators.loop.loop_state import LARGEST, STEP_SIZE
 from mbdsl.integrators.loop.rotation_chart import to_rates
 from mbdsl.integrators.loop.tangent_matrices import projection_matrix
 from mbdsl.integrators.method import Method
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 METHOD = Method(
     "kinematic",
@@ -43,7 +26,7 @@ METHOD = Method(
     index=0,
     enforces=("Phi", "dPhi"),
     source="the constraints and their time derivative",
-    begin=lambda c, start: {UNKNOWN0: [*(start.h * start.v), *(0.0 * start.lam)], UNKNOWN0 + PAST: start.v},
+    begin=lambda c, start: {L.UNKNOWN0: [*(start.h * start.v), *(0.0 * start.lam)], L.UNKNOWN0 + L.PAST: start.v},
     sets=2,
     own_reactions=False,
     chosen=False,
@@ -54,8 +37,8 @@ METHOD = Method(
 def motion(h, run):
     """POSITION from POSITION0 and UNKNOWN; VELOCITY from UNKNOWN2."""
     y = run.vectors
-    q, v, q0, d, v_new = y[POSITION], y[VELOCITY], y[POSITION0], y[UNKNOWN], y[UNKNOWN2]
-    for i in range(run.layout[N_Q]):
+    q, v, q0, d, v_new = y[L.POSITION], y[L.VELOCITY], y[L.POSITION0], y[L.UNKNOWN], y[L.UNKNOWN2]
+    for i in range(run.layout[L.N_Q]):
         q[i] = q0[i] + d[i]
         v[i] = v_new[i]
 
@@ -69,29 +52,29 @@ def local_error(h, last, c, jerk, snap):
 @kernel
 def estimate(h, formulas, run):
     """The largest scaled displacement in UNKNOWN, relative to the limit LARGEST."""
-    d, scale, largest = run.vectors[UNKNOWN], run.vectors[SCALE], 0.0
-    for i in range(run.layout[N_Q]):
+    d, scale, largest = run.vectors[L.UNKNOWN], run.vectors[L.SCALE], 0.0
+    for i in range(run.layout[L.N_Q]):
         largest = larger(abs(d[i]) * scale[i], largest)
-    return largest / run.reals[LARGEST]
+    return largest / run.reals[S.LARGEST]
 
 
 @kernel
 def change_step(h, run):
     """Convert the history of displacements to the step size h."""
-    for k in range(PAST):
-        d = run.vectors[UNKNOWN0 + k]
-        for i in range(run.layout[N_Q]):
-            d[i] *= h / run.reals[STEP_SIZE]
+    for k in range(L.PAST):
+        d = run.vectors[L.UNKNOWN0 + k]
+        for i in range(run.layout[L.N_Q]):
+            d[i] *= h / run.reals[S.STEP_SIZE]
 
 
 @kernel
 def residual(h, run):
     """RESIDUAL and RESIDUAL2 <- [0; Phi] and [0; Phi_q v + Phi_t], from FORCE and FORCE2."""
     y = run.vectors
-    r, r2, phi, dphi = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
-    for i in range(run.layout[N_Q]):
+    r, r2, phi, dphi = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE2]
+    for i in range(run.layout[L.N_Q]):
         r[i], r2[i] = 0.0, 0.0
-    for i in range(run.layout[N_Q], run.layout[N_ALL]):
+    for i in range(run.layout[L.N_Q], run.layout[L.N_ALL]):
         r[i], r2[i] = phi[i], dphi[i]
 
 
@@ -106,15 +89,22 @@ def matrix(t, h, run):
 def correct(k, h, run):
     """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position
     (or of h times a velocity)."""
-    y, scale = run.vectors, run.vectors[SCALE]
-    r, r2, of_d, of_v, d, v = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2], y[UNKNOWN], y[UNKNOWN2]
-    for i in range(run.layout[N_ALL]):
+    y, scale = run.vectors, run.vectors[L.SCALE]
+    r, r2, of_d, of_v, d, v = (
+        y[L.RESIDUAL],
+        y[L.RESIDUAL2],
+        y[L.CORRECTION],
+        y[L.CORRECTION2],
+        y[L.UNKNOWN],
+        y[L.UNKNOWN2],
+    )
+    for i in range(run.layout[L.N_ALL]):
         of_d[i], of_v[i] = -r[i], -r2[i]
-    solve(0, CORRECTION, run)
-    to_rates(CORRECTION, run)
-    solve(0, CORRECTION2, run)
+    solve(0, L.CORRECTION, run)
+    to_rates(L.CORRECTION, run)
+    solve(0, L.CORRECTION2, run)
     change = 0.0
-    for i in range(run.layout[N_Q]):
+    for i in range(run.layout[L.N_Q]):
         d[i] += of_d[i]
         v[i] += of_v[i]
         change = larger((abs(of_d[i]) + h * abs(of_v[i])) * scale[i], change)

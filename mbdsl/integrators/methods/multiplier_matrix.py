@@ -22,36 +22,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation.buffer_layout import (
-    CORRECTION,
-    DETAIL,
-    FORCE,
-    FRAME_A,
-    LEFT_OUT,
-    LEVER,
-    MASS,
-    MASS_KIND,
-    N_ALL,
-    N_MOVING,
-    N_PHI,
-    N_Q,
-    N_RELATIONS,
-    PAIR,
-    PAIR_POSE,
-    PAIRS,
-    POSE,
-    RATE,
-    SECOND_DERIVATIVE,
-    SOLVER,
-    SPARSE,
-)
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.linear_solve import SPARSE_LU
 from mbdsl.integrators.loop.sparse_lu import analyse
 from mbdsl.integrators.loop.symmetric_lu import symmetric_factor, symmetric_solve
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.columns import PLANE
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.system import System
 
-ROWS_AT, PRODUCTS_AT, N_PRODUCTS, HEADER = SPARSE + 1, SPARSE + 2, SPARSE + 3, SPARSE + 4
+ROWS_AT, PRODUCTS_AT, N_PRODUCTS, HEADER = L.SPARSE + 1, L.SPARSE + 2, L.SPARSE + 3, L.SPARSE + 4
 ROW, PRODUCT = 4, 3
 #: most constraints of a body: their part of C C^T is full
 MOST = 24
@@ -61,14 +40,14 @@ MOTIONS = {"mbdsl.bodies.rigid_body_kernels", "mbdsl.bodies.point_mass_kernels"}
 
 def _applies(system: System) -> bool:
     layout, tables = system.tables.layout, system.tables
-    if not system.m or system.p or system.of_multipliers or layout[N_MOVING] or layout[MASS_KIND] != 0:
+    if not system.m or system.p or system.of_multipliers or layout[L.N_MOVING] or layout[L.MASS_KIND] != 0:
         return False
-    if layout[N_RELATIONS]:
+    if layout[L.N_RELATIONS]:
         return False
     if any(b.role == "body" and b.module.__name__ not in MOTIONS for b in tables.blocks):
         return False
-    pairs = layout[layout[PAIRS] : layout[PAIRS] + PAIR * system.m].reshape(-1, PAIR)
-    return bool((pairs[:, [SECOND_DERIVATIVE, DETAIL]] < 0).all() and (system.mass() > 0.0).all())
+    pairs = layout[layout[L.PAIRS] : layout[L.PAIRS] + L.PAIR * system.m].reshape(-1, L.PAIR)
+    return bool((pairs[:, [L.SECOND_DERIVATIVE, L.DETAIL]] < 0).all() and (system.mass() > 0.0).all())
 
 
 def tables(system: System, offset: int) -> NDArray[np.int64]:
@@ -79,13 +58,13 @@ def tables(system: System, offset: int) -> NDArray[np.int64]:
     bodies = [system.scene.frames[name].body for name in system.tables.frames]
     coordinates = system.tables.coordinates
     place = [(coordinates[b], system.tables.models[b].n) if b in coordinates else (0, 0) for b in bodies]
-    pairs = layout[layout[PAIRS] : layout[PAIRS] + PAIR * m].reshape(-1, PAIR)
-    rows = np.array([place[f] for pair in pairs for f in pair[[FRAME_A, FRAME_A + 1]]], np.int64).reshape(-1, ROW)
+    pairs = layout[layout[L.PAIRS] : layout[L.PAIRS] + L.PAIR * m].reshape(-1, L.PAIR)
+    rows = np.array([place[f] for pair in pairs for f in pair[[L.FRAME_A, L.FRAME_A + 1]]], np.int64).reshape(-1, ROW)
     at: dict[int, list[tuple[int, int]]] = {}  # first coordinate of a body -> its constraints, and their places in C
     for r, row in enumerate(rows.tolist()):
         for side in range(2):
             if row[2 * side + 1]:
-                at.setdefault(row[2 * side], []).append((r, PAIR_POSE * r + POSE * side))
+                at.setdefault(row[2 * side], []).append((r, PLANE.PAIR_POSE * r + PLANE.POSE * side))
     if max(map(len, at.values())) > MOST:
         return np.zeros(1, np.int64)
     found = [(r, s, i, j) for own in at.values() for k, (r, i) in enumerate(own) for s, j in own[: k + 1]]
@@ -104,7 +83,7 @@ def tables(system: System, offset: int) -> NDArray[np.int64]:
         own = np.column_stack([twice[:, 0], twice[:, 3], twice[:, 2]])  # D has the numbering of the constraints
         products = np.concatenate([products, own])
     header = np.zeros(HEADER, np.int64)
-    header[[N_ALL, SPARSE]] = m, HEADER
+    header[[L.N_ALL, L.SPARSE]] = m, HEADER
     header[ROWS_AT] = HEADER + len(pattern.table)
     header[PRODUCTS_AT] = header[ROWS_AT] + rows.size
     header[N_PRODUCTS] = len(products)
@@ -159,14 +138,14 @@ def _from_the_ends(order: list[int], rows: list[int], columns: list[int]) -> NDA
 def applies(run):
     """Whether the multipliers are solved for in this way."""
     layout = run.layout
-    return layout[SOLVER] == SPARSE_LU and layout[layout.size - 1] > 0
+    return layout[L.SOLVER] == SPARSE_LU and layout[layout.size - 1] > 0
 
 
 @rare
 def roots(row, run):
     """vectors[row] <- diagonal of M^{-1/2}."""
-    for i in range(run.layout[N_Q]):
-        run.vectors[row, i] = run.numbers[run.layout[MASS] + i] ** -0.5
+    for i in range(run.layout[L.N_Q]):
+        run.vectors[row, i] = run.numbers[run.layout[L.MASS] + i] ** -0.5
 
 
 @rare
@@ -175,27 +154,27 @@ def assemble(root, run):
     M^{-1/2}."""
     vectors, layout, frames, gradients = run.vectors, run.layout, run.frames, run.gradients
     S, C, w = run.matrices[0], run.matrices[1], run.vectors[root]
-    n, m, tables = layout[N_Q], layout[N_PHI], layout[layout[layout.size - 1] :]
-    row, right, pair = tables[tables[ROWS_AT] :], vectors[CORRECTION], layout[layout[PAIRS] :]
+    n, m, tables = layout[L.N_Q], layout[L.N_PHI], layout[layout[layout.size - 1] :]
+    row, right, pair = tables[tables[ROWS_AT] :], vectors[L.CORRECTION], layout[layout[L.PAIRS] :]
     for i in range(n):
-        right[i] = vectors[FORCE, i]
-    for i in range(m + tables[tables[SPARSE] + 2 * m]):
+        right[i] = vectors[L.FORCE, i]
+    for i in range(m + tables[tables[L.SPARSE] + 2 * m]):
         S[i] = 0.0
     for r in range(m):
-        gamma, o = 0.0, PAIR * r
-        if pair[o + LEFT_OUT]:
-            for k in range(PAIR_POSE * r, PAIR_POSE * r + PAIR_POSE):
+        gamma, o = 0.0, L.PAIR * r
+        if pair[o + L.LEFT_OUT]:
+            for k in range(PLANE.PAIR_POSE * r, PLANE.PAIR_POSE * r + PLANE.PAIR_POSE):
                 C[k] = 0.0
             S[r] = 1.0
         else:
             for side in range(2):
-                k, d, nb = POSE * side, row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1]
-                f, x, y, at = pair[o + FRAME_A + side], gradients[r, k], gradients[r, k + 1], PAIR_POSE * r + k
+                k, d, nb = PLANE.POSE * side, row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1]
+                f, x, y, at = pair[o + L.FRAME_A + side], gradients[r, k], gradients[r, k + 1], PLANE.PAIR_POSE * r + k
                 C[at], C[at + 1], C[at + 2] = 0.0, 0.0, 0.0
                 if nb > 0:
                     C[at], C[at + 1] = w[d] * x, w[d + 1] * y
                 if nb > 2:
-                    lx, ly, omega = frames[f, LEVER], frames[f, LEVER + 1], frames[f, RATE + 2]
+                    lx, ly, omega = frames[f, PLANE.LEVER], frames[f, PLANE.LEVER + 1], frames[f, PLANE.RATE + 2]
                     C[at + 2] = w[d + 2] * (gradients[r, k + 2] - ly * x + lx * y)
                     gamma += omega * omega * (lx * x + ly * y)
         right[n + r] = gamma
@@ -216,14 +195,14 @@ def factorise(run):
 def solve_multipliers(y, root, run):
     """y <- [a; lam] of y = [f; g], with the factors of C C^T."""
     layout, C, w = run.layout, run.matrices[1], run.vectors[root]
-    n, m, tables = layout[N_Q], layout[N_PHI], layout[layout[layout.size - 1] :]
+    n, m, tables = layout[L.N_Q], layout[L.N_PHI], layout[layout[layout.size - 1] :]
     row, lam = tables[tables[ROWS_AT] :], y[n:]
     for i in range(n):
         y[i] *= w[i]
     for r in range(m):
         x = -lam[r]
         for side in range(2):
-            d, nb, at = row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1], PAIR_POSE * r + POSE * side
+            d, nb, at = row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1], PLANE.PAIR_POSE * r + PLANE.POSE * side
             if nb > 0:
                 x += C[at] * y[d] + C[at + 1] * y[d + 1]
             if nb > 2:
@@ -232,7 +211,7 @@ def solve_multipliers(y, root, run):
     symmetric_solve(run.matrices[0], tables, lam)
     for r in range(m):
         for side in range(2):
-            d, nb, at = row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1], PAIR_POSE * r + POSE * side
+            d, nb, at = row[ROW * r + 2 * side], row[ROW * r + 2 * side + 1], PLANE.PAIR_POSE * r + PLANE.POSE * side
             if nb > 0:
                 y[d] -= C[at] * lam[r]
                 y[d + 1] -= C[at + 1] * lam[r]

@@ -23,28 +23,14 @@ Source: Negrut, Jay, Khude, A discussion of low order numerical integration form
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
 """
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    MASS,
-    MX,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    POSITION,
-    POSITION0,
-    RESIDUAL,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.split_correction import correct_one
 from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 
 def beta_of(options):
@@ -83,7 +69,7 @@ def memory(c, start):
 
 
 def begin(c, start):
-    return {UNKNOWN0: [*(0.0 * start.a if start.stiff else start.a), *start.lam]}
+    return {L.UNKNOWN0: [*(0.0 * start.a if start.stiff else start.a), *start.lam]}
 
 
 METHOD = Method(
@@ -123,8 +109,8 @@ def motion(h, run):
     """POSITION and VELOCITY from POSITION0, VELOCITY0, UNKNOWN0 and UNKNOWN."""
     beta, gamma, _alpha, past = weights(run)
     y = run.vectors
-    q, v, q0, v0, a, a0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0], y[UNKNOWN], y[UNKNOWN0]
-    for i in range(run.layout[N_Q]):
+    q, v, q0, v0, a, a0 = y[L.POSITION], y[L.VELOCITY], y[L.POSITION0], y[L.VELOCITY0], y[L.UNKNOWN], y[L.UNKNOWN0]
+    for i in range(run.layout[L.N_Q]):
         a_n = past * a0[i]
         q[i] = q0[i] + h * v0[i] + h * h / 2 * ((1 - 2 * beta) * a_n + 2 * beta * a[i])  # (4a)
         v[i] = v0[i] + h * ((1 - gamma) * a_n + gamma * a[i])  # (4b)
@@ -146,7 +132,7 @@ def velocity_error(h, last, c):
 @kernel
 def change_step(h, run):
     """Convert v_n along the normals to the step size h. Changes VELOCITY0."""
-    if h != run.reals[STEP_SIZE]:
+    if h != run.reals[S.STEP_SIZE]:
         set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
 
@@ -154,9 +140,9 @@ def change_step(h, run):
 def residual(h, run):
     """RESIDUAL from UNKNOWN, MX and FORCE."""
     beta, gamma, _alpha, _past = weights(run)
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, f, a, Ma = y[RESIDUAL], y[FORCE], y[UNKNOWN], y[MX]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, f, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.UNKNOWN], y[L.MX]
     for i in range(n):
         r[i] = mass[i] * a[i] + Ma[i] - f[i]
     for i in range(n, n + m):

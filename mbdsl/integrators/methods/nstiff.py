@@ -24,31 +24,14 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section o
 integrator in ADAMS. The start is our own.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    E_Q,
-    FORCE,
-    MASS,
-    MX,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    POSITION,
-    POSITION0,
-    RESIDUAL,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # q at the start of the previous step
-from mbdsl.compilation.buffer_layout import KEPT2 as VELOCITY1
-from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import LAST_H
 from mbdsl.integrators.loop.split_correction import correct_one
 from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 #: memory: (s/h)^2 and s/h, the weights of a in q and v; p; the error of v_n along the normals, relative to the jerk
 S_SQUARED, S, P, ERROR = range(4)
@@ -59,7 +42,7 @@ EULER = (1.0, 1.0, 0.0)
 def before(start):
     """q and v one step before the start, by Taylor expansion."""
     h, q, v, a, j = start.h, start.q, start.v, start.a, start.jerk
-    return {POSITION1: q - h * v + h**2 / 2 * a - h**3 / 6 * j, VELOCITY1: v - h * a + h**2 / 2 * j}
+    return {L.KEPT: q - h * v + h**2 / 2 * a - h**3 / 6 * j, L.KEPT2: v - h * a + h**2 / 2 * j}
 
 
 def memory(c, start):
@@ -67,7 +50,7 @@ def memory(c, start):
 
 
 def begin(c, start):
-    return {UNKNOWN0: [*(0.0 * start.a if start.stiff else start.a), *start.lam], **before(start)}
+    return {L.UNKNOWN0: [*(0.0 * start.a if start.stiff else start.a), *start.lam], **before(start)}
 
 
 METHOD = Method(
@@ -81,7 +64,7 @@ METHOD = Method(
     memory=memory,
     begin=begin,
     steps=("fixed", "controlled"),
-    past_positions=POSITION1,
+    past_positions=L.KEPT,
     relative_step=0.5,
 )
 
@@ -91,9 +74,9 @@ def motion(h, run):
     """POSITION and VELOCITY from those of the last two steps and UNKNOWN."""
     s, p = run.memory[S] * h, run.memory[P]
     y = run.vectors
-    q, v, a = y[POSITION], y[VELOCITY], y[UNKNOWN]
-    q0, v0, q1, v1 = y[POSITION0], y[VELOCITY0], y[POSITION1], y[VELOCITY1]
-    for i in range(run.layout[N_Q]):
+    q, v, a = y[L.POSITION], y[L.VELOCITY], y[L.UNKNOWN]
+    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[L.KEPT], y[L.KEPT2]
+    for i in range(run.layout[L.N_Q]):
         ahead = v0[i] + p * (v0[i] - v1[i])
         q[i] = q0[i] + p * (q0[i] - q1[i]) + s * (ahead + s * a[i])
         v[i] = ahead + s * a[i]
@@ -119,13 +102,13 @@ def change_step(h, run):
 
     Changes VELOCITY0 and VELOCITY1.
     """
-    last, memory = run.reals[LAST_H], run.memory
+    last, memory = run.reals[loop_state.LAST_H], run.memory
     set_ratio(h / last, run)
     error = velocity_error(h, last, run.coefficients)
     if error != memory[ERROR]:
         set_velocity(error, h, matrix, run)
-        v1, change = run.vectors[VELOCITY1], run.vectors[E_Q]
-        for i in range(run.layout[N_Q]):
+        v1, change = run.vectors[L.KEPT2], run.vectors[L.E_Q]
+        for i in range(run.layout[L.N_Q]):
             v1[i] += change[i]
     memory[ERROR] = error
 
@@ -141,9 +124,9 @@ def set_ratio(r, run):
 def residual(h, run):
     """RESIDUAL from UNKNOWN, MX and FORCE."""
     s = run.memory[S] * h
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, f, a, Ma = y[RESIDUAL], y[FORCE], y[UNKNOWN], y[MX]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, f, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.UNKNOWN], y[L.MX]
     for i in range(n):
         r[i] = mass[i] * a[i] + Ma[i] - f[i]
     for i in range(n, n + m):
@@ -171,6 +154,6 @@ def finish(h, run):
     """POSITION1 and VELOCITY1 <- the state at the start of the step; the next step is one of BDF2."""
     run.memory[S_SQUARED], run.memory[S], run.memory[P] = BDF2
     y = run.vectors
-    q0, v0, q1, v1 = y[POSITION0], y[VELOCITY0], y[POSITION1], y[VELOCITY1]
-    for i in range(run.layout[N_Q]):
+    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[L.KEPT], y[L.KEPT2]
+    for i in range(run.layout[L.N_Q]):
         q1[i], v1[i] = q0[i], v0[i]

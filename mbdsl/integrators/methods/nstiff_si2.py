@@ -35,38 +35,15 @@ Unequal steps and local errors: as for NSTIFF. q' - v and mu vanish with h^2; th
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF-SI2; the splitting is our own.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    CORRECTION,
-    CORRECTION2,
-    FORCE,
-    FORCE2,
-    MASS,
-    MX,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    PAST,
-    POSITION,
-    POSITION0,
-    RESIDUAL,
-    RESIDUAL2,
-    SCALE,
-    UNKNOWN,
-    UNKNOWN0,
-    UNKNOWN2,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # q at the start of the previous step
-from mbdsl.compilation.buffer_layout import KEPT2 as VELOCITY1
-from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.coupled_correction import block, copy_first, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
-from mbdsl.integrators.loop.loop_state import COUPLED, LAST_H, STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
 from mbdsl.integrators.loop.tangent_matrices import stiffness_matrix, tangent_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.nstiff import P, S, begin, finish, local_error, memory, set_ratio
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 __all__ = ["begin", "finish", "local_error"]
 
@@ -85,7 +62,7 @@ METHOD = Method(
     matrices=3,
     coupled=True,
     steps=("fixed", "controlled"),
-    past_positions=POSITION1,
+    past_positions=L.KEPT,
     relative_step=0.5,
 )
 
@@ -95,9 +72,9 @@ def motion(h, run):
     """POSITION and VELOCITY from those of the last two steps, UNKNOWN and UNKNOWN2."""
     s, p = run.memory[S] * h, run.memory[P]
     y = run.vectors
-    q, v, a, drift = y[POSITION], y[VELOCITY], y[UNKNOWN], y[UNKNOWN2]
-    q0, v0, q1, v1 = y[POSITION0], y[VELOCITY0], y[POSITION1], y[VELOCITY1]
-    for i in range(run.layout[N_Q]):
+    q, v, a, drift = y[L.POSITION], y[L.VELOCITY], y[L.UNKNOWN], y[L.UNKNOWN2]
+    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[L.KEPT], y[L.KEPT2]
+    for i in range(run.layout[L.N_Q]):
         ahead = v0[i] + p * (v0[i] - v1[i]) + s * a[i]
         q[i] = q0[i] + p * (q0[i] - q1[i]) + s * (ahead + drift[i])
         v[i] = ahead
@@ -106,11 +83,11 @@ def motion(h, run):
 @kernel
 def change_step(h, run):
     """Set the weights for the step size h in ``memory``, and convert the history of q' - v and mu to it."""
-    h0 = run.reals[STEP_SIZE]
-    set_ratio(h / run.reals[LAST_H], run)
-    for k in range(PAST if h != h0 else 0):
-        drift = run.vectors[UNKNOWN0 + PAST + k]
-        for i in range(run.layout[N_ALL]):
+    h0 = run.reals[loop_state.STEP_SIZE]
+    set_ratio(h / run.reals[loop_state.LAST_H], run)
+    for k in range(L.PAST if h != h0 else 0):
+        drift = run.vectors[L.UNKNOWN0 + L.PAST + k]
+        for i in range(run.layout[L.N_ALL]):
             drift[i] *= (h / h0) ** 2
 
 
@@ -118,10 +95,10 @@ def change_step(h, run):
 def residual(h, run):
     """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, FORCE and FORCE2."""
     s = run.memory[S] * h
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
-    r, r2, f, mu_force = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
-    a, drift, Ma = y[UNKNOWN], y[UNKNOWN2], y[MX]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, r2, f, mu_force = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE2]
+    a, drift, Ma = y[L.UNKNOWN], y[L.UNKNOWN2], y[L.MX]
     phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
         r[i] = mass[i] * a[i] + Ma[i] - f[i]  # R1
@@ -157,16 +134,23 @@ def correct(k, h, run):
     """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position
     (or of h times a velocity)."""
     s = run.memory[S] * h
-    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
-    y, scale = run.vectors, run.vectors[SCALE]
-    r, r2, da, u, a, drift = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2], y[UNKNOWN], y[UNKNOWN2]
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, scale = run.vectors, run.vectors[L.SCALE]
+    r, r2, da, u, a, drift = (
+        y[L.RESIDUAL],
+        y[L.RESIDUAL2],
+        y[L.CORRECTION],
+        y[L.CORRECTION2],
+        y[L.UNKNOWN],
+        y[L.UNKNOWN2],
+    )
     for i in range(n):
         da[i], u[i] = -r[i], r2[i] / s
     for i in range(n, n + m):
         da[i], u[i] = -r2[i], -r[i] / s
     for i in range(n + m, size):
         da[i], u[i] = -r[i], 0.0
-    if run.integers[COUPLED]:
+    if run.integers[loop_state.COUPLED]:
         solve_coupled(run)
     else:
         for i in range(n, n + m):

@@ -9,19 +9,7 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90. The splitting is
 
 from math import inf
 
-from mbdsl.compilation.buffer_layout import (
-    N_ALL,
-    N_Q,
-    N_ROTATIONS,
-    POSITION,
-    POSITION0,
-    UNKNOWN,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.loop.loop_state import HISTORY, NODES, NOW, STEP_END, TOL
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import from_rates, with_rates
 from mbdsl.integrators.methods.radau5_coefficients import NODES as STAGES
 from mbdsl.integrators.methods.radau5_stages import (
@@ -45,6 +33,8 @@ from mbdsl.integrators.methods.radau5_stages import (
 )
 from mbdsl.integrators.methods.radau_newton import LAST
 from mbdsl.integrators.methods.radau_step import method, next_length, take, trial_length
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 __all__ = ["METHOD", "constraint_size", "correct", "estimate", "finish", "interpolate", "matrices", "next_length"]
 __all__ += ["predict", "residuals", "store", "take", "trial_length"]
@@ -57,20 +47,20 @@ METHOD = method(3, OWN_ROWS, MATRICES, lambda: (0.1, 0.8, 0.25, 100.0, inf))
 def interpolate(k, x, h, out, run):
     """q and v at the part x of the step, by the polynomial of degree 5 with the values of both at the ends of the last
     two steps; in the first step, with the accelerations at both ends."""
-    vectors, n, r = run.vectors, run.layout[N_Q], run.memory[LAST] / h
-    now, before = with_rates(POSITION, VELOCITY, RATES, run), with_rates(QB, VB, RATES + 1, run)
+    vectors, n, r = run.vectors, run.layout[L.N_Q], run.memory[LAST] / h
+    now, before = with_rates(L.POSITION, L.VELOCITY, RATES, run), with_rates(QB, VB, RATES + 1, run)
     for i in range(n):
-        q0, v0 = vectors[POSITION0, i], h * vectors[VELOCITY0, i]
-        q1, v1 = vectors[POSITION, i], h * vectors[now, i]
+        q0, v0 = vectors[L.POSITION0, i], h * vectors[L.VELOCITY0, i]
+        q1, v1 = vectors[L.POSITION, i], h * vectors[now, i]
         c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
-        if run.integers[HISTORY] > 1:
+        if run.integers[S.HISTORY] > 1:
             g, dg = (r * (1.0 + r)) ** 2, -2.0 * r * (1.0 + r) * (1.0 + 2.0 * r)
             off = vectors[QB, i] - (q0 - r * (v0 - r * (c2 - r * c3)))
             slope = h * vectors[before, i] - (v0 - r * (2.0 * c2 - r * 3.0 * c3))
             b1 = (slope - dg * off / g) / g
             b0 = off / g + b1 * r
         else:
-            b0 = h * h / 2.0 * vectors[UNKNOWN0, i] - c2
+            b0 = h * h / 2.0 * vectors[L.UNKNOWN0, i] - c2
             b1 = h * h / 2.0 * vectors[STAGE + 2, i] - c2 - 3.0 * c3 - b0
         g, dg, b = (x * (1.0 - x)) ** 2, 2.0 * x * (1.0 - x) * (1.0 - 2.0 * x), b0 + b1 * x
         out[k, i] = q0 + x * (v0 + x * (c2 + x * c3)) + g * b
@@ -84,20 +74,20 @@ def store(h, run):
     reals, vectors, layout = run.reals, run.vectors, run.layout
     for k in range(3):
         row = STAGE + k
-        if layout[N_ROTATIONS] > 0:
+        if layout[L.N_ROTATIONS] > 0:
             motion(k, h, run)
-            row = UNKNOWN
-        for i in range(layout[N_ALL]):
+            row = L.UNKNOWN
+        for i in range(layout[L.N_ALL]):
             vectors[PAST + k, i], vectors[PAST2 + k, i] = vectors[row, i], vectors[STAGE2 + k, i]
-    for i in range(layout[N_Q]):
-        vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (
-            vectors[POSITION0, i],
-            vectors[VELOCITY0, i],
-            vectors[POSITION, i],
-            vectors[VELOCITY, i],
+    for i in range(layout[L.N_Q]):
+        vectors[QB, i], vectors[VB, i], vectors[L.POSITION0, i], vectors[L.VELOCITY0, i] = (
+            vectors[L.POSITION0, i],
+            vectors[L.VELOCITY0, i],
+            vectors[L.POSITION, i],
+            vectors[L.VELOCITY, i],
         )
-    for i in range(layout[N_ALL]):
-        vectors[UNKNOWN0 + 1, i] = vectors[PAST + 1, i]
-        vectors[UNKNOWN0, i] = vectors[PAST + 2, i]
-    if reals[TOL] > 0.0:
-        reals[NODES], reals[NODES + 1] = reals[STEP_END], reals[NOW] + STAGES[1] * h
+    for i in range(layout[L.N_ALL]):
+        vectors[L.UNKNOWN0 + 1, i] = vectors[PAST + 1, i]
+        vectors[L.UNKNOWN0, i] = vectors[PAST + 2, i]
+    if reals[S.TOL] > 0.0:
+        reals[S.NODES], reals[S.NODES + 1] = reals[S.STEP_END], reals[S.NOW] + STAGES[1] * h

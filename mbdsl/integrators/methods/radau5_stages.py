@@ -37,35 +37,6 @@ another step, a is Omega'.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    MASS,
-    MASS_KIND,
-    MASS_SLOTS,
-    MX,
-    MX2,
-    N_ALL,
-    N_GAM,
-    N_PHI,
-    N_Q,
-    N_ROTATIONS,
-    NEW_MASS,
-    POSITION,
-    POSITION0,
-    ROTATIONS,
-    ROWS,
-    SCALE,
-    SIZE,
-    SLOTS,
-    TIMES,
-    UNKNOWN,
-    UNKNOWN0,
-    UNKNOWN2,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
 from mbdsl.integrators.loop.linear_solve import clear, compress, factor, has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.newton import EPS
@@ -98,16 +69,18 @@ from mbdsl.integrators.methods.radau5_coefficients import (
     SQUARE,
 )
 from mbdsl.integrators.methods.radau5_coefficients import A as W
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import INVERSE_INERTIA
 
 #: own rows of ``vectors``: two for intermediate results; G of the coordinates without mass, otherwise 0; q and v at the
 #: start of the last step
-ERROR, ERROR2, METRIC, QB, VB = range(ROWS, ROWS + 5)
+ERROR, ERROR2, METRIC, QB, VB = range(L.ROWS, L.ROWS + 5)
 #: three rows each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and [R2; R4; 0], corrections, the
 #: stages of the last step, and corrections of v
-STAGE, STAGE2, RESIDUAL, RESIDUAL2, CHANGE, PAST, PAST2, DV = range(ROWS + 5, ROWS + 29, 3)
+STAGE, STAGE2, RESIDUAL, RESIDUAL2, CHANGE, PAST, PAST2, DV = range(L.ROWS + 5, L.ROWS + 29, 3)
 #: velocities with psi' in the place of Omega, at the ends of this step and of the last one
-RATES = ROWS + 29
+RATES = L.ROWS + 29
 OWN_ROWS = 31
 #: matrices: that of the real s (0); the projection; [K'; N; Gam_q] in the columns of q; [D; 0; Gam_v], empty if
 #: negligible; real and imaginary part of that of the complex s
@@ -125,18 +98,18 @@ def set_metric(run):
     axis, as a thin rod."""
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
     largest = 0.0
-    for i in range(layout[N_Q]):
-        largest = max(largest, numbers[layout[MASS] + i] * vectors[SCALE, i] * vectors[SCALE, i])
+    for i in range(layout[L.N_Q]):
+        largest = max(largest, numbers[layout[L.MASS] + i] * vectors[L.SCALE, i] * vectors[L.SCALE, i])
         vectors[METRIC, i] = 0.0
     least = MASSLESS * (largest if largest > 0.0 else 1.0)
-    for i in range(layout[N_Q]):
-        if not numbers[layout[MASS] + i] > 0.0:
-            vectors[METRIC, i] = least / (vectors[SCALE, i] * vectors[SCALE, i])
-    for k in range(layout[N_ROTATIONS]):
-        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
+    for i in range(layout[L.N_Q]):
+        if not numbers[layout[L.MASS] + i] > 0.0:
+            vectors[METRIC, i] = least / (vectors[L.SCALE, i] * vectors[L.SCALE, i])
+    for k in range(layout[L.N_ROTATIONS]):
+        d, at = layout[layout[L.ROTATIONS] + 2 * k], layout[layout[L.ROTATIONS] + 2 * k + 1]
         if numbers[at + INVERSE_INERTIA] == 0.0:  # the same about all axes: matrices are in those of the world
             for i in range(d, d + 3):
-                vectors[METRIC, i] = least / (vectors[SCALE, i] * vectors[SCALE, i])
+                vectors[METRIC, i] = least / (vectors[L.SCALE, i] * vectors[L.SCALE, i])
 
 
 @rare
@@ -154,16 +127,16 @@ def predict(ratio, degree, h, run):
         l1 = (x - c0) * (x - c2) / ((c1 - c0) * (c1 - c2))
         l2 = (x - c0) * (x - c1) / ((c2 - c0) * (c2 - c1))
         if degree > 2:
-            for i in range(layout[N_ALL]):
+            for i in range(layout[L.N_ALL]):
                 vectors[STAGE + k, i] = l0 * vectors[PAST, i] + l1 * vectors[PAST + 1, i] + l2 * vectors[PAST + 2, i]
                 vectors[STAGE2 + k, i] = ratio * ratio * ratio * vectors[PAST2 + k, i]
         else:
-            for i in range(layout[N_ALL]):
-                vectors[STAGE + k, i], vectors[STAGE2 + k, i] = vectors[UNKNOWN0, i], 0.0
+            for i in range(layout[L.N_ALL]):
+                vectors[STAGE + k, i], vectors[STAGE2 + k, i] = vectors[L.UNKNOWN0, i], 0.0
             if degree < 0:
-                for i in range(layout[N_Q]):
+                for i in range(layout[L.N_Q]):
                     vectors[STAGE + k, i] = 0.0
-    if layout[N_ROTATIONS] > 0:
+    if layout[L.N_ROTATIONS] > 0:
         for k in (0, 2, 1):
             motion(k, h, run)
             to_second_rates(STAGE + k, run)
@@ -176,13 +149,15 @@ def motion(k, h, run):
     a0, a1, a2 = h * W[k][0], h * W[k][1], h * W[k][2]
     b0, b1, b2 = h * h * SQUARE[k][0], h * h * SQUARE[k][1], h * h * SQUARE[k][2]
     c = h * NODES[k]
-    for i in range(layout[N_Q]):
+    for i in range(layout[L.N_Q]):
         x, y, z = vectors[STAGE, i], vectors[STAGE + 1, i], vectors[STAGE + 2, i]
-        vectors[VELOCITY, i] = vectors[VELOCITY0, i] + a0 * x + a1 * y + a2 * z
+        vectors[L.VELOCITY, i] = vectors[L.VELOCITY0, i] + a0 * x + a1 * y + a2 * z
         drift = a0 * vectors[STAGE2, i] + a1 * vectors[STAGE2 + 1, i] + a2 * vectors[STAGE2 + 2, i]
-        vectors[POSITION, i] = vectors[POSITION0, i] + c * vectors[VELOCITY0, i] + b0 * x + b1 * y + b2 * z + drift
-    for i in range(layout[N_ALL]):
-        vectors[UNKNOWN, i], vectors[UNKNOWN2, i] = vectors[STAGE + k, i], vectors[STAGE2 + k, i]
+        vectors[L.POSITION, i] = (
+            vectors[L.POSITION0, i] + c * vectors[L.VELOCITY0, i] + b0 * x + b1 * y + b2 * z + drift
+        )
+    for i in range(layout[L.N_ALL]):
+        vectors[L.UNKNOWN, i], vectors[L.UNKNOWN2, i] = vectors[STAGE + k, i], vectors[STAGE2 + k, i]
     from_chart(run)
 
 
@@ -190,17 +165,17 @@ def motion(k, h, run):
 def residual(k, run):
     """Residuals of stage k, as evaluated."""
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
-    n, m = layout[N_Q], layout[N_PHI]
+    n, m = layout[L.N_Q], layout[L.N_PHI]
     for i in range(n):
-        mass = numbers[layout[MASS] + i]
-        vectors[RESIDUAL + k, i] = mass * vectors[UNKNOWN, i] + vectors[MX, i] - vectors[FORCE, i]
+        mass = numbers[layout[L.MASS] + i]
+        vectors[RESIDUAL + k, i] = mass * vectors[L.UNKNOWN, i] + vectors[L.MX, i] - vectors[L.FORCE, i]
         vectors[RESIDUAL2 + k, i] = (
-            (mass + vectors[METRIC, i]) * vectors[UNKNOWN2, i] + vectors[MX2, i] + vectors[FORCE2, i]
+            (mass + vectors[METRIC, i]) * vectors[L.UNKNOWN2, i] + vectors[L.MX2, i] + vectors[L.FORCE2, i]
         )
     for i in range(n, n + m):
-        vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[FORCE, i], vectors[FORCE2, i]
-    for i in range(n + m, layout[N_ALL]):
-        vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[FORCE, i], 0.0
+        vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[L.FORCE, i], vectors[L.FORCE2, i]
+    for i in range(n + m, layout[L.N_ALL]):
+        vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[L.FORCE, i], 0.0
     into_chart(RESIDUAL + k, run)
     into_chart(RESIDUAL2 + k, run)
 
@@ -210,7 +185,7 @@ def residuals(t, h, run):
     """Residuals of all stages of a step from t; the second stage last, as the matrices are evaluated there."""
     for stage in (0, 2, 1):
         motion(stage, h, run)
-        run.layout[NEW_MASS] = 1
+        run.layout[L.NEW_MASS] = 1
         evaluate(t + NODES[stage] * h, run)
         residual(stage, run)
 
@@ -221,7 +196,7 @@ def constraint_size(run):
     vectors, layout = run.vectors, run.layout
     value = 0.0
     for k in range(3):
-        for i in range(layout[N_Q], layout[N_Q] + layout[N_PHI]):
+        for i in range(layout[L.N_Q], layout[L.N_Q] + layout[L.N_PHI]):
             value = max(value, abs(vectors[RESIDUAL + k, i]))
     return value
 
@@ -241,14 +216,14 @@ def matrices(start, h, still, run):
     k, l = x * x - y * y, 2.0 * x * y
     iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
     projection_matrix(PROJECTION, t, run, M=1.0)
-    for i in range(layout[N_Q]):
-        matrices[PROJECTION, layout[layout[SLOTS] + layout[MASS_SLOTS] + i]] += vectors[METRIC, i]
+    for i in range(layout[L.N_Q]):
+        matrices[PROJECTION, layout[layout[L.SLOTS] + layout[L.MASS_SLOTS] + i]] += vectors[METRIC, i]
     tangent_matrix(COUPLING, t, run, K=1.0, Mx_q=1.0, N=1.0, Gam_q=1.0)
     compress(COUPLING, run)
     iteration_matrix(COMPLEX, t, run, M=1.0, K=k, D=x, Mx_q=k, Gam_q=x)
     # the imaginary part is the difference of these two
     iteration_matrix(COMPLEX + 1, t, run, M=1.0, K=k + l, D=x + y, Mx_q=k + l, Gam_q=x + y)
-    for i in range(layout[SIZE]):
+    for i in range(layout[L.SIZE]):
         matrices[COMPLEX + 1, i] -= matrices[COMPLEX, i]
     prepare_damping(t, s, still, run)
     return (
@@ -266,9 +241,9 @@ def prepare_damping(t, s, still, run):
     """
     layout, matrices = run.layout, run.matrices
     tangent_matrix(DAMPING, t, run, D=1.0, Gam_v=1.0)
-    matters = layout[N_GAM] > 0
-    for i in range(layout[N_Q]):
-        slot = layout[layout[SLOTS] + layout[MASS_SLOTS] + i]
+    matters = layout[L.N_GAM] > 0
+    for i in range(layout[L.N_Q]):
+        slot = layout[layout[L.SLOTS] + layout[L.MASS_SLOTS] + i]
         d, a = abs(matrices[DAMPING, slot]), abs(matrices[0, slot])
         matters = matters or s * d > DAMPED * a or 10.0 * EPS * d > still * a
     if matters:
@@ -305,17 +280,17 @@ def transform(first, last, h, rank, run):
 def correct(h, unit, run):
     """Solve for the corrections, apply them; the largest scaled change of a position or ``unit`` times a velocity."""
     vectors, layout = run.vectors, run.layout
-    n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
+    n, m, size = layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL]
     solve_stages(h, run)
     largest = 0.0
     for k in range(3):
         b0, b1, b2 = h * h * SQUARE[k][0], h * h * SQUARE[k][1], h * h * SQUARE[k][2]
         for i in range(n):
             vectors[ERROR, i] = b0 * vectors[CHANGE, i] + b1 * vectors[CHANGE + 1, i] + b2 * vectors[CHANGE + 2, i]
-            largest = larger(abs(vectors[ERROR, i]) * vectors[SCALE, i], largest)
+            largest = larger(abs(vectors[ERROR, i]) * vectors[L.SCALE, i], largest)
         for i in range(n, size):
             vectors[ERROR2, i] = 0.0
-        from_rates(vectors[POSITION], vectors[ERROR], run)
+        from_rates(vectors[L.POSITION], vectors[ERROR], run)
         multiply(COUPLING, ERROR, ERROR2, run)
         a0, a1, a2 = INVERSE[k][0] / h, INVERSE[k][1] / h, INVERSE[k][2] / h
         for i in range(n):
@@ -342,7 +317,7 @@ def correct(h, unit, run):
         couple(h, run)
     for k in range(3):
         for i in range(n):
-            largest = larger(unit * abs(vectors[DV + k, i]) * vectors[SCALE, i], largest)
+            largest = larger(unit * abs(vectors[DV + k, i]) * vectors[L.SCALE, i], largest)
     return largest
 
 
@@ -371,7 +346,7 @@ def solve_complex(k, real, imag, run):
 def solve_stages(h, run):
     """e and kappa of all stages, in CHANGE, from the residuals."""
     vectors, layout = run.vectors, run.layout
-    n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
+    n, m, size = layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL]
     transform(0, n, h, 0, run)
     transform(n, n + m, h, 2, run)
     transform(n + m, size, h, 1, run)
@@ -388,21 +363,21 @@ def couple(h, run):
     """Correct a for dw, in RESIDUAL2, by D and Gam_v."""
     vectors, layout = run.vectors, run.layout
     for k in range(3):
-        for i in range(layout[N_ALL]):
+        for i in range(layout[L.N_ALL]):
             vectors[ERROR, i], vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = (
                 -vectors[RESIDUAL2 + k, i],
                 0.0,
                 0.0,
             )
-        from_rates(vectors[POSITION], vectors[ERROR], run)
+        from_rates(vectors[L.POSITION], vectors[ERROR], run)
         multiply(DAMPING, ERROR, RESIDUAL + k, run)
         into_chart(RESIDUAL + k, run)
     solve_stages(h, run)
     for k in range(3):
-        for i in range(layout[N_ALL]):
+        for i in range(layout[L.N_ALL]):
             vectors[STAGE + k, i] += vectors[CHANGE + k, i]
         b0, b1, b2 = h * W[k][0], h * W[k][1], h * W[k][2]
-        for i in range(layout[N_Q]):
+        for i in range(layout[L.N_Q]):
             vectors[DV + k, i] += b0 * vectors[CHANGE, i] + b1 * vectors[CHANGE + 1, i] + b2 * vectors[CHANGE + 2, i]
 
 
@@ -414,28 +389,30 @@ def estimate(h, speed, run):
     removes stiff components.
     """
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
-    n, s = layout[N_Q], REAL * h
+    n, s = layout[L.N_Q], REAL * h
     for i in range(n):
         a, b, c = vectors[STAGE, i], vectors[STAGE + 1, i], vectors[STAGE + 2, i]
         w = E1[0] * vectors[STAGE2, i] + E1[1] * vectors[STAGE2 + 1, i] + E1[2] * vectors[STAGE2 + 2, i]
         vectors[ERROR, i] = h * (h * (E2[0] * a + E2[1] * b + E2[2] * c) + w)
-        vectors[CHANGE, i] = h * (REAL * vectors[UNKNOWN0, i] + E1[0] * a + E1[1] * b + E1[2] * c)
-    from_rates(vectors[POSITION], vectors[ERROR], run)
-    from_rates(vectors[POSITION], vectors[CHANGE], run)
-    for i in range(layout[N_ALL]):
-        vectors[ERROR2, i], vectors[MX, i] = 0.0, 0.0
+        vectors[CHANGE, i] = h * (REAL * vectors[L.UNKNOWN0, i] + E1[0] * a + E1[1] * b + E1[2] * c)
+    from_rates(vectors[L.POSITION], vectors[ERROR], run)
+    from_rates(vectors[L.POSITION], vectors[CHANGE], run)
+    for i in range(layout[L.N_ALL]):
+        vectors[ERROR2, i], vectors[L.MX, i] = 0.0, 0.0
     multiply(COUPLING, ERROR, ERROR2, run)
-    if layout[MASS_KIND] > 0:
-        inertia(TIMES, CHANGE, MX, run)
+    if layout[L.MASS_KIND] > 0:
+        inertia(L.TIMES, CHANGE, L.MX, run)
     for i in range(n):
-        vectors[CHANGE, i] = numbers[layout[MASS] + i] * vectors[CHANGE, i] + vectors[MX, i] - s * vectors[ERROR2, i]
-    for i in range(n, n + layout[N_PHI]):
+        vectors[CHANGE, i] = (
+            numbers[layout[L.MASS] + i] * vectors[CHANGE, i] + vectors[L.MX, i] - s * vectors[ERROR2, i]
+        )
+    for i in range(n, n + layout[L.N_PHI]):
         vectors[CHANGE, i] = 0.0
-    for i in range(n + layout[N_PHI], layout[N_ALL]):
+    for i in range(n + layout[L.N_PHI], layout[L.N_ALL]):
         vectors[CHANGE, i] = -vectors[ERROR2, i]
     solve(0, CHANGE, run)
     largest = 0.0
     for i in range(n):
         of_q, of_v = vectors[ERROR, i] + s * vectors[CHANGE, i], vectors[CHANGE, i]
-        largest = larger(max(abs(of_q), abs(of_v) / speed) * vectors[SCALE, i], largest)
+        largest = larger(max(abs(of_q), abs(of_v) / speed) * vectors[L.SCALE, i], largest)
     return largest

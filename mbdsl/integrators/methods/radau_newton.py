@@ -3,25 +3,10 @@
 ``stages`` are the kernels of :class:`mbdsl.integrators.loop.run_data.Stages`, for some number of stages.
 """
 
-from mbdsl.compilation.buffer_layout import N_Q, N_ROTATIONS, OF_MULTIPLIERS, POSITION0, SCALE, VELOCITY0
-from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.loop.loop_state import (
-    DIVERGED,
-    FACTORISATIONS,
-    FRESH,
-    HISTORY,
-    ITERATIONS,
-    MATRICES,
-    NOT_FINITE,
-    RUNNING,
-    SINGULAR,
-    SOFT,
-    START,
-    STOP,
-    TOL,
-    UNSEEN,
-)
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.newton import EPS, SINGULAR_NOISE, finite
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
 #: memory: length and error of the last step; step length of the matrices; last measured contraction; largest scaled
 #: velocity so far
@@ -45,7 +30,7 @@ FULL, PARABOLIC = 9, 3
 @kernel
 def strict(run):
     """The tolerance of the embedded formula."""
-    return run.coefficients[FACTOR] * run.reals[TOL] ** run.coefficients[POWER]
+    return run.coefficients[FACTOR] * run.reals[S.TOL] ** run.coefficients[POWER]
 
 
 @kernel
@@ -53,9 +38,9 @@ def sizes(length, run):
     """Size of the mechanism. memory[SPEED] becomes the largest scaled velocity so far, at least 1/length."""
     memory, vectors, layout = run.memory, run.vectors, run.layout
     size, speed = 1.0, 0.0
-    for i in range(layout[N_Q]):
-        size = max(size, abs(vectors[POSITION0, i]) * vectors[SCALE, i])
-        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
+    for i in range(layout[L.N_Q]):
+        size = max(size, abs(vectors[L.POSITION0, i]) * vectors[L.SCALE, i])
+        speed = max(speed, abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i])
     memory[SPEED] = max(memory[SPEED], speed, 1.0 / length)
     return size
 
@@ -64,60 +49,60 @@ def sizes(length, run):
 def renew_matrices(t, h, still, stages, run):
     """New matrices of the stages; a status."""
     memory, integers = run.memory, run.integers
-    integers[MATRICES] += 1
-    integers[FACTORISATIONS] += 1
+    integers[S.MATRICES] += 1
+    integers[S.FACTORISATIONS] += 1
     if not stages.matrices(t, h, still, run):
-        return SINGULAR if finite(run) else NOT_FINITE
-    integers[FRESH], memory[OF_MATRICES] = 1, h
-    return RUNNING
+        return S.SINGULAR if finite(run) else S.NOT_FINITE
+    integers[S.FRESH], memory[OF_MATRICES] = 1, h
+    return S.RUNNING
 
 
 @kernel
 def newton(t, h, size, stages, run):
     """Solve the stages of a step from t; a status."""
-    memory, reals, integers, length = run.memory, run.reals, run.integers, run.reals[STOP] - run.reals[START]
-    spatial = run.layout[N_ROTATIONS] > 0
-    tolerance = (LEFT_IN_SPACE if spatial else LEFT) * reals[TOL] * h / length
-    unit = 1.0 / memory[SPEED] if reals[TOL] > 0.0 else h
+    memory, reals, integers, length = run.memory, run.reals, run.integers, run.reals[S.STOP] - run.reals[S.START]
+    spatial = run.layout[L.N_ROTATIONS] > 0
+    tolerance = (LEFT_IN_SPACE if spatial else LEFT) * reals[S.TOL] * h / length
+    unit = 1.0 / memory[SPEED] if reals[S.TOL] > 0.0 else h
     # Errors of all steps add up: little more than half of the last digit is acceptable.
     floor = 0.5 * EPS * size
     # In space slow contraction may be due to spins instead of rounding.
     noise = max(1e3 * floor, tolerance if spatial else STALLED * strict(run))
     # The first change has no former one to be compared with.
-    contraction, former = min(max(memory[CONTRACTION], ASSUMED if integers[UNSEEN] >= OFTEN else 1e-3), 0.9), 0.0
-    integers[UNSEEN] += 1
+    contraction, former = min(max(memory[CONTRACTION], ASSUMED if integers[S.UNSEEN] >= OFTEN else 1e-3), 0.9), 0.0
+    integers[S.UNSEEN] += 1
     fresh = False
     for k in range(MAX_ITERATIONS):
         stages.residuals(t, h, run)
-        integers[ITERATIONS] += 1
-        if integers[FRESH] == 0:
+        integers[S.ITERATIONS] += 1
+        if integers[S.FRESH] == 0:
             status = renew_matrices(t, h, noise / unit, stages, run)
-            if status != RUNNING:
+            if status != S.RUNNING:
                 return status
             fresh = True
         held = k > 4 and stages.constraint_size(run) <= 1e3 * floor
         change = stages.correct(h, unit, run)
         if not change < 1e100:
-            return NOT_FINITE
+            return S.NOT_FINITE
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
             if former > run.coefficients[MEASURED] * floor:
-                memory[CONTRACTION], integers[UNSEEN] = contraction, 0
+                memory[CONTRACTION], integers[S.UNSEEN] = contraction, 0
         left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
         # the first change does not contain friction by a load that was zero, whose derivative is zero
-        if k == 0 and run.layout[OF_MULTIPLIERS] > 0:
+        if k == 0 and run.layout[L.OF_MULTIPLIERS] > 0:
             former = change
             continue
         if left <= tolerance or change <= floor or (k > 2 and contraction > 0.3 and change <= noise):
-            return RUNNING
+            return S.RUNNING
         if held and contraction > 0.3 and change <= SINGULAR_NOISE * size:
-            return RUNNING  # close to a singular pose, which magnifies rounding; the constraints hold
+            return S.RUNNING  # close to a singular pose, which magnifies rounding; the constraints hold
         if k > 0 and contraction > 0.3 and former > run.coefficients[MEASURED] * floor and (not fresh or k % 3 == 0):
-            integers[FRESH] = 0
+            integers[S.FRESH] = 0
         if k > 2 and contraction > 0.9 and tolerance > 0.0 and change > SINGULAR_NOISE * size:
-            return DIVERGED  # a shorter step is tried
+            return S.DIVERGED  # a shorter step is tried
         former = change
-    return DIVERGED
+    return S.DIVERGED
 
 
 @kernel
@@ -128,12 +113,12 @@ def solve_step(attempt, t, h, stages, run):
     matrices that are soft along nearly dependent constraints.
     """
     memory, integers = run.memory, run.integers
-    size = sizes(run.reals[STOP] - run.reals[START], run)
+    size = sizes(run.reals[S.STOP] - run.reals[S.START], run)
     if memory[OF_MATRICES] != h:
-        integers[FRESH] = 0
+        integers[S.FRESH] = 0
     degree = min(1 - attempt, 0)
-    if integers[HISTORY] > 1 and (attempt == 0 or attempt == PARABOLIC):
+    if integers[S.HISTORY] > 1 and (attempt == 0 or attempt == PARABOLIC):
         degree = FULL if attempt == 0 else 2
-    integers[SOFT] = 1 if attempt == PARABOLIC else 0
-    stages.predict(h / memory[LAST] if integers[HISTORY] > 1 else 1.0, degree, h, run)
+    integers[S.SOFT] = 1 if attempt == PARABOLIC else 0
+    stages.predict(h / memory[LAST] if integers[S.HISTORY] > 1 else 1.0, degree, h, run)
     return newton(t, h, size, stages, run)

@@ -9,41 +9,9 @@ error at the ends of steps, and the tolerance of the embedded formula is proport
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE2,
-    LEFT_OUT,
-    MASS,
-    MASS_KIND,
-    MASS_SLOTS,
-    MX,
-    MX2,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    N_ROTATIONS,
-    NEW_MASS,
-    PAIR,
-    PAIRS,
-    POSITION,
-    POSITION0,
-    ROWS,
-    SCALE,
-    SIZE,
-    SLOT,
-    SLOTS,
-    TIMES,
-    UNKNOWN,
-    UNKNOWN0,
-    UNKNOWN2,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.complex_lu import complex_factor
 from mbdsl.integrators.loop.linear_solve import compress, factor, has_entries, larger, multiply, solve
-from mbdsl.integrators.loop.loop_state import NODES as AT
-from mbdsl.integrators.loop.loop_state import NOW, SOFT, STEP_END, TOL
 from mbdsl.integrators.loop.rotation_chart import from_chart, from_rates, into_chart, to_second_rates
 from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
@@ -75,13 +43,15 @@ from mbdsl.integrators.methods.radau_coefficients import (
     THERE,
 )
 from mbdsl.integrators.methods.radau_coefficients import A as W
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 
 #: flexibility of soft constraints, relative to the square of the motion in a step over the least mass
 SOFTNESS = 10.0
 #: rows of the first stage, those of the others follow at distances of STAGE_ROWS: unknowns [a; lam; nu] and
 #: [w; mu; 0], their residuals [R1; R3; R5] and [R2; R4; 0], corrections in the eigenvectors and of the stages,
 #: corrections of v, and the unknowns in the last step
-STAGE, STAGE2, RESIDUAL, RESIDUAL2, SPECTRUM, CHANGE, DV, PAST, PAST2 = range(ROWS + 5, ROWS + 14)
+STAGE, STAGE2, RESIDUAL, RESIDUAL2, SPECTRUM, CHANGE, DV, PAST, PAST2 = range(L.ROWS + 5, L.ROWS + 14)
 STAGE_ROWS = 9
 
 
@@ -135,7 +105,7 @@ def predict(ratio, degree, h, run):
         stage, stage2, past2 = STAGE + STAGE_ROWS * k, STAGE2 + STAGE_ROWS * k, PAST2 + STAGE_ROWS * k
         if degree > 0:
             x = 1.0 + c[NODES + k] * ratio
-            clear_row(stage, 0, layout[N_ALL], run)
+            clear_row(stage, 0, layout[L.N_ALL], run)
             for p in range(stages):
                 top, bottom = 1.0, 1.0
                 for q in range(stages):
@@ -145,16 +115,16 @@ def predict(ratio, degree, h, run):
                 weight, past = top / bottom, PAST + STAGE_ROWS * p
                 if degree == 2:
                     weight = c[FIT + p] + x * (c[FIT + MOST + p] + x * c[FIT + 2 * MOST + p])
-                for i in range(layout[N_ALL]):
+                for i in range(layout[L.N_ALL]):
                     vectors[stage, i] += weight * vectors[past, i]
-            for i in range(layout[N_ALL]):
+            for i in range(layout[L.N_ALL]):
                 vectors[stage2, i] = shrunk * vectors[past2, i] if degree > 2 else 0.0
         else:
-            for i in range(layout[N_ALL]):
-                vectors[stage, i], vectors[stage2, i] = vectors[UNKNOWN0, i], 0.0
+            for i in range(layout[L.N_ALL]):
+                vectors[stage, i], vectors[stage2, i] = vectors[L.UNKNOWN0, i], 0.0
             if degree < 0:
-                clear_row(stage, 0, layout[N_Q], run)
-    if layout[N_ROTATIONS] > 0:
+                clear_row(stage, 0, layout[L.N_Q], run)
+    if layout[L.N_ROTATIONS] > 0:
         for k in range(stages):
             motion(k, h, run)
             to_second_rates(STAGE + STAGE_ROWS * k, run)
@@ -164,18 +134,18 @@ def predict(ratio, degree, h, run):
 def motion(k, h, run):
     """q and v at stage k, and its unknowns in the rows that evaluations read."""
     vectors, layout = run.vectors, run.layout
-    n, c, stage = layout[N_Q], h * run.coefficients[NODES + k], STAGE + STAGE_ROWS * k
+    n, c, stage = layout[L.N_Q], h * run.coefficients[NODES + k], STAGE + STAGE_ROWS * k
     for i in range(n):
-        vectors[VELOCITY, i] = vectors[VELOCITY0, i]
-        vectors[POSITION, i] = vectors[POSITION0, i] + c * vectors[VELOCITY0, i]
+        vectors[L.VELOCITY, i] = vectors[L.VELOCITY0, i]
+        vectors[L.POSITION, i] = vectors[L.POSITION0, i] + c * vectors[L.VELOCITY0, i]
         vectors[ERROR, i] = 0.0
-    add(W + MOST * k, h, 1.0, STAGE, VELOCITY, 0, n, run)
-    add(SQUARE + MOST * k, h * h, 1.0, STAGE, POSITION, 0, n, run)
+    add(W + MOST * k, h, 1.0, STAGE, L.VELOCITY, 0, n, run)
+    add(SQUARE + MOST * k, h * h, 1.0, STAGE, L.POSITION, 0, n, run)
     add(W + MOST * k, h, 1.0, STAGE2, ERROR, 0, n, run)
     for i in range(n):
-        vectors[POSITION, i] += vectors[ERROR, i]
-    for i in range(layout[N_ALL]):
-        vectors[UNKNOWN, i], vectors[UNKNOWN2, i] = vectors[stage, i], vectors[stage + 1, i]
+        vectors[L.POSITION, i] += vectors[ERROR, i]
+    for i in range(layout[L.N_ALL]):
+        vectors[L.UNKNOWN, i], vectors[L.UNKNOWN2, i] = vectors[stage, i], vectors[stage + 1, i]
     from_chart(run)
 
 
@@ -183,15 +153,17 @@ def motion(k, h, run):
 def residual(k, run):
     """Residuals of stage k, as evaluated."""
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
-    n, m, first, second = layout[N_Q], layout[N_PHI], RESIDUAL + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
+    n, m, first, second = layout[L.N_Q], layout[L.N_PHI], RESIDUAL + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
     for i in range(n):
-        mass = numbers[layout[MASS] + i]
-        vectors[first, i] = mass * vectors[UNKNOWN, i] + vectors[MX, i] - vectors[FORCE, i]
-        vectors[second, i] = (mass + vectors[METRIC, i]) * vectors[UNKNOWN2, i] + vectors[MX2, i] + vectors[FORCE2, i]
+        mass = numbers[layout[L.MASS] + i]
+        vectors[first, i] = mass * vectors[L.UNKNOWN, i] + vectors[L.MX, i] - vectors[L.FORCE, i]
+        vectors[second, i] = (
+            (mass + vectors[METRIC, i]) * vectors[L.UNKNOWN2, i] + vectors[L.MX2, i] + vectors[L.FORCE2, i]
+        )
     for i in range(n, n + m):
-        vectors[first, i], vectors[second, i] = vectors[FORCE, i], vectors[FORCE2, i]
-    for i in range(n + m, layout[N_ALL]):
-        vectors[first, i], vectors[second, i] = vectors[FORCE, i], 0.0
+        vectors[first, i], vectors[second, i] = vectors[L.FORCE, i], vectors[L.FORCE2, i]
+    for i in range(n + m, layout[L.N_ALL]):
+        vectors[first, i], vectors[second, i] = vectors[L.FORCE, i], 0.0
     into_chart(first, run)
     into_chart(second, run)
 
@@ -203,7 +175,7 @@ def residuals(t, h, run):
     for k in range(1, stages + 1):
         stage = (stages // 2 + k) % stages
         motion(stage, h, run)
-        run.layout[NEW_MASS] = 1
+        run.layout[L.NEW_MASS] = 1
         evaluate(t + run.coefficients[NODES + stage] * h, run)
         residual(stage, run)
 
@@ -214,7 +186,7 @@ def constraint_size(run):
     vectors, layout = run.vectors, run.layout
     value = 0.0
     for k in range(count(run)):
-        for i in range(layout[N_Q], layout[N_Q] + layout[N_PHI]):
+        for i in range(layout[L.N_Q], layout[L.N_Q] + layout[L.N_PHI]):
             value = max(value, abs(vectors[RESIDUAL + STAGE_ROWS * k, i]))
     return value
 
@@ -235,18 +207,18 @@ def soften(k, h, run):
     the least mass, this direction is hardly corrected, and its motion is that of the prediction.
     """
     vectors, numbers, layout, matrix = run.vectors, run.numbers, run.layout, run.matrices[k]
-    if run.integers[SOFT] == 0:
+    if run.integers[S.SOFT] == 0:
         return
     least, speed = 1e300, 0.0
-    for i in range(layout[N_Q]):
-        mass = numbers[layout[MASS] + i] * vectors[SCALE, i] * vectors[SCALE, i]
+    for i in range(layout[L.N_Q]):
+        mass = numbers[layout[L.MASS] + i] * vectors[L.SCALE, i] * vectors[L.SCALE, i]
         if mass > 0.0:
             least = min(least, mass)
-        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-    for r in range(layout[N_PHI]):
-        o = layout[PAIRS] + PAIR * r
-        if layout[o + LEFT_OUT] == 0:
-            matrix[layout[layout[SLOTS] + layout[o + SLOT]]] -= SOFTNESS * (speed * h) ** 2 / least
+        speed = max(speed, abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i])
+    for r in range(layout[L.N_PHI]):
+        o = layout[L.PAIRS] + L.PAIR * r
+        if layout[o + L.LEFT_OUT] == 0:
+            matrix[layout[layout[L.SLOTS] + layout[o + L.SLOT]]] -= SOFTNESS * (speed * h) ** 2 / least
 
 
 @rare
@@ -258,8 +230,8 @@ def matrices(start, h, still, run):
     s = c[EIGENVALUES] * h
     iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
     projection_matrix(PROJECTION, t, run, M=1.0)
-    for i in range(layout[N_Q]):
-        matrices[PROJECTION, layout[layout[SLOTS] + layout[MASS_SLOTS] + i]] += vectors[METRIC, i]
+    for i in range(layout[L.N_Q]):
+        matrices[PROJECTION, layout[layout[L.SLOTS] + layout[L.MASS_SLOTS] + i]] += vectors[METRIC, i]
     tangent_matrix(COUPLING, t, run, K=1.0, Mx_q=1.0, N=1.0, Gam_q=1.0)
     compress(COUPLING, run)
     for p in range(1, count(run), 2):
@@ -270,7 +242,7 @@ def matrices(start, h, still, run):
         iteration_matrix(imag, t, run, M=1.0, K=k + l, D=x + y, Mx_q=k + l, Gam_q=x + y)
         soften(real, h, run)
         soften(imag, h, run)
-        for i in range(layout[SIZE]):
+        for i in range(layout[L.SIZE]):
             matrices[imag, i] -= matrices[real, i]
         good = good and complex_factor(matrices[real], matrices[imag], run.pivots[real], layout)
     soften(0, h, run)
@@ -322,7 +294,7 @@ def transform(first, last, h, rank, run):
 def correct(h, unit, run):
     """Solve for the corrections, apply them; the largest scaled change of a position or ``unit`` times a velocity."""
     vectors, layout, stages = run.vectors, run.layout, count(run)
-    n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
+    n, m, size = layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL]
     solve_stages(h, run)
     largest = 0.0
     for k in range(stages):
@@ -332,8 +304,8 @@ def correct(h, unit, run):
         add(SQUARE + MOST * k, h * h, 1.0, CHANGE, ERROR, 0, n, run)
         add(INVERSE + MOST * k, 1.0, h, RESIDUAL, ERROR, n, n + m, run)
         for i in range(n):
-            largest = larger(abs(vectors[ERROR, i]) * vectors[SCALE, i], largest)
-        from_rates(vectors[POSITION], vectors[ERROR], run)
+            largest = larger(abs(vectors[ERROR, i]) * vectors[L.SCALE, i], largest)
+        from_rates(vectors[L.POSITION], vectors[ERROR], run)
         multiply(COUPLING, ERROR, ERROR2, run)
         for i in range(n):
             vectors[row, i] = -vectors[row, i]
@@ -360,7 +332,7 @@ def correct(h, unit, run):
     for k in range(stages):
         dv = DV + STAGE_ROWS * k
         for i in range(n):
-            largest = larger(unit * abs(vectors[dv, i]) * vectors[SCALE, i], largest)
+            largest = larger(unit * abs(vectors[dv, i]) * vectors[L.SCALE, i], largest)
     return largest
 
 
@@ -368,7 +340,7 @@ def correct(h, unit, run):
 def solve_stages(h, run):
     """e and kappa of all stages, in CHANGE, from the residuals."""
     layout = run.layout
-    n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
+    n, m, size = layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL]
     transform(0, n, h, 0, run)
     transform(n, n + m, h, 2, run)
     transform(n + m, size, h, 1, run)
@@ -386,18 +358,18 @@ def solve_stages(h, run):
 def couple(h, run):
     """Correct a for dw, in RESIDUAL2, by D and Gam_v."""
     vectors, layout, stages = run.vectors, run.layout, count(run)
-    n = layout[N_Q]
+    n = layout[L.N_Q]
     for k in range(stages):
         first, second = RESIDUAL + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
-        for i in range(layout[N_ALL]):
+        for i in range(layout[L.N_ALL]):
             vectors[ERROR, i], vectors[first, i], vectors[second, i] = -vectors[second, i], 0.0, 0.0
-        from_rates(vectors[POSITION], vectors[ERROR], run)
+        from_rates(vectors[L.POSITION], vectors[ERROR], run)
         multiply(DAMPING, ERROR, first, run)
         into_chart(first, run)
     solve_stages(h, run)
     for k in range(stages):
         stage, change, dv = STAGE + STAGE_ROWS * k, CHANGE + STAGE_ROWS * k, DV + STAGE_ROWS * k
-        for i in range(layout[N_ALL]):
+        for i in range(layout[L.N_ALL]):
             vectors[stage, i] += vectors[change, i]
         clear_row(ERROR, 0, n, run)
         add(W + MOST * k, h, 1.0, CHANGE, ERROR, 0, n, run)
@@ -413,33 +385,35 @@ def estimate(h, speed, run):
     removes stiff components.
     """
     vectors, numbers, layout, real = run.vectors, run.numbers, run.layout, run.coefficients[EIGENVALUES]
-    n, s = layout[N_Q], real * h
+    n, s = layout[L.N_Q], real * h
     for i in range(n):
-        vectors[ERROR, i], vectors[ERROR2, i], vectors[CHANGE, i] = 0.0, 0.0, real * vectors[UNKNOWN0, i]
+        vectors[ERROR, i], vectors[ERROR2, i], vectors[CHANGE, i] = 0.0, 0.0, real * vectors[L.UNKNOWN0, i]
     add(E1, 1.0, 1.0, STAGE2, ERROR, 0, n, run)
     add(E2, 1.0, 1.0, STAGE, ERROR2, 0, n, run)
     add(E1, 1.0, 1.0, STAGE, CHANGE, 0, n, run)
     for i in range(n):
         vectors[ERROR, i] = h * (h * vectors[ERROR2, i] + vectors[ERROR, i])
         vectors[CHANGE, i] = h * vectors[CHANGE, i]
-    from_rates(vectors[POSITION], vectors[ERROR], run)
-    from_rates(vectors[POSITION], vectors[CHANGE], run)
-    for i in range(layout[N_ALL]):
-        vectors[ERROR2, i], vectors[MX, i] = 0.0, 0.0
+    from_rates(vectors[L.POSITION], vectors[ERROR], run)
+    from_rates(vectors[L.POSITION], vectors[CHANGE], run)
+    for i in range(layout[L.N_ALL]):
+        vectors[ERROR2, i], vectors[L.MX, i] = 0.0, 0.0
     multiply(COUPLING, ERROR, ERROR2, run)
-    if layout[MASS_KIND] > 0:
-        inertia(TIMES, CHANGE, MX, run)
+    if layout[L.MASS_KIND] > 0:
+        inertia(L.TIMES, CHANGE, L.MX, run)
     for i in range(n):
-        vectors[CHANGE, i] = numbers[layout[MASS] + i] * vectors[CHANGE, i] + vectors[MX, i] - s * vectors[ERROR2, i]
-    for i in range(n, n + layout[N_PHI]):
+        vectors[CHANGE, i] = (
+            numbers[layout[L.MASS] + i] * vectors[CHANGE, i] + vectors[L.MX, i] - s * vectors[ERROR2, i]
+        )
+    for i in range(n, n + layout[L.N_PHI]):
         vectors[CHANGE, i] = 0.0
-    for i in range(n + layout[N_PHI], layout[N_ALL]):
+    for i in range(n + layout[L.N_PHI], layout[L.N_ALL]):
         vectors[CHANGE, i] = -vectors[ERROR2, i]
     solve(0, CHANGE, run)
     largest = 0.0
     for i in range(n):
         of_q, of_v = vectors[ERROR, i] + s * vectors[CHANGE, i], vectors[CHANGE, i]
-        largest = larger(max(abs(of_q), abs(of_v) / speed) * vectors[SCALE, i], largest)
+        largest = larger(max(abs(of_q), abs(of_v) / speed) * vectors[L.SCALE, i], largest)
     return largest
 
 
@@ -449,10 +423,10 @@ def estimate(h, speed, run):
 @rare
 def interpolate(k, x, h, out, run):
     """q and v by the polynomials of the stages: v of degree s, q of degree s + 1."""
-    vectors, c, n, stages = run.vectors, run.coefficients, run.layout[N_Q], count(run)
+    vectors, c, n, stages = run.vectors, run.coefficients, run.layout[L.N_Q], count(run)
     for i in range(n):
-        out[k, i] = vectors[POSITION0, i] + x * h * vectors[VELOCITY0, i]
-        out[k, n + i] = vectors[VELOCITY0, i]
+        out[k, i] = vectors[L.POSITION0, i] + x * h * vectors[L.VELOCITY0, i]
+        out[k, n + i] = vectors[L.VELOCITY0, i]
     for j in range(stages):
         once, twice = 0.0, 0.0
         for p in range(stages - 1, -1, -1):
@@ -471,20 +445,20 @@ def store(h, run):
     reals, vectors, layout, stages = run.reals, run.vectors, run.layout, count(run)
     for k in range(stages):
         at, source = STAGE_ROWS * k, STAGE + STAGE_ROWS * k
-        if layout[N_ROTATIONS] > 0:
+        if layout[L.N_ROTATIONS] > 0:
             motion(k, h, run)
-            source = UNKNOWN
-        for i in range(layout[N_ALL]):
+            source = L.UNKNOWN
+        for i in range(layout[L.N_ALL]):
             vectors[PAST + at, i], vectors[PAST2 + at, i] = vectors[source, i], vectors[STAGE2 + at, i]
-    for i in range(layout[N_Q]):
-        vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (
-            vectors[POSITION0, i],
-            vectors[VELOCITY0, i],
-            vectors[POSITION, i],
-            vectors[VELOCITY, i],
+    for i in range(layout[L.N_Q]):
+        vectors[QB, i], vectors[VB, i], vectors[L.POSITION0, i], vectors[L.VELOCITY0, i] = (
+            vectors[L.POSITION0, i],
+            vectors[L.VELOCITY0, i],
+            vectors[L.POSITION, i],
+            vectors[L.VELOCITY, i],
         )
     last = PAST + STAGE_ROWS * (stages - 1)
-    for i in range(layout[N_ALL]):
-        vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[last - STAGE_ROWS, i], vectors[last, i]
-    if reals[TOL] > 0.0:
-        reals[AT], reals[AT + 1] = reals[STEP_END], reals[NOW] + run.coefficients[NODES + stages - 2] * h
+    for i in range(layout[L.N_ALL]):
+        vectors[L.UNKNOWN0 + 1, i], vectors[L.UNKNOWN0, i] = vectors[last - STAGE_ROWS, i], vectors[last, i]
+    if reals[S.TOL] > 0.0:
+        reals[S.NODES], reals[S.NODES + 1] = reals[S.STEP_END], reals[S.NOW] + run.coefficients[NODES + stages - 2] * h

@@ -8,44 +8,8 @@ Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), secti
 Trans. Math. Softw. 29 (2003) 1-26.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE0,
-    N_Q,
-    N_ROTATIONS,
-    SCALE,
-    SOLVER,
-    UNKNOWN0,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import SPARSE_LU
-from mbdsl.integrators.loop.loop_state import (
-    CUT,
-    DIVERGED,
-    EVENT,
-    FRESH,
-    HISTORY,
-    LAST_H,
-    LAST_STEP,
-    LEAST_H,
-    MOST_H,
-    NEXT_EVENT,
-    NODES,
-    REJECTED,
-    RUNNING,
-    SIGNATURE,
-    SINGULAR,
-    START,
-    STEP,
-    STEP_END,
-    STEP_SIZE,
-    STOP,
-    TOL,
-    TOO_SMALL,
-    UNSEEN,
-    WATCHING,
-)
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.step_times import end_in_reach, end_of_step, representable
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
@@ -62,6 +26,8 @@ from mbdsl.integrators.methods.radau_newton import (
     solve_step,
     strict,
 )
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel, rare
 from mbdsl.system.switches import signature
 
 
@@ -78,7 +44,7 @@ def method(stages, rows, matrices, coefficients):
         source="Hairer, Wanner (1996)" if stages == 3 else "Hairer, Wanner (1999)",
         coefficients=lambda options: coefficients(),
         memory=lambda c, start: (0.0,) * 5,
-        begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
+        begin=lambda c, start: {L.UNKNOWN0: [*start.a, *start.lam]},
         sets=2,
         matrices=matrices,
         own_reactions=False,
@@ -107,19 +73,19 @@ AIM, SHRINK, GROW = 0.5, 0.15, 6.0
 @rare
 def first_step(run):
     """A length within which the motion at the start changes little [s]."""
-    reals, vectors, layout, length = run.reals, run.vectors, run.layout, run.reals[STOP] - run.reals[START]
+    reals, vectors, layout, length = run.reals, run.vectors, run.layout, run.reals[S.STOP] - run.reals[S.START]
     speed, force, jerk = 1.0 / length, 0.0, 0.0
-    for i in range(layout[N_Q]):
-        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-        force = max(force, abs(vectors[UNKNOWN0, i]) * vectors[SCALE, i])
-        jerk = max(jerk, abs(vectors[UNKNOWN0, i] - vectors[UNKNOWN0 + 1, i]) * vectors[SCALE, i])
+    for i in range(layout[L.N_Q]):
+        speed = max(speed, abs(vectors[L.VELOCITY0, i]) * vectors[L.SCALE, i])
+        force = max(force, abs(vectors[L.UNKNOWN0, i]) * vectors[L.SCALE, i])
+        jerk = max(jerk, abs(vectors[L.UNKNOWN0, i] - vectors[L.UNKNOWN0 + 1, i]) * vectors[L.SCALE, i])
     rate = max(speed, force**0.5)
     if run.coefficients[EXPONENT] < 0.25:
         # at the start of a contact the force is zero; steps of high order would pass it in two steps, whose lengths
         # other conditions determine, so that runs with different tolerances would have the same error
-        rate = max(rate, (jerk / (reals[NODES] - reals[NODES + 1]) / speed) ** 0.5)
+        rate = max(rate, (jerk / (reals[S.NODES] - reals[S.NODES + 1]) / speed) ** 0.5)
     # of runs with different tolerances the first steps differ, so that their difference shows the error behind an event
-    longest = 0.01 * length * (1e4 * run.reals[TOL]) ** run.coefficients[EXPONENT]
+    longest = 0.01 * length * (1e4 * run.reals[S.TOL]) ** run.coefficients[EXPONENT]
     return min(longest, strict(run) ** run.coefficients[EXPONENT] / rate)
 
 
@@ -127,15 +93,15 @@ def first_step(run):
 def trial_length(run):
     """The length to try [s]."""
     memory, reals = run.memory, run.reals
-    first = run.integers[HISTORY] == 1
+    first = run.integers[S.HISTORY] == 1
     if first:
         set_metric(run)
-    if reals[TOL] == 0.0:
-        return reals[STEP_SIZE]
+    if reals[S.TOL] == 0.0:
+        return reals[S.STEP_SIZE]
     if first:
         memory[CONTRACTION], memory[ERROR] = 1.0, 0.0
-        reals[STEP_SIZE] = min(reals[STEP_SIZE], first_step(run))
-    return min(reals[STEP_SIZE], reals[MOST_H])
+        reals[S.STEP_SIZE] = min(reals[S.STEP_SIZE], first_step(run))
+    return min(reals[S.STEP_SIZE], reals[S.MOST_H])
 
 
 @kernel
@@ -166,16 +132,16 @@ def filtered_length(h, error, run):
 def next_length(error, h, times, formulas, run):
     """Set the length of the next step; decide whether it starts with new matrices."""
     memory, reals = run.memory, run.reals
-    if reals[TOL] > 0.0:
+    if reals[S.TOL] > 0.0:
         new = filtered_length(h, error, run)
-        if run.layout[N_ROTATIONS] > 0 and run.integers[UNSEEN] == 0:
+        if run.layout[L.N_ROTATIONS] > 0 and run.integers[S.UNSEEN] == 0:
             # the contraction is about proportional to h: a spinning body needs a new matrix in every step
             new = min(new, h * max(1.0, CHEAPEST / memory[CONTRACTION]))
         keep = 0.95 <= new / h <= 1.15 and memory[CONTRACTION] < SLOW  # the matrices can be kept for another step
-        reals[STEP_SIZE], reals[LAST_H], memory[ERROR] = h if keep else new, h, error
+        reals[S.STEP_SIZE], reals[S.LAST_H], memory[ERROR] = h if keep else new, h, error
     memory[LAST] = h
-    if memory[CONTRACTION] > SLOW and run.integers[UNSEEN] <= run.coefficients[KNOWN]:
-        run.integers[FRESH] = 0
+    if memory[CONTRACTION] > SLOW and run.integers[S.UNSEEN] <= run.coefficients[KNOWN]:
+        run.integers[S.FRESH] = 0
 
 
 # -- the step ----------------------------------------------------------------------------------------------------------
@@ -185,34 +151,34 @@ def next_length(error, h, times, formulas, run):
 def before_switch(status, error, h, run):
     """The part of the step just tried after which a switch changes that makes a difference; 1 if none does."""
     reals = run.reals
-    if status == RUNNING:
-        evaluate(reals[STEP_END], run)
-    return until_switch(status, status == RUNNING and error <= UNNOTICED, h, run)
+    if status == S.RUNNING:
+        evaluate(reals[S.STEP_END], run)
+    return until_switch(status, status == S.RUNNING and error <= UNNOTICED, h, run)
 
 
 @rare
 def update_switches(run):
     """Switches and forces at the end of an accepted step."""
     integers, vectors, numbers, layout = run.integers, run.vectors, run.numbers, run.layout
-    evaluate(run.reals[STEP_END], run)
-    integers[SIGNATURE] = signature(numbers, layout)
-    for i in range(layout[N_Q]):
-        vectors[FORCE0, i] = vectors[FORCE, i]
+    evaluate(run.reals[S.STEP_END], run)
+    integers[S.SIGNATURE] = signature(numbers, layout)
+    for i in range(layout[L.N_Q]):
+        vectors[L.FORCE0, i] = vectors[L.FORCE, i]
 
 
 @kernel
 def take_fixed(t0, h, stages, run):
     """Try a step of fixed length up to three times; a status."""
     reals, integers = run.reals, run.integers
-    end = reals[STOP] if integers[STEP] == integers[LAST_STEP] - 1 else t0 + h
-    early = max(0.0, end - reals[NEXT_EVENT])  # some units in the last place
-    reals[STEP_END] = end - early
-    status = DIVERGED
+    end = reals[S.STOP] if integers[S.STEP] == integers[S.LAST_STEP] - 1 else t0 + h
+    early = max(0.0, end - reals[S.NEXT_EVENT])  # some units in the last place
+    reals[S.STEP_END] = end - early
+    status = S.DIVERGED
     for attempt in range(3):
         status = solve_step(attempt, t0 - early, h, stages, run)
-        if status == RUNNING or (status == SINGULAR and run.layout[SOLVER] == SPARSE_LU):
+        if status == S.RUNNING or (status == S.SINGULAR and run.layout[L.SOLVER] == SPARSE_LU):
             break
-        integers[FRESH] = 0
+        integers[S.FRESH] = 0
     return status
 
 
@@ -225,43 +191,43 @@ def take_controlled(t0, h, stages, run):
         h = fitted(t0, h, run)
         end_of_step(t0, h, run)
         status = solve_step(attempt, t0, h, stages, run)
-        if status == SINGULAR and run.layout[SOLVER] == SPARSE_LU:
+        if status == S.SINGULAR and run.layout[L.SOLVER] == SPARSE_LU:
             return status, h, error  # the run continues with the dense solver
-        if status == RUNNING:
+        if status == S.RUNNING:
             stages.finish(h, run)
             error = stages.estimate(h, memory[SPEED], run) / allowed
-        if integers[WATCHING]:
+        if integers[S.WATCHING]:
             part = before_switch(status, error, h, run)
             if part < 1.0:
                 h = length_before_switch(part, h, run)
                 if h == 0.0:
-                    return EVENT, h, error
+                    return S.EVENT, h, error
                 continue
-        if status == RUNNING:
+        if status == S.RUNNING:
             # If a shorter step has no smaller error, the error is due to rounding.
             if error <= 1.0 or (refused > 1 and former <= error < NOISE):
-                return RUNNING, h, error
+                return S.RUNNING, h, error
             refused, former = refused + 1, error
             h *= max(SHRINK, (AIM / error) ** run.coefficients[EXPONENT]) if error < 1e300 else 0.1
         else:
             if attempt != 1:  # each length is tried from constant accelerations and with soft constraints
-                h *= 0.4 if status == DIVERGED else 0.25
-            integers[FRESH], attempt = 0, PARABOLIC if attempt == 1 else 1
-        integers[REJECTED], integers[CUT] = integers[REJECTED] + 1, 0
-        if h < reals[LEAST_H]:
-            return status if status != RUNNING else TOO_SMALL, h, error
+                h *= 0.4 if status == S.DIVERGED else 0.25
+            integers[S.FRESH], attempt = 0, PARABOLIC if attempt == 1 else 1
+        integers[S.REJECTED], integers[S.CUT] = integers[S.REJECTED] + 1, 0
+        if h < reals[S.LEAST_H]:
+            return status if status != S.RUNNING else S.TOO_SMALL, h, error
 
 
 @kernel
 def take(t0, h, formulas, run):
     """Take a step of about length h from t0; status, length and error relative to what is allowed."""
-    status, error = RUNNING, 0.0
-    if run.reals[TOL] > 0.0:
+    status, error = S.RUNNING, 0.0
+    if run.reals[S.TOL] > 0.0:
         status, h, error = take_controlled(t0, h, formulas, run)
     else:
         status = take_fixed(t0, h, formulas, run)
-    if status == RUNNING:
+    if status == S.RUNNING:
         formulas.finish(h, run)
-        if run.integers[WATCHING]:
+        if run.integers[S.WATCHING]:
             update_switches(run)
     return status, h, error

@@ -17,10 +17,10 @@ from scipy.optimize import brentq
 import mbdsl
 from mbdsl.bodies.ancf_cable import shapes
 from mbdsl.bodies.floating_beam_integrals import discretise
-from mbdsl.compilation import buffer_layout
 from mbdsl.errors import ModelError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop.sparse_lu import analyse
+from mbdsl.kernels import buffer_layout
 from mbdsl.system import build
 
 H, TOLERANCE = 2e-4, 1e-8

@@ -7,9 +7,9 @@ import pytest
 from mbdsl.bodies import ancf_cable_kernels, floating_beam_kernels, point_mass_kernels, rigid_body_kernels
 from mbdsl.bodies.contract import model_class
 from mbdsl.bodies.rigid_body import Rigid
-from mbdsl.compilation.marks import kernel
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind
+from mbdsl.kernels.marks import kernel
 from mbdsl.system import body_models
 
 ALL = (ancf_cable_kernels, floating_beam_kernels, point_mass_kernels, rigid_body_kernels)

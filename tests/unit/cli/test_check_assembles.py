@@ -2,14 +2,13 @@
 
 import re
 import sys
-import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mbdsl import simulate
-from mbdsl.compilation import code_cache, marks
+from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.initial.start_check import check_start
@@ -216,24 +215,11 @@ def test_it_finds_what_simulate_finds():
     assert np.abs(states[0].q - trajectory.q[0]).max() < 1e-14
 
 
-def test_kernels_that_numba_has_replaced_come_back(monkeypatch):
-    module = types.ModuleType("mbdsl_test_kernels")
-    module.double = plain = marks.kernel(lambda x: 2.0 * x)
-    monkeypatch.setattr(code_cache, "_replaced", {})
-    monkeypatch.setattr(code_cache, "_kernels", {})
-    monkeypatch.setitem(sys.modules, __name__, module)  # the module of the function, for numba
-    code_cache.activate(module, wrap=lambda function, **options: wrapped)
-    assert module.double is wrapped
+def test_code_of_a_block_that_runs_as_python_is_not_kept():
     with code_cache.uncompiled():
-        assert module.double is plain
         (f,) = code_cache.functions("mbdsl_test_plain", TEXT, {"f": code_cache.Signature(("float",))}, list)
         assert f(3.0) == 6.0 and "mbdsl_test_plain" not in code_cache._functions
-    assert module.double is wrapped
-
-
-def wrapped(x):
-    """As numba's function: called from compiled code only."""
-    raise AssertionError
+    sys.modules.pop("mbdsl_test_plain", None)
 
 
 # -- what has to be assembled ---------------------------------------------------------------------------------------

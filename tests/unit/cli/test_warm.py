@@ -138,7 +138,7 @@ def test_without_a_folder_or_a_compiler_it_fails(monkeypatch, capsys, tmp_path):
     cache_folder._chosen.cache_clear()
     monkeypatch.setattr(code_cache, "enabled", lambda: False)
     assert main(["warm"]) == 2
-    assert "kernels are not compiled: NUMBA_DISABLE_JIT is set" in capsys.readouterr().err
+    assert "kernels are not compiled: MBDSL_NO_COMPILE is set" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("number", ["0", "-1", "two", "9999"])

@@ -1,6 +1,5 @@
-"""Machine code: stored as objects, and compiled by numba where the translation fails."""
+"""Machine code: compiled, stored as objects, loaded again, and refused where a kernel cannot be translated."""
 
-import ast
 import importlib.metadata
 import importlib.util
 import os
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 
 from mbdsl.compilation import code_cache, kernel_sources
+from mbdsl.errors import UsageError
 from mbdsl.storage import cache_folder
 
 MODEL = Path(__file__).parents[3] / "models" / "pendulum.mbd"
@@ -136,7 +136,7 @@ def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path,
     library = tmp_path / "library"
     library.mkdir()
     source = library / "threefold.py"
-    source.write_text("from mbdsl.compilation.marks import kernel\n@kernel\ndef scale(x):\n    return 3 * x\n")
+    source.write_text("from mbdsl.kernels.marks import kernel\n@kernel\ndef scale(x):\n    return 3 * x\n")
     monkeypatch.syspath_prepend(library)
     import threefold
 
@@ -156,7 +156,7 @@ HELPERS = {
     "helpers_of_a_user/__init__.py": "from .lengths import SHORT\n",
     "helpers_of_a_user/lengths.py": "SHORT = 1\n",
     "helpers_of_a_user/scaling.py": """
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 from . import factors
 
 @kernel
@@ -165,7 +165,7 @@ def scale(x):
 """,
     "helpers_of_a_user/factors.py": """
 import math
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 try:
     from more_helpers_of_a_user import TWO
 except ImportError:
@@ -179,7 +179,7 @@ def three():
     "basic_helpers_of_a_user.py": "ONE = 1\n",
     "kernels_of_a_user.py": """
 import helpers_of_a_user.scaling
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 
 @kernel
 def scale(x):
@@ -227,7 +227,7 @@ def test_libraries_are_no_sources_of_machine_code(tmp_path, monkeypatch):
     for name, text in {
         "plain_library": "import inner_of_a_library\n",
         "inner_of_a_library": "",
-        "library_of_kernels": "import mbdsl.compilation.marks, with_constants\n",
+        "library_of_kernels": "import mbdsl.kernels.marks, with_constants\n",
         "with_constants": "",
     }.items():
         (tmp_path / "site-packages" / f"{name}.py").write_text(text)
@@ -256,7 +256,7 @@ def test_a_source_that_cannot_be_read_is_no_part_of_a_digest(tmp_path, monkeypat
 def test_constants_from_other_files_of_a_user_are_part_of_the_digest(fresh, tmp_path, monkeypatch):
     """Machine code contains their values, which the source of the kernels does not show."""
     (tmp_path / "user_constants.py").write_text("FACTOR, TABLE = 3, (1, (2, 5))\n")
-    source = "import user_constants\nfrom user_constants import TABLE\nfrom mbdsl.compilation.marks import kernel\n"
+    source = "import user_constants\nfrom user_constants import TABLE\nfrom mbdsl.kernels.marks import kernel\n"
     source += "@kernel\ndef scale(x):\n    return user_constants.FACTOR * x + TABLE[1][1]\n"
     (tmp_path / "user_kernels.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
@@ -308,93 +308,57 @@ def test_sources_of_machine_code(of, imported):
 
 
 @needs_compiler
-def test_where_llvm_code_cannot_be_compiled_numba_compiles(fresh, monkeypatch):
+def test_where_llvmlite_cannot_compile_kernels_run_as_python(fresh, monkeypatch):
+    """As with a new version that lacks a function. Nothing is stored, and the next process tries again."""
     from mbdsl.compilation import object_code
 
     def fail(wanted):
         raise AttributeError("not what it was")
 
     monkeypatch.setattr(object_code, "compile_object", fail)
-    with pytest.warns(UserWarning, match="numba's cfunc, which is slower: AttributeError: not what it was"):
-        check(*functions())
-    assert (fresh / "scales.ordinary").read_text().endswith("\nAttributeError: not what it was")
-    assert code_cache.is_compiled("scales")
-    check(*functions())
+    for _ in range(2):
+        with pytest.warns(code_cache.Uncompiled, match="llvmlite cannot compile .AttributeError: not what it was"):
+            check(*functions())
+        assert not code_cache.is_compiled("scales")
 
 
 @needs_compiler
-def test_without_numba_kernels_run_as_python(fresh, monkeypatch):
-    """Those that are not translated; the warning has the remedy."""
+def test_a_kernel_that_is_not_translated_is_an_error(fresh):
+    """With its place, the alternative, and the way to run it nevertheless."""
     text = "def fill(v):\n    v[0] = sum([1.0, 2.0])\n"
-    monkeypatch.setitem(sys.modules, "numba", None)  # an import then raises ImportError
-    for _ in range(2):  # the second time the reason is stored
-        code_cache._functions.clear()
-        sys.modules.pop("filled", None)
-        with pytest.warns(code_cache.Uncompiled, match="not translated: filled, line 2: .*pip install .mbdsl.numba"):
-            (fill,) = code_cache.functions("filled", text, {"fill": code_cache.Signature(("vector",))}, list)
-        v = np.zeros(1)
-        fill(v)
-        assert v[0] == 3.0
-
-
-@needs_compiler
-@pytest.mark.filterwarnings("ignore:compiling with numba")
-def test_translated_functions_and_those_of_numba_call_each_other(fresh, monkeypatch):
-    from mbdsl.compilation import translation
-
-    def fail(*given):
-        raise translation.Untranslatable("not translated")
-
-    translated = functions()
-    monkeypatch.setattr(translation, "translate", fail)
-    monkeypatch.setattr(code_cache, "_kept", lambda *given: None)
-    of_numba = functions()
-    assert [type(f).__name__ for f in (*translated, *of_numba)] == ["Native", "Native", "Flat", "Flat"]
-    check(of_numba[0], translated[1])
-    check(translated[0], of_numba[1])
-
-
-#: modules that numba's manual describes for extensions
-PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
-
-
-def modules_with_private_parts():
-    """Files of mbdsl that import modules of numba that its manual does not describe."""
-    found = set()
-    for path in (Path(code_cache.__file__).parents[1]).rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            if any(name.startswith("numba.") and name not in PUBLIC_PARTS for name in names):
-                found.add(path.name)
-    return found
-
-
-def test_no_module_uses_private_parts_of_numba():
-    assert modules_with_private_parts() == set()
+    sys.modules.pop("filled", None)
+    with pytest.raises(UsageError) as refused:
+        code_cache.functions("filled", text, {"fill": code_cache.Signature(("vector",))}, list)
+    sys.modules.pop("filled", None)
+    assert refused.value.render().splitlines() == [
+        f"{fresh}/filled.py:2:5: error: cannot compile the kernel fill: `[1.0, 2.0]`",
+        "    v[0] = sum([1.0, 2.0])".replace("    v", "        v"),
+        "        ^^^^^^^^^^^^^^^^^^^^^^",
+        "  = write a tuple, or fill the entries of an array that is an argument; "
+        "MBDSL_NO_COMPILE=1 runs kernels as Python",
+    ]
 
 
 @needs_compiler
 def test_the_installed_llvmlite_compiles(fresh):
-    """A new version may lack what :mod:`mbdsl.compilation.object_code` uses; numba then replaces it with a warning."""
+    """A new version may lack what :mod:`mbdsl.compilation.object_code` uses."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         check(*functions())
-    slower = [str(warning.message) for warning in caught if "slower" in str(warning.message)]
+    slower = [str(warning.message) for warning in caught if issubclass(warning.category, code_cache.Uncompiled)]
     assert not slower, (
         f"mbdsl/compilation cannot use llvmlite {importlib.metadata.version('llvmlite')}: {slower[0]}. Adapt it, or "
-        "lower the bound of llvmlite in pyproject.toml; until then models run with code that takes longer to compile."
+        "lower the bound of llvmlite in pyproject.toml; until then models run uncompiled."
     )
 
 
 @needs_compiler
-@pytest.mark.parametrize("package", ["numba", "llvmlite"])
-def test_the_tested_versions_are_the_upper_bound(package):
+def test_the_tested_version_is_below_the_upper_bound():
     """pyproject.toml allows no version beyond the one that these tests run with."""
     text = (Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8")
-    lower, upper = re.search(rf'"{package}>=0\.(\d+),<0\.(\d+)"', text).groups()
-    minor = int(importlib.metadata.version(package).split(".")[1])
-    assert int(lower) <= minor < int(upper), f"{package} 0.{minor} is installed"
+    lower, upper = re.search(r'"llvmlite>=0\.(\d+),<0\.(\d+)"', text).groups()
+    minor = int(importlib.metadata.version("llvmlite").split(".")[1])
+    assert int(lower) <= minor < int(upper), f"llvmlite 0.{minor} is installed"
 
 
 @needs_compiler
@@ -427,7 +391,7 @@ def test_other_arrays_are_not_taken_for_the_last_ones(fresh):
         assert (v[0], other[0]) == (2.0 * n, 5.0)
 
 
-def test_plain_python_without_numba(fresh, monkeypatch):
+def test_plain_python(fresh, monkeypatch):
     monkeypatch.setattr(code_cache, "enabled", lambda: False)
     assert code_cache.is_compiled("scales")
     check(*functions())
@@ -444,60 +408,24 @@ def run(code, cache, arguments=(), **environment):
 SIMULATE = f"""
 import sys, mbdsl
 r = mbdsl.simulate({str(MODEL)!r}, method='newmark', stop=0.02)
-print(repr(float(r.q.sum())), "numba" in sys.modules)
+print(repr(float(r.q.sum())), "llvmlite" in sys.modules)
 """
 
 
 @needs_compiler
-def test_numba_is_not_loaded(tmp_path):
+def test_a_stored_run_has_the_same_bits_and_a_plain_one_needs_no_compiler(tmp_path):
     cold, loaded = run(SIMULATE, tmp_path)
-    assert loaded == "False"
-    assert run(SIMULATE, tmp_path) == [cold, "False"]
-    plain, loaded = run(SIMULATE, tmp_path, NUMBA_DISABLE_JIT="1")
+    assert loaded == "True"
+    assert run(SIMULATE, tmp_path) == [cold, "True"]
+    plain, loaded = run(SIMULATE, tmp_path, MBDSL_NO_COMPILE="1")
     assert loaded == "False"
     assert float(plain) == pytest.approx(float(cold), rel=1e-12)
 
 
-PUBLIC = """
-import warnings
-from mbdsl.compilation import code_cache, object_code
-
-def fail(*given):
-    raise AttributeError("forced")
-
-def compiled(name, *given):  # numba takes 20 s for the loop of a method, which runs as plain Python here
-    return (code_cache._plain if name.startswith("mbdsl_method_") else as_usual)(name, *given)
-
-object_code.compile_object = fail
-as_usual, code_cache._compiled = code_cache._compiled, compiled
-code_cache.beside = lambda *given: None  # no other process, which would compile as usual
-warnings.simplefilter("ignore")
-"""
-
-
-@needs_compiler
-def test_a_simulation_by_the_public_interface_of_numba_only(tmp_path):
-    """The same results, except for the rounding of mathematical functions."""
-    found, loaded = run(PUBLIC + SIMULATE, tmp_path, NUMBA_OPT="0")
-    assert loaded == "True"
-    assert list(tmp_path.glob("*/mbdsl_emitted_*.ordinary")), "the equations"
-    assert not list(tmp_path.glob("*/*.o"))
-    plain, _ = run(SIMULATE, tmp_path, NUMBA_DISABLE_JIT="1")
-    assert float(found) == pytest.approx(float(plain), rel=1e-12)
-
-
-@needs_compiler
-def test_a_broken_numba_does_no_harm(tmp_path):
-    (tmp_path / "numba").mkdir()
-    (tmp_path / "numba" / "__init__.py").write_text("raise ImportError('made for another numpy')")
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n" + "import warnings\nwarnings.simplefilter('ignore')\n"
-    assert run(code + SIMULATE, tmp_path)[1] == "False"
-
-
-def test_settings_of_numba_are_part_of_the_digest(monkeypatch):
+def test_settings_of_the_compiler_are_part_of_the_digest(monkeypatch):
     before = code_cache.version()
     assert code_cache.version() == before
-    monkeypatch.setenv("NUMBA_OPT", "1")
+    monkeypatch.setenv("MBDSL_CPU_NAME", "generic")
     assert code_cache.version() != before
 
 
@@ -515,7 +443,7 @@ def test_the_processor_is_part_of_the_digest(monkeypatch, of):
     assert changed != before
 
 
-@pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
+@pytest.mark.parametrize("package", ["llvmlite", "numpy"])
 def test_a_version_is_part_of_the_digest(monkeypatch, tmp_path, package):
     """As after an update: the file with the version has another content."""
     before = code_cache.version()
@@ -561,11 +489,3 @@ print(len(failures), *failures)
 @needs_compiler
 def test_threads_share_a_cold_start(tmp_path):
     assert run(THREADS, tmp_path) == ["0"]
-
-
-def test_sources_of_variants_in_space_are_found_before_their_import(monkeypatch):
-    """Else every process would compile models in space again."""
-    monkeypatch.delitem(sys.modules, "mbdsl.system.loops_in_space", raising=False)
-    assert kernel_sources.file_of("mbdsl.system.loops_in_space").name == "loops.py"
-    assert kernel_sources.file_of("mbdsl.system.frame_block_in_space").name == "frame_block_in_space.py"
-    assert kernel_sources.digest_of(["mbdsl.system.loops_in_space"]) is not None

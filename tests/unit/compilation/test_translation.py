@@ -1,24 +1,30 @@
 """Translated kernels do what Python does: results of compiled code against those of the same text, interpreted."""
 
 import math
+import re
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation import code_cache, marks, translation
+from mbdsl.compilation import code_cache, translation
+from mbdsl.compilation.kernel_calls import INTRINSICS, LIBRARY
+from mbdsl.compilation.kernel_code import ALTERNATIVES, TRANSLATIONS
 from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.compilation.native_call import Signature
+from mbdsl.kernels import marks
 from mbdsl.storage import cache_folder
 
 needs_compiler = pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
 HEAD = """
+import math
 from math import atan2, ceil, floor, hypot, log, pi
 from numpy import arccos, floor as floored, log10, sin, sinh, sqrt, tan
 from typing import Callable, NamedTuple
-from mbdsl.compilation.marks import kernel, rare, square
+from mbdsl.kernels.marks import kernel, rare, square
 
 TABLE = ((1.5, 2.5, -3.5), (4.0, 5.0, 6.0))
 NODES = (0.25, 0.5, 1.0)
@@ -76,6 +82,11 @@ def twins():
 
 
 thrice = twins()
+
+
+@kernel
+def itself(x):
+    return itself(x)
 
 
 @kernel
@@ -252,7 +263,7 @@ def test_square_is_a_view(compiled):
 
 
 USER = """
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 
 @kernel
 def last(x, k):
@@ -292,7 +303,10 @@ def test_compiled_functions_are_called_by_their_address(compiled):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("x = [1, 2]", r"line 2: `\[1, 2\]`"),
+        (
+            "x = [1, 2]",
+            r":{line}:5: cannot compile the kernel f: `\[1, 2\]`\n +x = .*\n .*\n  = write a tuple",
+        ),
         ("a.sort()", "`a.sort`"),
         ("b = a[::2]", "a slice with a step"),
         ("a[1:] = 0.0", "assign its entries in a loop"),
@@ -305,22 +319,73 @@ def test_compiled_functions_are_called_by_their_address(compiled):
         ("if a[0] > 0:\n    return 1", "one end of the function returns a value, and another does not"),
         ("for x in a:\n    pass", "a loop over an array"),
         ("a[0] = 2 ** len(a)", r"`\*\*` of integers"),
-        ("try:\n    pass\nfinally:\n    pass", "`try:`"),
+        ("try:\n    pass\nfinally:\n    pass", r"`try:`(\n.*)+return a number that the caller looks at"),
+        ("a[0] = sum({1: 2})", "write a tuple"),
+        ("a[0] = sum({1, 2})", "write a tuple"),
+        ("x = [2*y for y in a]", "write a `for` loop"),
+        ("x = {2*y for y in a}", "write a `for` loop"),
+        ("x = {y: y for y in a}", "write a `for` loop"),
+        ("x = sum(y for y in a)", "write a `for` loop"),
+        ("raise ValueError", "return a number"),
+        ("assert a[0] > 0", "return a number"),
+        ("with a:\n    pass", "return a number"),
+        ("x = lambda y: y", "write a kernel at the level of the module"),
+        ("def g(x):\n    pass", "write a kernel at the level of the module"),
+        ("import math", "import at the level of the module"),
+        ("from math import pi", "import at the level of the module"),
+        ("match a[0]:\n    case 1.0:\n        pass", "write `if ... elif ...`"),
+        ("x = ends(*a)", "write the items of the tuple"),
+        ("a[0] = (x := 2)", "write an assignment before the statement"),
+        ("global TABLE", "pass the value as an argument"),
+        ("x: float = 2.0", "leave out the type"),
+        ("x = f'{a}'", "docs/kernels.md lists the part of Python that is compiled; MBDSL_NO_COMPILE=1 runs"),
+        ("while a[0] > 0:\n    pass\nelse:\n    pass", "`while ... else`"),
+        ("for i in range(2):\n    pass\nelse:\n    pass", "`for ... else`"),
+        ("for i in range(0, 3, len(a)):\n    pass", "the step of `range` has to be a literal"),
+        ("a[0] = twice()", "TypeError: missing a required argument: 'x'"),
+        ("a[0] = NODES[5]", "IndexError"),
+        ("a[0] = a // 2.0", "arithmetic with an array"),
+        ("a[0] = a[1] // 2.0", "`//` of floats; use floor"),
+        ("a[0] = a[1] & 2", "the operator `BitAnd` between float and int"),
+        ("a[0] = 1.0 if a < 2 else 0.0", "a comparison of an array"),
+        ("a[0] = 1.0 if a else 0.0", "an array with 1 axes of float as a condition"),
+        ("a[a[0]] = 1.0", "float as an index"),
+        ("a[0] = a.T", "`a.T`"),
+        ("x, y = a", "is assigned to"),
+        ("a.x = 2.0", "`a.x` is assigned"),
+        ("a[0] = a", "in place of a number"),
+        ("a[0] = ~2", "`~2`"),
+        ("a[0] += x", "`x` is not defined"),
+        ("if a[0] > 0:\n    x = 1\nfor i in range(x):\n    y = z\n    z = 1", "`z` is read before it is assigned"),
+        ("a[0] = itself(3)", "`itself` calls itself"),
+        ("a[0] = math.tau2", "AttributeError"),
     ],
 )
 def test_what_is_not_translated_is_named(body, message, monkeypatch):
     text = HEAD + "def f(a):\n" + "".join(f"    {line}\n" for line in body.splitlines())
     try:
         module = code_cache.import_text("mbdsl_test_refused", text)
-        first = 1 + HEAD.count("\n") + 1
-        with pytest.raises(Untranslatable, match=message.replace("line 2", f"line {first}")):
+        with pytest.raises(Untranslatable, match=message.replace("{line}", str(HEAD.count("\n") + 2))):
             translation.translate("refused", {"f": module.f}, {"f": Signature(("vector",))})
     finally:
         sys.modules.pop("mbdsl_test_refused", None)
 
 
+PAGE = Path(__file__).parents[3] / "docs" / "kernels.md"
+
+
+def test_the_page_names_all_that_is_translated_and_all_alternatives():
+    text = PAGE.read_text(encoding="utf-8")
+    for kind in TRANSLATIONS:
+        assert f"`{kind.__name__}`" in text, kind
+    for kind, remedy in ALTERNATIVES.items():
+        assert f"`{kind.__name__}`" in text and remedy in text, kind
+    for name in (*INTRINSICS, *LIBRARY):
+        assert re.search(rf"\b{name}\b", text), name
+
+
 @needs_compiler
-def test_no_kernel_needs_numba(tmp_path, monkeypatch):
+def test_all_step_loops_are_translated(monkeypatch):
     """The loops of all methods, and the code of a model with kinds that other tests compile, are translated."""
     from mbdsl.integrators import modules
     from mbdsl.integrators.loop import compiled_loop
@@ -344,8 +409,6 @@ def test_no_kernel_needs_numba(tmp_path, monkeypatch):
 @needs_compiler
 def test_compiled_code_agrees_with_the_interpreter(monkeypatch):
     """Residuals and tangent of a model at a state that is not consistent."""
-    from pathlib import Path
-
     from mbdsl.system import build
 
     scene = mbdsl.load(Path(__file__).parents[3] / "models" / "slider_crank.mbd")

@@ -21,7 +21,7 @@ def test_a_distance_of_zero_pulls_nowhere():
     """A distance of zero has no direction: any unit vector would be as wrong as NaN."""
     Z, G = np.zeros((2, COLUMNS)), np.full((1, GRADIENT_COLUMNS), 7.0)
     Z[:, :2] = 0.3, -0.2
-    distance = getattr(coordinates.distance, "py_func", coordinates.distance)
+    distance = coordinates.distance
     with np.errstate(all="raise"):
         distance(Z, 0, 1, G, 0)
     assert list(G[0, [VALUE, 0, 1, 3, 4]]) == [0.0] * 5

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import available, compiled, modules
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.accelerations import accelerations
@@ -47,10 +47,10 @@ def test_local_errors_add_up_to_the_error_attained(method):
     2 by the exact solution, are the error there, except for a part that vanishes with h. In a two-step method, the
     carry-over from the step before multiplies this by 1/(1 - 1/3)."""
     module, ratios = modules()[method], []
-    local_error = getattr(module.local_error, "py_func", module.local_error)
+    local_error = module.local_error
     for h in (2e-2, 1e-2, 5e-3):
         system, run = started(oscillator(), method, h, 2.0)
-        assert run.advance() == loop_state.DONE
+        assert run.advance() == S.DONE
         k = system.names().index("body.x")
         t = np.arange(h, 2.0 + h / 2, h)
         e_q, e_v = (
@@ -73,10 +73,10 @@ def prescribed(scene, method, steps):
     system, run = started(scene, method, 1.0, 1e3, tol=ANY)
     first = initial_state(system, graph.build(scene), 0.0)
     run.begin(first.q, first.v, first.a, first.lam, h=float(steps[0]))
-    run.reals[loop_state.TOL] = 1e9
+    run.reals[S.TOL] = 1e9
     for h in [*steps[1:], steps[-1]]:
-        run.reals[loop_state.MOST_H] = h
-        assert run.advance(1) == loop_state.RUNNING
+        run.reals[S.MOST_H] = h
+        assert run.advance(1) == S.RUNNING
     assert run.count("rejected") == 0 and run.steps == len(steps)
     return system, run
 
@@ -113,7 +113,7 @@ def test_bdf2_is_exact_for_quadratics(ratio):
     from mbdsl.integrators.methods import nstiff
 
     run = SimpleNamespace(memory=np.zeros(4))
-    getattr(nstiff.set_ratio, "py_func", nstiff.set_ratio)(ratio, run)
+    nstiff.set_ratio(ratio, run)
     s_squared, s, p = run.memory[[nstiff.S_SQUARED, nstiff.S, nstiff.P]]
     h, last, s, s_squared = ratio, 1.0, s * ratio, s_squared * ratio**2
     for k in range(3):
@@ -177,12 +177,12 @@ def test_begin_anew_at_a_later_time():
     """A restart, as after a jump: the same motion from another time, with a history of its own."""
     system, run = started(oscillator(), "hht-si2", 1.0, 2.0, tol=1e-6)
     while run.time < 1.0:
-        assert run.advance(1) == loop_state.RUNNING
+        assert run.advance(1) == S.RUNNING
     t, (q, v, _) = run.time, (x.copy() for x in run.state())
     a, lam = accelerations(system, t, q, v)
     run.begin(q, v, a, lam, t=t)
     assert run.time == t
-    while run.advance(1000) == loop_state.RUNNING:
+    while run.advance(1000) == S.RUNNING:
         pass
     assert run.time == 2.0
     assert run.state()[0][system.names().index("body.x")] == pytest.approx(np.cos(2.0), abs=2e-6)
@@ -208,12 +208,12 @@ def test_rows_of_errors_are_apart():
     assert (
         len(
             {
-                buffer_layout.E_Q,
-                buffer_layout.E_V,
-                buffer_layout.E_X,
-                buffer_layout.TEMPORARY,
-                buffer_layout.TEMPORARY2,
-                buffer_layout.MULTIPLIED2,
+                L.E_Q,
+                L.E_V,
+                L.E_X,
+                L.TEMPORARY,
+                L.TEMPORARY2,
+                L.MULTIPLIED2,
             }
         )
         == 6

@@ -10,13 +10,13 @@ import pytest
 from scipy.integrate._ivp import dop853_coefficients as scipys
 
 import mbdsl
-from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.methods import dop853_coefficients as table
 from mbdsl.integrators.methods import dop853_stages
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.accelerations import accelerations
@@ -100,9 +100,9 @@ def test_accelerations_at_the_end_of_a_step(model, h):
     """By one tangent and the factorisation of the loop, or by the matrix of the multipliers, as from the equations at
     acceleration level; with drivers, nonholonomic constraints and laws. Constraints hold to rounding."""
     system, found = run(model, 3 * h, steps=3)
-    assert found.advance() == loop_state.DONE
+    assert found.advance() == S.DONE
     q, v, lam = found.state()
-    a = found.vectors[buffer_layout.UNKNOWN0, : system.n]
+    a = found.vectors[L.UNKNOWN0, : system.n]
     expected = accelerations(system, found.time, q, v, found.left_out)
     size = max(np.abs(x).max(initial=0.0) for x in expected)
     assert a == pytest.approx(expected[0], abs=1e-11 * size)
@@ -128,19 +128,19 @@ def test_steps_as_those_of_an_independent_code():
         for i in range(table.STAGES):
             slopes[i] = f((k + scipys.C[i]) * h, y + h * scipys.A[i, :i] @ slopes[:i])
         y = f.project((k + 1) * h, y + h * scipys.B @ slopes)
-    assert found.advance() == loop_state.DONE
+    assert found.advance() == S.DONE
     _, finer = run("seven_body", stop, steps=2 * steps)
-    assert finer.advance() == loop_state.DONE
+    assert finer.advance() == S.DONE
     error = np.abs(found.state()[0] - finer.state()[0]).max()
     assert 1e-5 < error < 1e-2
     assert np.abs(found.state()[0] - f.split(y)[0]).max() < 1e-3 * error
 
 
 def test_rows_of_its_own_are_separate():
-    assert dop853_stages.STAGE == buffer_layout.ROWS
+    assert dop853_stages.STAGE == L.ROWS
     rows = (dop853_stages.STAGE + table.ALL, dop853_stages.OF_Q + 4, dop853_stages.OF_V + 4)
     assert rows == (dop853_stages.OF_Q, dop853_stages.OF_V, dop853_stages.ROOT)
-    end = buffer_layout.ROWS + dop853_stages.OWN_ROWS
+    end = L.ROWS + dop853_stages.OWN_ROWS
     assert dop853_stages.ROOT < dop853_stages.END < dop853_stages.OTHER_VELOCITY < end
 
 
@@ -153,9 +153,9 @@ def test_a_stiff_model_ends_a_controlled_run():
         mbdsl.simulate(MODELS / "double_pendulum.mbd", method="dop853", tol=1e-6)
     assert "radau5" in caught.value.hint
     _, found = run("double_pendulum", 2.0, tol=1e-6)
-    while (status := found.advance()) == loop_state.RUNNING:
+    while (status := found.advance()) == S.RUNNING:
         pass
-    assert status == loop_state.STIFF
+    assert status == S.STIFF
     assert found.steps < 500  # 2 s would take some 100,000 steps
 
 
@@ -167,11 +167,11 @@ def test_an_unstable_step_of_fixed_length(h):
     stable = float(caught.value.hint.split("below ")[1].split(" s")[0])
     assert 1e-6 < stable < 1e-4
     _, found = run("double_pendulum", 400 * 0.5 * stable, steps=400)
-    assert found.advance() == loop_state.DONE
+    assert found.advance() == S.DONE
 
 
 @pytest.mark.parametrize(("model", "tol"), [("pendulum", 1e-3), ("slider_crank", 1e-3), ("slider_crank", 1e-10)])
 def test_models_that_are_not_stiff(model, tol):
     _, found = run(model, 2.0, tol=tol)
-    assert found.advance() == loop_state.DONE
+    assert found.advance() == S.DONE
     assert found.memory[dop853_stages.STIFF_STEPS] == 0.0

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation import buffer_layout
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.methods.nstiff import S
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
 
@@ -282,16 +282,16 @@ def steps(model, method, done):
     n, h = system.n, run.h
     assert not done or run.advance(done) == loop_state.RUNNING
     Y = run.vectors.copy()
-    a = Y[buffer_layout.KEPT if method == "hht-add" else buffer_layout.UNKNOWN0]
+    a = Y[L.KEPT if method == "hht-add" else L.UNKNOWN0]
     euler = method.startswith("nstiff") and run.memory[S] == 1.0
-    q, v, lam = Y[buffer_layout.POSITION0, :n], Y[buffer_layout.VELOCITY0, :n], Y[buffer_layout.UNKNOWN0, n:]
-    kept = Y[buffer_layout.KEPT, :n], Y[buffer_layout.KEPT2, :n]
+    q, v, lam = Y[L.POSITION0, :n], Y[L.VELOCITY0, :n], Y[L.UNKNOWN0, n:]
+    kept = Y[L.KEPT, :n], Y[L.KEPT2, :n]
     before = Before(system, done * h, h, q, v, a[:n], lam, *kept, euler)
     assert run.advance(1) == loop_state.RUNNING
     Y = run.vectors
-    before.near = (Y[buffer_layout.POSITION0, :n], Y[buffer_layout.VELOCITY0, :n], Y[buffer_layout.UNKNOWN0, n:])
+    before.near = (Y[L.POSITION0, :n], Y[L.VELOCITY0, :n], Y[L.UNKNOWN0, n:])
     if method in SPLIT:
-        before.near += (Y[buffer_layout.UNKNOWN0 + buffer_layout.PAST, n:],)
+        before.near += (Y[L.UNKNOWN0 + L.PAST, n:],)
     return before, before.near
 
 
@@ -302,23 +302,23 @@ def test_hht_si2_looks_at_the_mass_matrix_once_a_step(model):
         S, run = integration(model, method)
         for _ in range(4):
             q, v = (
-                run.vectors[buffer_layout.POSITION0, : S.n].copy(),
-                run.vectors[buffer_layout.VELOCITY0, : S.n].copy(),
+                run.vectors[L.POSITION0, : S.n].copy(),
+                run.vectors[L.VELOCITY0, : S.n].copy(),
             )
             iterations = run.integers[loop_state.ITERATIONS]
             assert run.advance(1) == loop_state.RUNNING
             assert run.integers[loop_state.ITERATIONS] > iterations + 1
-            assert run.layout[buffer_layout.NEW_MASS] == 0
-            used, end = run.vectors[buffer_layout.MASS_POSITION, : S.n], run.vectors[buffer_layout.POSITION0, : S.n]
-            a = run.vectors[buffer_layout.UNKNOWN0, : S.n]
+            assert run.layout[L.NEW_MASS] == 0
+            used, end = run.vectors[L.MASS_POSITION, : S.n], run.vectors[L.POSITION0, : S.n]
+            a = run.vectors[L.UNKNOWN0, : S.n]
             if method == "hht-si2":
                 assert np.array_equal(used, q + (1 + ALPHA) * run.h * v)
                 beside = (S.M(0.0, used) - np.diag(S.mass())) @ a
-                assert run.vectors[buffer_layout.MX, : S.n] == pytest.approx(
+                assert run.vectors[L.MX, : S.n] == pytest.approx(
                     beside, rel=0, abs=1e-9 * max(1.0, np.abs(beside).max())
                 )
             else:
-                assert not used.any() and run.layout[buffer_layout.MASS_ROW] == buffer_layout.POSITION
+                assert not used.any() and run.layout[L.MASS_ROW] == L.POSITION
             assert np.abs(end - q).max() > 1e-6
 
 

@@ -4,8 +4,8 @@ sizes."""
 import numpy as np
 import pytest
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.integrators.loop import complex_lu, coupled_lu, linear_solve, sparse_lu, symmetric_lu
+from mbdsl.kernels import buffer_layout
 
 N = 6
 

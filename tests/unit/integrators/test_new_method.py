@@ -24,21 +24,20 @@ METHOD = '''
 v_{n+1} = (18 v_n - 9 v_{n-1} + 2 v_{n-2} + 6 h a_{n+1})/11, and q_{n+1} likewise from v_{n+1}. Source: Gear (1971).
 """
 
-from mbdsl.compilation.buffer_layout import (
-    KEPT as Q1, KEPT2 as V1, N_Q, POSITION, POSITION0, ROWS, UNKNOWN, UNKNOWN0, VELOCITY, VELOCITY0
-)
-from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods.nstiff import correct, matrix, residual
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.marks import kernel
 
-Q2, V2 = ROWS, ROWS + 1  # rows of its own: q and v two steps before the start of the step
+Q1, V1 = L.KEPT, L.KEPT2  # q and v one step before the start of the step
+Q2, V2 = L.ROWS, L.ROWS + 1  # rows of its own: q and v two steps before the start of the step
 
 
 def begin(c, start):
     h, q, v, a, j = start.h, start.q, start.v, start.a, start.jerk
     Qk = {row: q - k * h * v + (k * h) ** 2 / 2 * a - (k * h) ** 3 / 6 * j for k, row in ((1, Q1), (2, Q2))}
     Vk = {row: v - k * h * a + (k * h) ** 2 / 2 * j for k, row in ((1, V1), (2, V2))}
-    return {UNKNOWN0: [*a, *start.lam], **Qk, **Vk}
+    return {L.UNKNOWN0: [*a, *start.lam], **Qk, **Vk}
 
 
 METHOD = Method(
@@ -61,9 +60,9 @@ METHOD = Method(
 @kernel
 def motion(h, run):
     y = run.vectors
-    q, v, a = y[POSITION], y[VELOCITY], y[UNKNOWN]
-    q0, v0, q1, v1, q2, v2 = y[POSITION0], y[VELOCITY0], y[Q1], y[V1], y[Q2], y[V2]
-    for i in range(run.layout[N_Q]):
+    q, v, a = y[L.POSITION], y[L.VELOCITY], y[L.UNKNOWN]
+    q0, v0, q1, v1, q2, v2 = y[L.POSITION0], y[L.VELOCITY0], y[Q1], y[V1], y[Q2], y[V2]
+    for i in range(run.layout[L.N_Q]):
         v[i] = (18 * v0[i] - 9 * v1[i] + 2 * v2[i] + 6 * h * a[i]) / 11
         q[i] = (18 * q0[i] - 9 * q1[i] + 2 * q2[i] + 6 * h * v[i]) / 11
 
@@ -71,9 +70,9 @@ def motion(h, run):
 @kernel
 def finish(h, run):
     y = run.vectors
-    for i in range(run.layout[N_Q]):
+    for i in range(run.layout[L.N_Q]):
         y[Q2, i], y[V2, i] = y[Q1, i], y[V1, i]
-        y[Q1, i], y[V1, i] = y[POSITION0, i], y[VELOCITY0, i]
+        y[Q1, i], y[V1, i] = y[L.POSITION0, i], y[L.VELOCITY0, i]
 '''
 #: BDF3 is not A-stable: in these tests, the nearly undamped modes of flexible beams grow with the steps. A copy of the
 #: package compiles every model again: models without a constraint, body or law of their own are left out.
@@ -140,7 +139,7 @@ def test_every_check_of_all_methods_runs_on_it(environment, tmp_path):
 def test_its_correction_is_newtons(environment, tmp_path):
     """One correction leaves only rounding of an error, as with the other methods of index 3."""
     code = UNCOMPILED.format(script=str(TESTS / "unit" / "integrators" / "uncompiled.py"))
-    largest, _ = eval(output({**environment, "NUMBA_DISABLE_JIT": "1"}, tmp_path, "-c", code))
+    largest, _ = eval(output({**environment, "MBDSL_NO_COMPILE": "1"}, tmp_path, "-c", code))
     assert largest < 1e-8
 
 
@@ -166,7 +165,7 @@ def test_kernels_are_checked(taken, changed, expected, tmp_path, monkeypatch):
     from mbdsl.integrators import methods
 
     text = f"""
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.marks import kernel
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.nstiff import {taken}
 

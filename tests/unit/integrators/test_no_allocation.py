@@ -14,7 +14,7 @@ from mbdsl.compilation import code_cache, translation
 from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import loop_name
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
@@ -44,13 +44,13 @@ def running(model, method, tol=None):
 def calls(run, steps):
     """Calls of Python functions that the profiler sees while the loop takes ``steps`` steps."""
     found = []
-    before, former = int(run.integers[loop_state.STEP]), sys.getprofile()
+    before, former = int(run.integers[S.STEP]), sys.getprofile()
     sys.setprofile(lambda frame, event, argument: found.append(event))
     try:
         status = run.advance(steps)
     finally:
         sys.setprofile(former)
-    assert status == loop_state.RUNNING and run.integers[loop_state.STEP] - before == steps
+    assert status == S.RUNNING and run.integers[S.STEP] - before == steps
     return found
 
 
@@ -133,7 +133,7 @@ def test_what_allocates_does_not_compile():
     text = "import numpy as np\n\ndef allocates(n):\n    return np.zeros(n).size\n"
     try:
         module = code_cache.import_text("mbdsl_test_allocates", text)
-        with pytest.raises(Untranslatable, match=r"line 4: `np.zeros\(n\)`"):
+        with pytest.raises(Untranslatable, match=r":4:5: cannot compile the kernel allocates: `np.zeros\(n\)`"):
             translation.translate("a", {"f": module.allocates}, {"f": code_cache.Signature(("int",), gives="int")})
     finally:
         sys.modules.pop("mbdsl_test_allocates", None)

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state, sparse_lu
 from mbdsl.integrators.methods import radau5_coefficients, radau5_stages
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -63,7 +63,7 @@ def test_the_embedded_formula_is_of_order_three():
 
 @pytest.fixture(scope="module")
 def uncompiled():
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    environment = {**os.environ, "MBDSL_NO_COMPILE": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     done = subprocess.run([sys.executable, SCRIPT], capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

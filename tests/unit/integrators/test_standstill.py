@@ -5,7 +5,7 @@ import pytest
 
 from mbdsl import cli
 from mbdsl.integrators import standstill
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.standstill import PATIENCE, STALLED, WINDOW, Stall, Standstill, _jumps, _of_state
 
 #: at rest, velocities above 1e-13 m/s change the sign of the force: x'' = -2 tanh(v/1e-13)
@@ -45,8 +45,8 @@ class Run:
 
     def __init__(self, steps):
         self.ends = np.concatenate([[0.0], np.cumsum(steps)])
-        self.steps, self.reals = 0, np.zeros(loop_state.REALS)
-        self.reals[loop_state.MOST_H] = 0.02
+        self.steps, self.reals = 0, np.zeros(S.REALS)
+        self.reals[S.MOST_H] = 0.02
 
     @property
     def time(self):
@@ -57,7 +57,7 @@ class Run:
 
     def advance(self, steps):
         self.steps += min(steps, len(self.ends) - 1 - self.steps)
-        return loop_state.RUNNING
+        return S.RUNNING
 
 
 def ended(steps, monkeypatch, jumps=False):
@@ -67,7 +67,7 @@ def ended(steps, monkeypatch, jumps=False):
     watch = Standstill(run)
     while run.steps < len(steps):
         run.advance(WINDOW)
-        if watch.look(loop_state.RUNNING, run.advance) == STALLED:
+        if watch.look(S.RUNNING, run.advance) == STALLED:
             return True
     return False
 

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mbdsl.compilation.buffer_layout import N_ALL, N_Q, N_ROTATIONS, ROTATIONS, SCALE
-from mbdsl.integrators.loop.loop_state import INTEGERS, NOTED, REALS, STEP, THIN
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.thinned_records import BENT, LEAST, MOST, thin
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.hermite import between
 
@@ -19,24 +19,24 @@ def kept(q, v, lam, t, rotations=()):
     rows = np.column_stack([t, q, v, lam])
     n, width = q.shape[1], rows.shape[1]
     layout = np.zeros(200, np.int64)
-    layout[[N_Q, N_ALL, N_ROTATIONS, ROTATIONS]] = n, n + lam.shape[1], len(rotations), 150
+    layout[[L.N_Q, L.N_ALL, L.N_ROTATIONS, L.ROTATIONS]] = n, n + lam.shape[1], len(rotations), 150
     layout[150 : 150 + 2 * len(rotations) : 2] = rotations
     run = SimpleNamespace(
-        reals=np.zeros(REALS + rows.size),
-        integers=np.zeros(INTEGERS, np.int64),
-        vectors=np.ones((SCALE + 1, n)),
+        reals=np.zeros(S.REALS + rows.size),
+        integers=np.zeros(S.INTEGERS, np.int64),
+        vectors=np.ones((L.SCALE + 1, n)),
         layout=layout,
     )
-    run.integers[THIN] = LEAST
+    run.integers[S.THIN] = LEAST
     for step, row in enumerate(rows):
-        at = REALS + run.integers[NOTED] * width
+        at = S.REALS + run.integers[S.NOTED] * width
         run.reals[at : at + width] = row
-        run.integers[NOTED] += 1
-        run.integers[STEP] = step
-        if step % run.integers[THIN] == 0:
+        run.integers[S.NOTED] += 1
+        run.integers[S.STEP] = step
+        if step % run.integers[S.THIN] == 0:
             thin(run)
-            assert LEAST <= run.integers[THIN] <= MOST
-    return run.reals[REALS:].reshape(-1, width)[: run.integers[NOTED]]
+            assert LEAST <= run.integers[S.THIN] <= MOST
+    return run.reals[S.REALS :].reshape(-1, width)[: run.integers[S.NOTED]]
 
 
 def test_dropped_states_follow_from_the_others():

@@ -22,7 +22,7 @@ EXACT = {name for name, method in methods().items() if method.index == 3}
 
 @pytest.fixture(scope="module")
 def uncompiled():
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    environment = {**os.environ, "MBDSL_NO_COMPILE": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     done = subprocess.run([sys.executable, SCRIPT], capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -104,7 +104,7 @@ for name, module in modules().items():
     path = next(m for m in names["MODELS"] if m.stem == "pendulum")
     print(names["contraction"](path, name, 1e-2, True)[0])
 """
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    environment = {**os.environ, "MBDSL_NO_COMPILE": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
     found = [float(x) for x in done.stdout.split()]

@@ -1,4 +1,4 @@
-"""Run by test_uncompiled.py in a process of its own, with NUMBA_DISABLE_JIT=1: checks that are easier, or only
+"""Run by test_uncompiled.py in a process of its own, with MBDSL_NO_COMPILE=1: checks that are easier, or only
 possible, without compilation.
 
 Prints a JSON object: trajectories of a few steps; and for every method and shipped model, how one correction compares
@@ -13,13 +13,14 @@ from pathlib import Path
 import numpy as np
 
 import mbdsl
-from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import ForceKind
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, run_data, split_correction
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -87,41 +88,39 @@ class Step:
         self.rows = min(2, self.method.METHOD.sets)
         rng, vectors = np.random.default_rng(3), self.run.vectors
         n, N = self.n, self.N
-        vectors[buffer_layout.POSITION0, :n] += rng.uniform(-0.1, 0.1, n)
-        vectors[buffer_layout.UNKNOWN0, :n] += rng.normal(size=n)
-        vectors[buffer_layout.UNKNOWN] = vectors[buffer_layout.UNKNOWN0] + rng.normal(size=N)
-        vectors[buffer_layout.FORCE0, :n] += rng.normal(size=n)
-        vectors[buffer_layout.UNKNOWN2] = 0.0 if at_rest else 0.3 * rng.normal(size=N)
-        vectors[buffer_layout.VELOCITY0, :n] += rng.normal(size=n)
+        vectors[L.POSITION0, :n] += rng.uniform(-0.1, 0.1, n)
+        vectors[L.UNKNOWN0, :n] += rng.normal(size=n)
+        vectors[L.UNKNOWN] = vectors[L.UNKNOWN0] + rng.normal(size=N)
+        vectors[L.FORCE0, :n] += rng.normal(size=n)
+        vectors[L.UNKNOWN2] = 0.0 if at_rest else 0.3 * rng.normal(size=N)
+        vectors[L.VELOCITY0, :n] += rng.normal(size=n)
         # one step earlier
-        vectors[buffer_layout.KEPT, :n] = (
-            vectors[buffer_layout.POSITION0, :n] - h * vectors[buffer_layout.VELOCITY0, :n]
-        )
-        vectors[buffer_layout.KEPT2, :n] = vectors[buffer_layout.VELOCITY0, :n] - h * rng.normal(size=n)
+        vectors[L.KEPT, :n] = vectors[L.POSITION0, :n] - h * vectors[L.VELOCITY0, :n]
+        vectors[L.KEPT2, :n] = vectors[L.VELOCITY0, :n] - h * rng.normal(size=n)
         if at_rest:
-            vectors[buffer_layout.VELOCITY0] = 0.0
+            vectors[L.VELOCITY0] = 0.0
             if name == "hht-add":  # the pose does not change: the old Phi_q is the new one
-                vectors[buffer_layout.UNKNOWN, :n] = vectors[buffer_layout.UNKNOWN2, :n] = 0.0
+                vectors[L.UNKNOWN, :n] = vectors[L.UNKNOWN2, :n] = 0.0
             else:  # v at the end of the step is zero
-                vectors[buffer_layout.KEPT2] = 0.0
+                vectors[L.KEPT2] = 0.0
                 ends = []
-                for vectors[buffer_layout.VELOCITY0, :n] in (0.0, 1.0):
+                for vectors[L.VELOCITY0, :n] in (0.0, 1.0):
                     self.residual()
-                    ends.append(vectors[buffer_layout.VELOCITY, :n].copy())
-                vectors[buffer_layout.VELOCITY0, :n] = ends[0] / (ends[0] - ends[1])
+                    ends.append(vectors[L.VELOCITY, :n].copy())
+                vectors[L.VELOCITY0, :n] = ends[0] / (ends[0] - ends[1])
         if any(c.friction is not None for c in scene.components.values()):
             for row in (
-                buffer_layout.UNKNOWN,
-                buffer_layout.UNKNOWN2,
+                L.UNKNOWN,
+                L.UNKNOWN2,
             ):  # far from where a normal force changes its sign
                 vectors[row, n:] += 1e5
         # the start of the step holds the history
-        vectors[buffer_layout.POSITION, :n], vectors[buffer_layout.VELOCITY, :n] = (
-            vectors[buffer_layout.POSITION0, :n],
-            vectors[buffer_layout.VELOCITY0, :n],
+        vectors[L.POSITION, :n], vectors[L.VELOCITY, :n] = (
+            vectors[L.POSITION0, :n],
+            vectors[L.VELOCITY0, :n],
         )
         run_data.evaluate(0.0, self.data)
-        self.run.layout[buffer_layout.KEEP] = 1
+        self.run.layout[L.KEEP] = 1
         # not unknowns: the second multipliers of nonholonomic constraints
         self.active = np.ones((self.rows, N), bool)
         self.active[1:, n + system.m :] = False
@@ -134,11 +133,11 @@ class Step:
         self.method.motion(self.h, self.data)
         run_data.evaluate(self.h, self.data)
         self.method.residual(self.h, self.data)
-        rows = slice(buffer_layout.RESIDUAL, buffer_layout.RESIDUAL + self.rows)
+        rows = slice(L.RESIDUAL, L.RESIDUAL + self.rows)
         return self.run.vectors[rows, : self.N].ravel().copy()
 
     def unknowns(self):
-        return self.run.vectors[buffer_layout.UNKNOWN : buffer_layout.UNKNOWN + self.rows]
+        return self.run.vectors[L.UNKNOWN : L.UNKNOWN + self.rows]
 
     def jacobian(self):
         """d(residuals)/d(unknowns) by five-point differences."""
@@ -165,8 +164,8 @@ class Step:
         kept = x.copy()
         for k in range(x.size):
             x[:] = 0.0
-            self.run.vectors[buffer_layout.RESIDUAL : buffer_layout.RESIDUAL + self.rows] = 0.0
-            self.run.vectors[buffer_layout.RESIDUAL + k // self.N, k % self.N] = 1.0
+            self.run.vectors[L.RESIDUAL : L.RESIDUAL + self.rows] = 0.0
+            self.run.vectors[L.RESIDUAL + k // self.N, k % self.N] = 1.0
             self.method.correct(0, self.h, self.data)
             B[:, k] = -x.ravel()
         x[:] = kept

@@ -1,4 +1,4 @@
-"""Run by test_newton_in_space.py in a process of its own, with NUMBA_DISABLE_JIT=1, for bodies that turn far in a step.
+"""Run by test_newton_in_space.py in a process of its own, with MBDSL_NO_COMPILE=1, for bodies that turn far in a step.
 
 Prints a JSON object: for every method with the common step, model and step, how one correction compares with the
 Jacobian of the residual by differences (see uncompiled.py), and the largest rotation in the step.
@@ -13,9 +13,10 @@ import numpy as np
 import uncompiled
 from uncompiled import NAMES, Step
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.initial.consistent import state_at
-from mbdsl.integrators.loop import loop_state, split_correction
+from mbdsl.integrators.loop import loop_state as S
+from mbdsl.integrators.loop import split_correction
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.reduction import reduce
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.system import build
@@ -95,9 +96,9 @@ def left_by(path, name, h):
     left = np.eye(step.rows * step.N) - step.corrections() @ step.jacobian()
     active = step.active.ravel()
     run = step.run
-    turns = [np.linalg.norm(run.vectors[buffer_layout.POSITION, d : d + 3]) for d, _ in run.system.tables.rotations]
+    turns = [np.linalg.norm(run.vectors[L.POSITION, d : d + 3]) for d, _ in run.system.tables.rotations]
     radius = np.abs(np.linalg.eigvals(left[np.ix_(active, active)])).max()
-    return float(radius), float(max(turns)), int(run.integers[loop_state.COUPLED])
+    return float(radius), float(max(turns)), int(run.integers[S.COUPLED])
 
 
 if __name__ == "__main__":

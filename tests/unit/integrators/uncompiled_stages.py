@@ -1,4 +1,4 @@
-"""Run by test_radau5.py in a process of its own, with NUMBA_DISABLE_JIT=1: checks that are easier, or only possible,
+"""Run by test_radau5.py in a process of its own, with MBDSL_NO_COMPILE=1: checks that are easier, or only possible,
 without compilation.
 
 Prints a JSON object: for every shipped model, how one correction of all stages compares with the Jacobian of their
@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 
 import mbdsl
-from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import linear_solve, run_data
 from mbdsl.integrators.methods import radau5_stages
 from mbdsl.integrators.methods.radau5_coefficients import NODES
 from mbdsl.integrators.run import Integration
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -42,16 +43,16 @@ class Stages:
         radau5_stages.set_metric(run.data())
         self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt
         rng, vectors, n, N = np.random.default_rng(3), run.vectors, system.n, system.unknowns
-        vectors[buffer_layout.POSITION0, :n] += rng.uniform(-0.1, 0.1, n)
+        vectors[L.POSITION0, :n] += rng.uniform(-0.1, 0.1, n)
         lam = rng.normal(size=N - n)
         for k in range(3):
             vectors[radau5_stages.STAGE + k, n:] = (
-                vectors[buffer_layout.UNKNOWN0, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
+                vectors[L.UNKNOWN0, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
             )
         if at_rest:
-            vectors[buffer_layout.VELOCITY0] = 0.0
+            vectors[L.VELOCITY0] = 0.0
         else:
-            vectors[buffer_layout.VELOCITY0, :n] += rng.normal(size=n)
+            vectors[L.VELOCITY0, :n] += rng.normal(size=n)
             vectors[radau5_stages.STAGE : radau5_stages.STAGE + 3, :n] = rng.normal(size=(3, n))
             vectors[radau5_stages.STAGE2 : radau5_stages.STAGE2 + 3, : n + self.m] = (
                 0.01 * h**2 * rng.normal(size=(3, n + self.m))
@@ -68,7 +69,7 @@ class Stages:
         data = self.run.data()
         for k in (0, 2, 1):
             radau5_stages.motion(k, self.h, data)
-            data.layout[buffer_layout.NEW_MASS] = 1
+            data.layout[L.NEW_MASS] = 1
             run_data.evaluate(NODES[k] * self.h, data)
             radau5_stages.residual(k, data)
         return data.vectors[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6].ravel().copy()

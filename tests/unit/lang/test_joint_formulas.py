@@ -6,11 +6,11 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.elements import modules
 from mbdsl.elements.kind import REQUIRED, JointKind
 from mbdsl.expressions import symbolic as ex
 from mbdsl.expressions.symbolic import COORDINATES
+from mbdsl.kernels.columns import PLANE as C
 from mbdsl.lang.load import parse_text
 
 BEFORE = "model M Ground ground; Rod a(m = 1, length = 1); Rod b(m = 1, length = 1); "
@@ -60,7 +60,7 @@ def test_reactions_are_the_constraint_force_on_frame_b(name, plain):
     module, component, rng = JOINTS[name], joint(name), np.random.default_rng(1)
     kind = module.KIND
     Z, lam = frames(rng), rng.uniform(-1, 1, kind.rows + len(kind.velocity_rows))
-    G = np.zeros((3, VALUE + 1))
+    G = np.zeros((3, C.VALUE + 1))
     if kind.rows:
         p = (0.0, SLOPE, 0.0) if kind.coupling else kind.table(component.values)
         plain(module.gradient)(Z, 0, 1, p, G)
@@ -76,11 +76,11 @@ def test_reactions_are_the_constraint_force_on_frame_b(name, plain):
 @pytest.mark.parametrize(("name", "at"), [("Distance", 0.6 + 0.8j), ("RollingDisc", 5 + 1j)])
 def test_what_is_given_as_1_is_kept(name, at, plain):
     """A link of length 1, and a disc whose centre is by 1 above its line."""
-    Z, G, component = frames(np.random.default_rng(1)), np.zeros((3, VALUE + 1)), joint(name)
+    Z, G, component = frames(np.random.default_rng(1)), np.zeros((3, C.VALUE + 1)), joint(name)
     place = complex(*Z[0, :2]) + np.exp(1j * Z[0, 2]) * at
     Z[1, :2] = place.real, place.imag
     plain(JOINTS[name].gradient)(Z, 0, 1, component.kind.table(component.values), G)
-    assert G[0, VALUE] == pytest.approx(0.0, abs=ROUNDING)
+    assert G[0, C.VALUE] == pytest.approx(0.0, abs=ROUNDING)
 
 
 @pytest.mark.parametrize("name", MOVING)
@@ -192,7 +192,7 @@ def test_equal_coefficients_need_no_exponential():
 
 @pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.friction])
 def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name, plain):
-    kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, VALUE + 1))
+    kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, C.VALUE + 1))
     plain(import_module(f"mbdsl.elements.{kind.friction_along}").gradient)(Z, 0, 1, (), G)
     rate = G[0, :3] @ Z[0, 3:] + G[0, 3:6] @ Z[1, 3:]
     assert value(with_joint(name).signal("j.w" if kind.friction_unit == "N.m" else "j.v"), Z) == pytest.approx(rate)

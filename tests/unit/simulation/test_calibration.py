@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.simulation.calibration_runs import observed_order
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.tolerance_calibration import calibrated
@@ -18,7 +18,7 @@ T, TOL = np.linspace(0.0, 1.0, 201), 1e-4
 class Sine:
     """q = sin t, with an error of ``error(eps)`` times t in q and v; a failing run ends at 0.3 or 0.4 s in turn."""
 
-    def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=loop_state.TOO_SMALL):
+    def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=S.TOO_SMALL):
         self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
         self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1)), difference=np.subtract)
         self.fails, self.few, self.steps, self.trial_steps, self.failed = fails, steps, steps, 0, 0
@@ -30,7 +30,7 @@ class Sine:
 
     def run(self):
         self.tried.append(self.eps)
-        return self.status if self.fails(self.eps) else loop_state.DONE
+        return self.status if self.fails(self.eps) else S.DONE
 
     def states(self):
         t = T
@@ -63,16 +63,16 @@ def test_trial_runs_that_fail(fails):
     motion = Sine(lambda eps: fails[0] < eps < fails[1])
     status, found = calibrated(motion, TOL, motion.run)
     true = 0.1 * motion.eps
-    assert status == loop_state.DONE
+    assert status == S.DONE
     assert true <= found.error <= 10.0 * true
     assert (found.horizon is None) == (found.error <= TOL)
 
 
-@pytest.mark.parametrize("status", [loop_state.TOO_SMALL, loop_state.DIVERGED])
+@pytest.mark.parametrize("status", [S.TOO_SMALL, S.DIVERGED])
 def test_the_best_run_is_looked_for_behind_a_failure(status):
     """Runs succeed down to an eps of 2e-6, and have errors of 100 eps: 5e-7 would be needed."""
     motion = Sine(lambda eps: eps < 2e-6, error=lambda eps: 100.0 * eps, status=status)
-    assert calibrated(motion, TOL, motion.run)[0] == loop_state.DONE
+    assert calibrated(motion, TOL, motion.run)[0] == S.DONE
     assert 2e-6 < motion.eps < 8e-6
     motion.tried.clear()
     found = calibrated(motion, TOL, motion.run)[1]
@@ -89,7 +89,7 @@ def test_a_failure_behind_a_leap_is_made_up_for():
     status, found = calibrated(motion, TOL, motion.run)
     true = motion.error(motion.eps)
     assert any(motion.fails(eps) for eps in motion.tried)
-    assert status == loop_state.DONE and found.horizon is None
+    assert status == S.DONE and found.horizon is None
     assert true <= found.error <= TOL
 
 
@@ -108,7 +108,7 @@ def test_the_rung_between_is_tried():
     motion = Sine(lambda eps: False, steps=1_000_000, error=lambda eps: 10.0 * eps)
     status, found = calibrated(motion, TOL, motion.run)
     assert motion.steps < 2.001e7
-    assert status == loop_state.DONE and found.error <= TOL and not found.reason
+    assert status == S.DONE and found.error <= TOL and not found.reason
     assert 10.0 * motion.eps <= found.error
 
 
@@ -118,7 +118,7 @@ def test_errors_that_fall_late_are_waited_for():
     motion = Sine(lambda eps: False, error=lambda eps: 0.1 * eps ** (1 / 3) * (1e-3 if eps < 1e-8 else 1.0))
     motion.plan = replace(motion.plan, method="scipy-dop853")
     status, found = calibrated(motion, TOL, motion.run)
-    assert status == loop_state.DONE and found.error <= TOL and not found.reason
+    assert status == S.DONE and found.error <= TOL and not found.reason
 
 
 def test_errors_that_do_not_fall_are_not_called_too_many_steps():
@@ -132,7 +132,7 @@ def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
     """One run reaches the stop time, and another one would take too many steps."""
     motion = Sine(lambda eps: eps > 1e-5, steps=15_000_000)
     status, found = calibrated(motion, TOL, motion.run)
-    assert status == loop_state.DONE
+    assert status == S.DONE
     assert found.error is None
     assert found.horizon <= 0.4
 

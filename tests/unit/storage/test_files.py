@@ -14,7 +14,7 @@ import pytest
 
 from mbdsl import Interrupted, UsageError, results
 from mbdsl.simulation.interrupts import deferred, terminated
-from mbdsl.storage import output_files, trusted_files
+from mbdsl.storage import cache_folder, output_files
 from mbdsl.storage.output_files import write_text, writing
 
 MODEL = """model M
@@ -141,7 +141,7 @@ def test_what_fails_half_way_leaves_what_was_there(tmp_path):
 def test_all_files_are_written_whole():
     """By this module alone; caches and stores, whose files may be lost, write on their own."""
     package = Path(output_files.__file__).parents[1]
-    own = {f"storage/{name}.py" for name in ("output_files", "cache_folder", "trusted_files")}
+    own = {f"storage/{name}.py" for name in ("output_files", "cache_folder")}
     own |= {"compilation/code_cache.py", "studies/store.py", "lang/lalr.py", "lang/kind_reference.py"}
     own |= {"editor/textmate.py"}
     ways = [r"\.write_text\(", r"\.write_bytes\(", r'(?<!archive\.)\bopen\([^)]*, "[wax]b?"', r"savefig\((?!stream)"]
@@ -189,8 +189,8 @@ def test_processes_of_one_number_write_files_of_their_own(tmp_path, monkeypatch)
             stream.write(text)
     assert (outer.read_bytes(), inner.read_bytes()) == (b"outer", b"second")
     cached = tmp_path / "code.o"
-    with trusted_files.writing(cached) as first:
-        with trusted_files.writing(cached) as second:
+    with cache_folder.writing(cached) as first:
+        with cache_folder.writing(cached) as second:
             second.write(b"second")
         first.write(b"the first")
     assert cached.read_bytes() == b"the first"

@@ -11,8 +11,8 @@ from hypothesis import strategies as some
 
 import mbdsl
 from mbdsl import Builder
-from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate, der, input_signal, multiplier
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene import Table
 from mbdsl.system import build
 from mbdsl.system.switches import combined, signature
@@ -101,7 +101,7 @@ def test_the_signature_tells_all_states_apart(plain):
 )
 def test_what_is_smooth_has_no_switches(law):
     s = system(law)
-    assert s.tables.switches == [] and s.tables.layout[buffer_layout.N_SWITCHES] == 0
+    assert s.tables.switches == [] and s.tables.layout[L.N_SWITCHES] == 0
     assert s.switches(0.3, np.zeros(3), np.zeros(3)).shape == (0,)
     assert list(s.time_events(0.0, 10.0)) == []
 

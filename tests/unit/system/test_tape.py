@@ -13,9 +13,9 @@ import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 
 from mbdsl import Builder
-from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr
+from mbdsl.kernels.columns import PLANE as C
 from mbdsl.mechanism.scene import Table
 from mbdsl.system import build, expression_tape
 from mbdsl.system.signals import values
@@ -74,7 +74,7 @@ def system(laws):
 def results(s, t, q, v):
     """The value of the tape for each law."""
     s.evaluate(t, q, v)
-    return -s.gradient_table()[s.m :, buffer_layout.MAGNITUDE].copy()  # the table holds -sign s
+    return -s.gradient_table()[s.m :, C.MAGNITUDE].copy()  # the table holds -sign s
 
 
 def states():
