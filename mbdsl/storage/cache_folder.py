@@ -32,8 +32,8 @@ HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary 
 
 TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
 VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
-CODE = re.compile(r"(\w+)\.(?:o|bc|py|ordinary)")
-MACHINE_CODE = (".o",)  #: suffixes of objects
+CODE = re.compile(r"(\w+)\.(?:o|bc|py|ordinary|tables)")
+MACHINE_CODE = (".o", ".tables")  #: suffixes of objects, and of the tables of the parser
 NUMBA = re.compile(r"[0-9a-f]{16}")
 RUN = re.compile(r"[0-9a-f]{32}(?:-[0-9a-f]{12})?\.npz")
 PART = re.compile(r"\.?[\w.-]+\.\d+\.\d+\.part")
