@@ -56,9 +56,14 @@ def _parsed(text: str, file: str) -> s.File:
 
 def parse_expression(text: str, file: str = "<text>") -> s.Expression:
     """The syntax tree of one expression."""
-    if len(text) > limits.FILE_SIZE:
+    return read_expression(Source(file, text))
+
+
+def read_expression(source: Source) -> s.Expression:
+    """The syntax tree of the expression that a source consists of."""
+    if len(source.text) > limits.FILE_SIZE:
         raise SyntaxProblem(f"an expression of more than {limits.FILE_SIZE} characters")
-    return _tree(tokenize(Source(file, text)), "expression")
+    return _tree(tokenize(source), "expression")
 
 
 def _file(tokens: list[Token]) -> s.File:

@@ -12,10 +12,7 @@ ROOT = Path(__file__).parents[3]
 PROGRAM = ROOT / ".ci" / "generated_files.py"
 
 
-NAMES = (
-    *("docs/language.md", "docs/space.md", "docs/methods.md", "editors/vscode/syntaxes/mbd.tmLanguage.json"),
-    *("mbdsl/lang/kind_methods.pyi", "mbdsl/lang/spatial_builder.pyi"),
-)
+NAMES = (*("docs/language.md", "docs/space.md", "docs/methods.md", "editors/vscode/syntaxes/mbd.tmLanguage.json"),)
 
 
 def loaded(program):
@@ -37,7 +34,7 @@ def test_every_module_that_writes_a_file_of_the_project_is_listed():
     package, listed = Path(mbdsl.__file__).parent, PROGRAM.read_text(encoding="utf-8")
     writes = re.compile(r'^if __name__ == "__main__":(\n .*)*\bwrite_(text|bytes)\(', re.MULTILINE)
     found = [path.stem for path in package.rglob("*.py") if writes.search(path.read_text(encoding="utf-8"))]
-    assert {"kind_reference", "kind_stub", "method_reference", "textmate"} <= set(found)
+    assert {"kind_reference", "method_reference", "textmate"} <= set(found)
     assert not [name for name in found if not re.search(rf"\b{name}\.\w+\(", listed)]
 
 
