@@ -6,7 +6,6 @@ in the module that describes the file.
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
@@ -15,7 +14,7 @@ sys.path.insert(0, str(ROOT))  # the code of this checkout, even if another vers
 
 from mbdsl.editor import textmate
 from mbdsl.integrators import method_reference
-from mbdsl.lang import kind_reference, kind_stub, lalr
+from mbdsl.lang import kind_reference
 
 
 def generated() -> dict[str, str]:
@@ -29,9 +28,6 @@ def generated() -> dict[str, str]:
         "docs/language.md": kind_reference.insert(page("docs/language.md")),
         "docs/space.md": kind_reference.insert(page("docs/space.md")),
         "docs/methods.md": method_reference.insert(page("docs/methods.md")),
-        "mbdsl/lang/kind_methods.pyi": kind_stub.stub(),
-        "mbdsl/lang/spatial_builder.pyi": kind_stub.stub_in_space(),
-        "mbdsl/lang/grammar.json": json.dumps(lalr.make(), separators=(",", ":")) + "\n",
         grammar: textmate.content(grammar).decode(),
     }
 

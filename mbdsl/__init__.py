@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from mbdsl.explanation.receipt import explain as explain
     from mbdsl.integrators.method_table import methods as methods
     from mbdsl.lang.builder import Builder as Builder
+    from mbdsl.lang.builder.spatial_builder import SpatialBuilder as SpatialBuilder
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse
-    from mbdsl.lang.spatial_builder import SpatialBuilder as SpatialBuilder
     from mbdsl.mechanism.scene import Scene as Scene
     from mbdsl.reporting.views import animate as animate
     from mbdsl.reporting.views import check as check
@@ -48,7 +48,7 @@ _PUBLIC = {
     "load": ("mbdsl.lang.load", "load"),
     "parse": ("mbdsl.lang.load", "parse_text"),
     "Builder": ("mbdsl.lang.builder", "Builder"),
-    "SpatialBuilder": ("mbdsl.lang.spatial_builder", "SpatialBuilder"),
+    "SpatialBuilder": ("mbdsl.lang.builder.spatial_builder", "SpatialBuilder"),
     "Scene": ("mbdsl.mechanism.scene", "Scene"),
     "static": ("mbdsl.analysis.equilibria", "static"),
     "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),

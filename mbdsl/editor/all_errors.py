@@ -17,7 +17,7 @@ from mbdsl.editor.positions import Places
 from mbdsl.editor.repair import WORK, Statement, blank, repaired, statements
 from mbdsl.editor.vocabulary import class_of
 from mbdsl.errors import MbdslError, Span, SyntaxProblem
-from mbdsl.lang import loose_lexer as lexer
+from mbdsl.lang import lexer
 from mbdsl.lang.connections import NotConnected
 from mbdsl.lang.library import key_of
 from mbdsl.mechanism.scene import Scene

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 
 from mbdsl.editor.repair import Statement, statements
-from mbdsl.lang import loose_lexer as lexer
-from mbdsl.lang.lexer import NUMBER
-from mbdsl.lang.loose_lexer import Piece
+from mbdsl.lang import lexer
+from mbdsl.lang.lexer import NUMERAL, Token
 
 #: what is expected
 NOTHING, TOP, STATEMENT, TYPE, BASE, END, MEMBER, UNIT, ARGUMENT, VALUE, FRAME, SETTING, CHOICE, CONDITION = (
@@ -19,8 +19,8 @@ DECLARATIONS, EQUATIONS, INITIAL = "declarations", "equations", "initial values"
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z|\Z")
 #: a unit that is being typed, after its number
-_UNIT = re.compile(rf"(?<![A-Za-z0-9_.])(?:{NUMBER.pattern}|\}})[ \t]+([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
-_TOUCHING = re.compile(rf"(?<![A-Za-z0-9_.]){NUMBER.pattern}([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
+_UNIT = re.compile(rf"(?<![A-Za-z0-9_.])(?:{NUMERAL.pattern}|\}})[ \t]+([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
+_TOUCHING = re.compile(rf"(?<![A-Za-z0-9_.]){NUMERAL.pattern}([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
 _PREFIXES = frozenset("parameter constant input final inner outer connector".split())
 
 
@@ -91,10 +91,9 @@ def _expected(before: str, start: int) -> Context:
     return _in_statement(statement, Context(NOTHING, start, model, section))
 
 
-def _section(tokens: list[Piece]) -> tuple[str, str]:
+def _section(tokens: list[Token]) -> tuple[str, str]:
     model, section = "", ""
-    previous = Piece("", "", 0, 0)
-    for token in tokens:
+    for previous, token in pairwise(tokens):
         if token.kind == lexer.NAME and previous.kind == lexer.KEYWORD:
             if previous.text == "model":
                 model, section = token.text, DECLARATIONS
@@ -105,11 +104,10 @@ def _section(tokens: list[Piece]) -> tuple[str, str]:
                 section = INITIAL if previous.text == "initial" else EQUATIONS
             elif token.text in ("public", "protected"):
                 section = DECLARATIONS
-        previous = token
     return model, section
 
 
-def _in_statement(tokens: list[Piece], at: Context) -> Context:
+def _in_statement(tokens: list[Token], at: Context) -> Context:
     """The context after the tokens of an incomplete statement."""
 
     def found(expected: str, **values) -> Context:
@@ -149,7 +147,7 @@ def _in_statement(tokens: list[Piece], at: Context) -> Context:
     return found(VALUE)
 
 
-def _in_brackets(tokens: list[Piece], brackets: list[int], at: Context) -> Context:
+def _in_brackets(tokens: list[Token], brackets: list[int], at: Context) -> Context:
     """The context inside brackets: an argument, or a value."""
 
     def found(expected: str, **values) -> Context:
@@ -188,7 +186,7 @@ def _in_brackets(tokens: list[Piece], brackets: list[int], at: Context) -> Conte
     return found(CONDITION if ends else VALUE, path=path, parameter=_assigned(assigned), **declaration)
 
 
-def _callee(tokens: list[Piece], bracket: int) -> int:
+def _callee(tokens: list[Token], bracket: int) -> int:
     """Index of the name before a bracket, which may have indices; -1 if there is none."""
     k, depth = bracket - 1, 0
     while k >= 0 and (depth or tokens[k].text == "]"):
@@ -197,13 +195,13 @@ def _callee(tokens: list[Piece], bracket: int) -> int:
     return k if k >= 0 and tokens[k].kind in (lexer.NAME, lexer.KEYWORD) else -1
 
 
-def _assigned(slot: list[Piece]) -> str:
+def _assigned(slot: list[Token]) -> str:
     """The name before `=` in an argument; "" if there is none."""
     words = [t for t in slot if t.text not in ("each", "final")]
     return words[0].text if "=" in (t.text for t in words) else ""
 
 
-def _open(tokens: list[Piece]) -> list[int]:
+def _open(tokens: list[Token]) -> list[int]:
     """Indices of the brackets that are open at the end."""
     found: list[int] = []
     for k, token in enumerate(tokens):
@@ -215,9 +213,9 @@ def _open(tokens: list[Piece]) -> list[int]:
     return found
 
 
-def _slot(tokens: list[Piece], bracket: int, end: int | None = None) -> list[Piece]:
+def _slot(tokens: list[Token], bracket: int, end: int | None = None) -> list[Token]:
     """The tokens after the last comma inside a bracket, without those of inner brackets."""
-    found: list[Piece] = []
+    found: list[Token] = []
     depth = 0
     for token in tokens[bracket + 1 : end]:
         if token.kind == lexer.OPERATOR and token.text in "([{":
@@ -234,7 +232,7 @@ def _slot(tokens: list[Piece], bracket: int, end: int | None = None) -> list[Pie
     return found
 
 
-def _given(tokens: list[Piece], bracket: int) -> frozenset[str]:
+def _given(tokens: list[Token], bracket: int) -> frozenset[str]:
     """Names that are followed by `=` inside a bracket."""
     found, depth = set(), 0
     for token, following in zip(tokens[bracket + 1 :], tokens[bracket + 2 :], strict=False):
@@ -245,7 +243,7 @@ def _given(tokens: list[Piece], bracket: int) -> frozenset[str]:
     return frozenset(found)
 
 
-def _path(tokens: list[Piece]) -> tuple[str, ...]:
+def _path(tokens: list[Token]) -> tuple[str, ...]:
     """The names of the reference at the end: `arm.link[3]` as ("arm", "link")."""
     found: list[str] = []
     k = len(tokens) - 1
@@ -266,7 +264,7 @@ def _path(tokens: list[Piece]) -> tuple[str, ...]:
     return ()
 
 
-def _declaration(tokens: list[Piece]) -> dict[str, str]:
+def _declaration(tokens: list[Token]) -> dict[str, str]:
     """Type and name that the statement declares; "" if it is not a declaration."""
     k = 0
     while k < len(tokens) and tokens[k].text in _PREFIXES:
@@ -292,7 +290,7 @@ def _declaration(tokens: list[Piece]) -> dict[str, str]:
     return {"type": ".".join(names), "declared": ""}
 
 
-def _ends_operand(token: Piece) -> bool:
+def _ends_operand(token: Token) -> bool:
     """Whether a value may end with the token, so that an operator follows."""
     if token.kind in (lexer.NAME, lexer.NUMBER, lexer.UNIT, lexer.STRING):
         return True

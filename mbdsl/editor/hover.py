@@ -11,7 +11,7 @@ from mbdsl.editor import entities as e
 from mbdsl.editor.entities import Entity, OfKind
 from mbdsl.editor.names import Names, Occurrence
 from mbdsl.elements import kinds
-from mbdsl.lang import loose_lexer as lexer
+from mbdsl.lang import lexer
 
 
 class Hover(NamedTuple):
@@ -58,7 +58,7 @@ def hover(names: Names, offset: int, values: Mapping[str, str] = {}, main: str =
 
 
 def _of_piece(
-    piece: lexer.Piece, previous: lexer.Piece | None, occurrence: Occurrence | None, values: Mapping[str, str]
+    piece: lexer.Token, previous: lexer.Token | None, occurrence: Occurrence | None, values: Mapping[str, str]
 ) -> str:
     if piece.kind == lexer.UNIT:
         text = descriptions.of_unit(piece.text)

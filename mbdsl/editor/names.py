@@ -10,8 +10,7 @@ from itertools import pairwise
 from mbdsl.editor import entities as e
 from mbdsl.editor.entities import Entity, OfKind, Symbol
 from mbdsl.editor.vocabulary import class_of
-from mbdsl.lang import foreign_names
-from mbdsl.lang import loose_lexer as lexer
+from mbdsl.lang import foreign_names, lexer
 from mbdsl.lang import syntax as s
 from mbdsl.lang.functions import CONSTANTS
 from mbdsl.lang.library import Unit, key_of
@@ -80,7 +79,7 @@ class Names:
     # -- models ------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _words(self) -> list[lexer.Piece]:
+    def _words(self) -> list[lexer.Token]:
         return [p for p in lexer.pieces(self.unit.text) if p.kind in (lexer.KEYWORD, lexer.NAME, lexer.STRING)]
 
     @cached_property
@@ -89,7 +88,7 @@ class Names:
         return [(b.text, b.start, b.end) for b in aliases]
 
     @cached_property
-    def _ends(self) -> dict[str, lexer.Piece]:
+    def _ends(self) -> dict[str, lexer.Token]:
         """Model -> its name after `end`."""
         ends = [b for a, b in pairwise(self._words) if (a.text, a.kind) == ("end", lexer.KEYWORD)]
         return {b.text: b for b in ends if b.kind == lexer.NAME}

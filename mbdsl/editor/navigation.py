@@ -14,8 +14,7 @@ from mbdsl.editor.repair import repaired
 from mbdsl.editor.vocabulary import class_of
 from mbdsl.editor.workspace import Workspace
 from mbdsl.errors import MbdslError, ModelError, UsageError
-from mbdsl.lang import loose_lexer as lexer
-from mbdsl.lang import quantities, unit_readings, units
+from mbdsl.lang import lexer, quantities, unit_readings, units
 from mbdsl.lang.inheritance import declarations
 from mbdsl.lang.lexer import KEYWORDS
 from mbdsl.lang.library import key_of

@@ -11,7 +11,7 @@ from pygments.lexer import Lexer
 from pygments.token import Comment, Error, Keyword, Name, Number, Operator, Punctuation, String, Whitespace
 
 from mbdsl.editor.vocabulary import class_of
-from mbdsl.lang import loose_lexer as lexer
+from mbdsl.lang import lexer
 
 _TOKENS = {
     lexer.STRING: String.Double,
@@ -59,7 +59,7 @@ class MbdLexer(Lexer):
             yield at, Whitespace, text[at:]
 
 
-def _token(piece: lexer.Piece) -> object:
+def _token(piece: lexer.Token) -> object:
     if piece.kind == lexer.COMMENT:
         return Comment.Multiline if piece.text.startswith("/*") else Comment.Single
     if piece.kind == lexer.OPERATOR:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from mbdsl.editor.positions import Places
 from mbdsl.errors import MbdslError, Span
-from mbdsl.lang import loose_lexer as lexer
+from mbdsl.lang import lexer
 from mbdsl.lang import syntax as s
 from mbdsl.lang.foreign_statements import places as foreign_places
 from mbdsl.lang.load import deep
@@ -82,7 +82,7 @@ def _ending(text: str) -> str:
     return f"\nend {name};" if name else ""
 
 
-def _open_model(words: list[lexer.Piece]) -> str:
+def _open_model(words: list[lexer.Token]) -> str:
     name, functions = "", set[str]()
     for word, following in pairwise(words):
         if word.text == "function":
@@ -178,12 +178,12 @@ def statements(text: str) -> Iterator[Statement]:
         yield Statement(begin, previous.end, False)
 
 
-def _next(tokens: list[lexer.Piece], k: int) -> str:
+def _next(tokens: list[lexer.Token], k: int) -> str:
     """The text of the token after token k; "" at the end."""
     return tokens[k + 1].text if k + 1 < len(tokens) else ""
 
 
-def _begins(text: str, tokens: list[lexer.Piece], k: int, in_brackets: bool) -> bool:
+def _begins(text: str, tokens: list[lexer.Token], k: int, in_brackets: bool) -> bool:
     """Whether the token ``k``, the first one of a line, begins a statement."""
     token = tokens[k]
     following = tokens[k + 1] if k + 1 < len(tokens) else token

@@ -18,7 +18,7 @@ from typing import Any
 from mbdsl.editor.vocabulary import words
 from mbdsl.lang import units
 from mbdsl.lang.foreign_characters import BLANKS
-from mbdsl.lang.lexer import NUMBER
+from mbdsl.lang.lexer import NUMERAL
 
 _DECLARING = ("parameter", "constant", "input", "final", "each", "inner", "outer", "connector", "partial", "spatial")
 _DECLARING += ("public", "protected", "guess", "fixed")
@@ -35,7 +35,7 @@ def grammar() -> dict[str, Any]:
         _match("comment.line.double-slash.mbd", r"//.*$"),
         _range("string.quoted.double.mbd", '"', '"', [_match("constant.character.escape.mbd", r"\\.")]),
         {
-            "match": rf"(?<![A-Za-z0-9_.])({NUMBER.pattern})(?:[{BLANKS}]*({unit}))?",
+            "match": rf"(?<![A-Za-z0-9_.])({NUMERAL.pattern})(?:[{BLANKS}]*({unit}))?",
             "captures": {"1": {"name": "constant.numeric.mbd"}, "2": {"name": "keyword.other.unit.mbd"}},
         },
         {

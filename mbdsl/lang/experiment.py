@@ -83,7 +83,7 @@ def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
     try:
         found[field] = setting(argument.name, field, unit, value)
     except ModelError as problem:
-        raise place(problem, argument.value.at) from None
+        raise place(problem, argument.value.at or argument.at) from None
 
 
 def setting(name: str, field: str, unit: str, value: values.Value) -> Any:

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from mbdsl.errors import SyntaxProblem
 from mbdsl.lang import syntax as s
 from mbdsl.lang.lexer import Token
-from mbdsl.lang.source import Source
 
 _FUNCTION = "write `function f input Real x; output Real y; algorithm y := x^2; end f;`"
 _MODIFIED = "components cannot be redeclared, only their values modified"
@@ -47,7 +46,7 @@ _LASTS = {word: rf"\bend\s+{word}\s*;" for word in ("when", "while")} | {
 _NAMED = frozenset("class block function operator record expandable pure impure".split())
 
 
-def refuse(token: Token, before: Sequence[Token], following: Token, source: Source) -> SyntaxProblem | None:
+def refuse(token: Token, before: Sequence[Token], following: Token) -> SyntaxProblem | None:
     """The error for a statement that begins with a word of Modelica; None if it does not."""
     end = next((i for i in range(len(before) - 1, -1, -1) if before[i].type in _ENDS), -1)
     words = [t for t in before[end + 1 :] if t.type not in _BEFORE]
@@ -55,7 +54,7 @@ def refuse(token: Token, before: Sequence[Token], following: Token, source: Sour
     first, second = (*words, token, following)[:2]
     if first.type != "NAME" or first.text not in WORDS or second.type in _OF_A_NAME:
         return None
-    place = source.span(first.start, first.end)
+    place = first.source.span(first.start, first.end)
     return SyntaxProblem(f"`{first.text}` is not part of mbdsl", place, WORDS[first.text])
 
 
@@ -83,15 +82,15 @@ def places(text: str, start: int) -> list[tuple[int, int]]:
 _LIBRARIES = frozenset(("Modelica", "ModelicaServices", "PlanarMechanics"))
 
 
-def pass_over(tokens: list[Token], source: Source) -> tuple[list[Token], list[s.Passed]]:
+def pass_over(tokens: list[Token]) -> tuple[list[Token], list[s.Passed]]:
     """The tokens without ``within`` and imports of Modelica's packages, and these statements."""
     kept: list[Token] = []
     passed: list[s.Passed] = []
     at = 0
     while at < len(tokens):
         if (not kept or kept[-1].type in _BEGIN) and (end := _without_effect(tokens, at)):
-            place = source, tokens[at].start, tokens[end].end
-            passed.append(s.Passed(source.text[place[1] : place[2]].rstrip("; "), at=place))
+            source, start, stop = tokens[at].source, tokens[at].start, tokens[end].end
+            passed.append(s.Passed(source.text[start:stop].rstrip("; "), at=(source, start, stop)))
             at = end + 1
             continue
         kept.append(tokens[at])

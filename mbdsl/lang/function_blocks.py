@@ -15,14 +15,14 @@ from mbdsl.errors import SyntaxProblem
 from mbdsl.lang import functions
 from mbdsl.lang import syntax as s
 from mbdsl.lang.lexer import Token
-from mbdsl.lang.source import Source, span_of
+from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import write
 from mbdsl.messages import did_you_mean
 
 ONE = "a function has one expression for each output: `y := if x > 0 then x else 0;`"
 
 
-def cut(tokens: list[Token], source: Source) -> tuple[list[Token], list[list[Token]]]:
+def cut(tokens: list[Token]) -> tuple[list[Token], list[list[Token]]]:
     """The tokens without the blocks of functions, and the blocks, each from ``function`` to its semicolon.
 
     Raises
@@ -34,7 +34,7 @@ def cut(tokens: list[Token], source: Source) -> tuple[list[Token], list[list[Tok
     blocks: list[list[Token]] = []
     at = 0
     while at < len(tokens):
-        end = _end(tokens, at, source) if tokens[at].text == "function" and tokens[at].type == "NAME" else 0
+        end = _end(tokens, at) if tokens[at].text == "function" and tokens[at].type == "NAME" else 0
         if end:
             blocks.append(tokens[at : end + 1])
             at = end + 1
@@ -44,7 +44,7 @@ def cut(tokens: list[Token], source: Source) -> tuple[list[Token], list[list[Tok
     return kept, blocks
 
 
-def _end(tokens: list[Token], at: int, source: Source) -> int:
+def _end(tokens: list[Token], at: int) -> int:
     """The index of the semicolon of a block that begins at ``at``; 0 if no block begins there."""
     if tokens[at + 1].type != "NAME" or (at and tokens[at - 1].type not in ("SEMICOLON", "NAME", "STRING")):
         return 0
@@ -52,11 +52,11 @@ def _end(tokens: list[Token], at: int, source: Source) -> int:
     for k in range(at + 2, len(tokens) - 2):
         if tokens[k].type == "END" and tokens[k + 1].text == name and tokens[k + 2].type == "SEMICOLON":
             return k + 2
-    place = source.span(tokens[at].start, tokens[at + 1].end)
+    place = tokens[at].source.span(tokens[at].start, tokens[at + 1].end)
     raise SyntaxProblem(f"the function `{name}` is not closed", place, f"write `end {name};` after its assignments")
 
 
-def read(block: list[Token], source: Source, parse: Callable[[list[Token]], s.File]) -> s.Function:
+def read(block: list[Token], parse: Callable[[list[Token]], s.File]) -> s.Function:
     """The function of a block; ``parse`` reads the tokens of a file.
 
     Raises
@@ -69,16 +69,16 @@ def read(block: list[Token], source: Source, parse: Callable[[list[Token]], s.Fi
     for k, token in enumerate(block):
         starts = k == 0 or block[k - 1].type in ("SEMICOLON", "PROTECTED", "PUBLIC", "STRING") or k == 2
         if k == 0:
-            rewritten.append(Token("MODEL", *token[1:]))
+            rewritten.append(token._replace(type="MODEL"))
         elif starts and token.type == "NAME" and token.text == "output":
             outputs.add(k)
         elif starts and token.type == "NAME" and token.text == "algorithm":
-            rewritten.append(Token("EQUATION", *token[1:]))
+            rewritten.append(token._replace(type="EQUATION"))
         elif token.type == "EQUAL" and block[k - 1].type == "COLON" and block[k - 1].end == token.start:
-            rewritten[-1] = Token("EQUAL", ":=", block[k - 1].start, token.end)
+            rewritten[-1] = token._replace(text=":=", start=block[k - 1].start)
         else:
             rewritten.append(token)
-    (model,) = parse([*rewritten, Token("$END", "", block[-1].end, block[-1].end)]).models
+    (model,) = parse([*rewritten, block[-1]._replace(type="$END", text="", start=block[-1].end)]).models
     begins = [block[k].start for k in sorted(outputs)]
     ends = [next(t.end for t in block[k:] if t.type == "SEMICOLON") for k in sorted(outputs)]
     declared: dict[str, s.Declaration] = {}

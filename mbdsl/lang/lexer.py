@@ -1,4 +1,4 @@
-"""Lexer: text to tokens.
+"""Lexer: text to tokens, of a model that is to be read, and of any text for editors and highlighting.
 
 The tokens are the terminals of ``grammar.lark``. The lexer is not generated, because a unit belongs to the number
 before it (``3 kg``, but ``2 m/L2`` is two metres divided by L2), which regular expressions cannot express.
@@ -7,6 +7,7 @@ before it (``3 kg``, but ``2 m/L2`` is two metres divided by L2), which regular 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from mbdsl.errors import SyntaxProblem
@@ -25,11 +26,11 @@ PUNCTUATION = {
     ">": "RELATION",
 }  # fmt: skip
 
-NUMBER = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+NUMERAL = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 TOKEN = re.compile(
     rf"(?P<skip>[{BLANKS}\r\n\f\v]+|//[^\n]*|/\*(?s:.*?)\*/)"
     r"|(?P<comment>/\*)"
-    rf"|(?P<number>{NUMBER.pattern})"
+    rf"|(?P<number>{NUMERAL.pattern})"
     r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
     r'|(?P<string>"(?:[^"\\]|\\(?s:.))*")'
     r"|(?P<operator>==|<>|<=|>=|[-+*/^(){}\[\];,.:=<>])"
@@ -42,84 +43,150 @@ _NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
 _PAIRS = {")": "(", "]": "[", "}": "{"}
 
 
+#: kinds of tokens for editors and highlighting
+COMMENT, STRING, NUMBER, UNIT = "comment", "string", "number", "unit"
+KEYWORD, NAME, OPERATOR, WRONG = "keyword", "name", "operator", "wrong"
+_KINDS = {
+    **dict.fromkeys(("COMMENT", "LINE_COMMENT", "OPEN_COMMENT"), COMMENT),
+    **dict.fromkeys(("STRING", "OPEN_STRING"), STRING),
+    **dict.fromkeys(PUNCTUATION.values(), OPERATOR),
+    **dict(LMATRIX=OPERATOR, NUMBER=NUMBER, UNIT=UNIT, NAME=NAME, WRONG=WRONG),
+}
+_BLANK_TYPES = frozenset(("COMMENT", "LINE_COMMENT"))
+_OPENS, _CLOSES = frozenset("([{"), frozenset(")]}")
+_LINE = re.compile(r"[^\n]*")
+
+
 class Token(NamedTuple):
-    """``type`` names a terminal of the grammar; ``start`` and ``end`` are offsets in the source."""
+    """A part of a text; ``start`` and ``end`` are offsets in the source.
+
+    ``type`` names a terminal of the grammar, or what a model cannot contain: comments, and ``WRONG`` characters.
+    """
 
     type: str
     text: str
     start: int
     end: int
+    source: Source
+
+    @property
+    def kind(self) -> str:
+        """One of the kinds of this module."""
+        return _KINDS.get(self.type, KEYWORD)
+
+    @property
+    def closed(self) -> bool:
+        """Whether text behind it does not belong to it, as it does for a ``//`` comment and a text without end."""
+        return self.type not in ("LINE_COMMENT", "OPEN_COMMENT", "OPEN_STRING")
+
+
+def pieces(text: str) -> Iterator[Token]:
+    """The tokens and comments of any text, in order; blanks are left out, and units are pieces of their own."""
+    return scan(Source("<text>", text))
+
+
+def scan(source: Source) -> Iterator[Token]:
+    """The tokens and comments of any text, without an error, in a time linear in its length.
+
+    A string without end extends to the end of its line, a comment without end to the end of the text.
+    """
+    text, match = source.text, TOKEN.match
+    brackets: list[tuple[str, bool]] = []  # character, and whether it is a literal that takes a unit
+    at, size, last, strings_end = 0, len(text), "", True
+    while at < size:
+        found = match(text, at) if strings_end or text[at] != '"' else None
+        if found is None:
+            if text[at] == '"':
+                # Later texts are not searched for their ends either, so that the time remains linear.
+                strings_end, last, end = False, "OPEN_STRING", _LINE.match(text, at).end()  # type: ignore[union-attr]
+            else:
+                last, end = "WRONG", at + 1
+            yield Token(last, text[at:end], at, end, source)
+            at = end
+            continue
+        end, group, word = found.end(), found.lastgroup, found.group()
+        if group == "skip":
+            if word[0] == "/":
+                yield Token("COMMENT" if word[1] == "*" else "LINE_COMMENT", word, at, end, source)
+            at = end
+            continue
+        if group == "comment":
+            yield Token("OPEN_COMMENT", text[at:], at, size, source)
+            return
+        takes_unit = group == "number"
+        if group == "name":
+            last = _word(word, text, end, bool(brackets) and brackets[-1][0] == "[")
+        elif group == "operator":
+            if word in _OPENS:
+                literal = word == "{" or (word == "[" and last not in ("NAME", "RSQB"))
+                brackets.append((word, literal))
+                last = "LMATRIX" if word == "[" and literal else PUNCTUATION[word]
+            else:
+                last = PUNCTUATION[word]
+                takes_unit = word in _CLOSES and bool(brackets) and brackets.pop()[1]
+        else:
+            last = "NUMBER" if takes_unit else "STRING"
+        yield Token(last, word, at, end, source)
+        if takes_unit:
+            blank = _BLANK.match(text, end).end()  # type: ignore[union-attr]
+            if unit := units.scan(text, blank):
+                last, end = "UNIT", unit[1]
+                yield Token(last, unit[0].text, blank, end, source)
+        at = end
+
+
+def _word(word: str, text: str, end: int, in_brackets: bool) -> str:
+    """The terminal of a word that ends at an offset; ``end`` in the brackets of indices is the last index."""
+    if word in KEYWORDS:
+        return "LAST" if word == "end" and in_brackets else word.upper()
+    soft = word in ("guess", "fixed") and A_NAME_FOLLOWS.match(text, end) is not None
+    soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)
+    return word.upper() if soft else "NAME"
 
 
 def tokenize(source: Source) -> list[Token]:
-    """All tokens of ``source``, closed by one of type ``$END``.
+    """The tokens of a model, closed by one of type ``$END``; the unit of a number is a part of its token.
 
     Raises
     ------
     SyntaxProblem
         For characters that are not of the language, brackets that do not match, texts and comments without end.
     """
-    text, match = source.text, TOKEN.match
+    text, size = source.text, len(source.text)
     tokens: list[Token] = []
-    brackets: list[tuple[str, int, bool]] = []  # character, offset, and whether it is a literal that takes a unit
-    at, size = 0, len(text)
-    while at < size:
-        found = match(text, at)
-        if found is None:
+    brackets: list[Token] = []
+    last = Token("$END", "", 0, 0, source)
+    for token in scan(source):
+        kind, word, at, end, _ = token
+        if kind in _BLANK_TYPES:
+            continue
+        if kind == "UNIT" and last.type == "NUMBER":
+            token = tokens[-1] = Token("NUMBER", text[last.start : end], last.start, end, source)
+        elif last.type == "NUMBER" and last.end == at and (word[0].isalnum() or word[0] == "_"):
+            raise _glued(source, last.start, last.end)
+        elif kind in ("WRONG", "OPEN_STRING"):
             raise _strange(source, at)
-        end = found.end()
-        group = found.lastgroup
-        if group == "comment":
-            raise SyntaxProblem("this comment has no end", source.span(at, end), "close it with `*/`")
-        if group == "name":
-            word = text[at:end]
-            if word in KEYWORDS:
-                kind = word.upper()
-                if word == "end" and brackets and brackets[-1][0] == "[":
-                    kind = "LAST"
-                tokens.append(Token(kind, word, at, end))
-            else:
-                soft = word in ("guess", "fixed") and A_NAME_FOLLOWS.match(text, end) is not None
-                soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)
-                tokens.append(Token(word.upper() if soft else "NAME", word, at, end))
-        elif group == "number":
-            unit = units.scan(text, _BLANK.match(text, end).end())  # type: ignore[union-attr]
-            end = unit[1] if unit else end
-            if text[end : end + 1].isalnum() or text[end : end + 1] == "_":
-                raise _glued(source, at, end)
-            tokens.append(Token("NUMBER", text[at:end], at, end))
-        elif group == "operator":
-            word = text[at:end]
-            if word in "([{":
-                literal = word == "{" or (word == "[" and not _ends_reference(tokens))
-                brackets.append((word, at, literal))
+        elif kind == "OPEN_COMMENT":
+            raise SyntaxProblem("this comment has no end", source.span(at, at + 2), "close it with `*/`")
+        else:
+            if word in _OPENS:
+                brackets.append(token)
                 if len(brackets) > limits.NESTING:
                     raise SyntaxProblem(f"more than {limits.NESTING} brackets inside each other", source.span(at, end))
-            tokens.append(Token("LMATRIX" if word == "[" and brackets[-1][2] else PUNCTUATION[word], word, at, end))
-            if word in ")]}":
-                if not brackets or brackets[-1][0] != _PAIRS[word]:
+            elif word in _CLOSES:
+                if not brackets or brackets[-1].text != _PAIRS[word]:
                     raise _unbalanced(source, at, brackets)
-                blank = _BLANK.match(text, end).end()  # type: ignore[union-attr]
-                if brackets.pop()[2] and (unit := units.scan(text, blank)):
-                    end = unit[1]
-                    tokens.append(Token("UNIT", unit[0].text, blank, end))
-            elif word == ";" and brackets:
-                # In a matrix `;` separates rows; anywhere else a bracket is still open.
-                if not (brackets[-1][0] == "[" and brackets[-1][2]):
-                    raise _unclosed(source, at, brackets[-1])
-        elif group == "string":
-            if end - at > limits.TEXT and tokens and tokens[-1].type == "EQUAL":
+                brackets.pop()
+            elif kind == "SEMICOLON" and brackets and brackets[-1].type != "LMATRIX":
+                raise _unclosed(source, at, brackets[-1])  # in a matrix `;` separates rows
+            elif kind == "STRING" and end - at > limits.TEXT and last.type == "EQUAL":
                 raise SyntaxProblem(f"a text longer than {limits.TEXT} characters", source.span(at, at + 1))
-            tokens.append(Token("STRING", text[at:end], at, end))
-        at = end
+            tokens.append(token)
+        last = token
     if brackets:
         raise _unclosed(source, size, brackets[-1])
-    tokens.append(Token("$END", "", size, size))
+    tokens.append(Token("$END", "", size, size, source))
     return tokens
-
-
-def _ends_reference(tokens: list[Token]) -> bool:
-    return bool(tokens) and tokens[-1].type in ("NAME", "RSQB")
 
 
 def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
@@ -128,7 +195,7 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
         stop += 1
     word = source.text[end:stop]
     number = source.text[at:end]
-    meant = units.meant(word) if NUMBER.fullmatch(number) else None
+    meant = units.meant(word) if NUMERAL.fullmatch(number) else None
     hint = f"did you mean `{meant}`?" if meant else None
     name = "pi" if word == "\u03c0" else word
     hint = (
@@ -151,11 +218,11 @@ def _strange(source: Source, at: int) -> SyntaxProblem:
     return SyntaxProblem(message, source.span(at, at + length), remedy)
 
 
-def _unbalanced(source: Source, at: int, brackets: list[tuple[str, int, bool]]) -> SyntaxProblem:
+def _unbalanced(source: Source, at: int, brackets: list[Token]) -> SyntaxProblem:
     found = source.text[at]
     if not brackets:
         return SyntaxProblem(f"`{found}` closes nothing: no `{_PAIRS[found]}` is open", source.span(at, at + 1))
-    opened, where, _ = brackets[-1]
+    opened, where = brackets[-1].text, brackets[-1].start
     return SyntaxProblem(
         f"`{found}` does not close `{opened}`",
         source.span(at, at + 1),
@@ -163,8 +230,8 @@ def _unbalanced(source: Source, at: int, brackets: list[tuple[str, int, bool]]) 
     )
 
 
-def _unclosed(source: Source, at: int, bracket: tuple[str, int, bool]) -> SyntaxProblem:
-    opened, where, _ = bracket
+def _unclosed(source: Source, at: int, bracket: Token) -> SyntaxProblem:
+    opened, where = bracket.text, bracket.start
     closing = next(c for c, o in _PAIRS.items() if o == opened)
     found = "the text ends" if at >= len(source.text) else f"found `{source.text[at]}`"
     hint = "values are separated by `,`" if _NEXT_VALUE.match(source.text, at) else None

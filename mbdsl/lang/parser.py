@@ -1,23 +1,35 @@
-"""Text to syntax tree: one builder for each node of ``grammar.lark``."""
+"""Text to syntax tree, by Lark with ``grammar.lark``."""
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 import re
-from collections.abc import Callable
+import sys
+from contextlib import suppress
 from dataclasses import replace
-from functools import lru_cache
-from typing import Any
+from functools import cache, lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import SyntaxProblem
-from mbdsl.lang import lalr, limits, units
+from mbdsl.lang import limits
 from mbdsl.lang import syntax as s
-from mbdsl.lang.lexer import NUMBER, Token, tokenize
+from mbdsl.lang.lexer import Token, tokenize
 from mbdsl.lang.mbdyn import refuse_mbdyn
-from mbdsl.lang.source import At, Source, cover, span_of
-from mbdsl.lang.unparse import write
+from mbdsl.lang.nodes import Nodes
+from mbdsl.lang.source import Source
+from mbdsl.storage import cache_folder
+from mbdsl.version import __version__
+
+if TYPE_CHECKING:
+    from lark import Lark
+    from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 #: syntax trees that are kept for models that are read again, as with other parameters; characters of the longest
 TREES, LONGEST = 16, 200_000
+GRAMMAR = Path(__file__).with_name("grammar.lark")
 _FUNCTION = re.compile(r"\bfunction\s+\w")
 
 
@@ -32,424 +44,100 @@ def _parsed(text: str, file: str) -> s.File:
     if len(text) > limits.FILE_SIZE:
         raise SyntaxProblem(f"{file} is larger than {limits.FILE_SIZE} characters", source.span(0, 1))
     refuse_mbdyn(source)
-    return _run(source, "file")
+    tokens = tokenize(source)
+    if not _FUNCTION.search(text):
+        return _file(tokens)
+    from mbdsl.lang import function_blocks
+
+    tokens, blocks = function_blocks.cut(tokens)
+    found = [function_blocks.read(block, _file) for block in blocks]
+    return replace(_file(tokens), functions=tuple(found))
 
 
 def parse_expression(text: str, file: str = "<text>") -> s.Expression:
     """The syntax tree of one expression."""
-    if len(text) > limits.FILE_SIZE:
+    return read_expression(Source(file, text))
+
+
+def read_expression(source: Source) -> s.Expression:
+    """The syntax tree of the expression that a source consists of."""
+    if len(source.text) > limits.FILE_SIZE:
         raise SyntaxProblem(f"an expression of more than {limits.FILE_SIZE} characters")
-    return _run(Source(file, text), "expression")
+    return _tree(tokenize(source), "expression")
 
 
-def _run(source: Source, start: str) -> Any:
-    tokens = tokenize(source)
-    if start == "file" and _FUNCTION.search(source.text):
-        from mbdsl.lang import function_blocks
-
-        tokens, blocks = function_blocks.cut(tokens, source)
-        found = [function_blocks.read(block, source, lambda x: _tree(x, source, "file")) for block in blocks]
-        return replace(_tree(tokens, source, start), functions=tuple(found))
-    return _tree(tokens, source, start)
+def _file(tokens: list[Token]) -> s.File:
+    source = tokens[-1].source
+    return replace(_tree(tokens, "file"), name=source.file, at=(source, 0, len(source.text)))
 
 
-def _tree(tokens: list[Token], source: Source, start: str) -> Any:
+def _tree(tokens: list[Token], start: str) -> Any:
+    """The node of the rule ``start``; statements without effect are passed over, if it has an error otherwise."""
+    from lark import UnexpectedToken
+
     try:
-        return lalr.parse(tokens, start, _Builders(source).table())
-    except lalr.Unexpected:
+        return _fed(tokens, start)[1]
+    except UnexpectedToken:
         from mbdsl.lang.foreign_statements import pass_over
-        from mbdsl.lang.syntax_errors import explain
 
-        kept, passed = pass_over(tokens, source)
+        kept, passed = pass_over(tokens)
         try:
             if not passed:
                 raise
-            file = lalr.parse(kept, start, _Builders(source).table())
-            return s.File(file.name, file.imports, file.models, tuple(passed), at=file.at)
-        except lalr.Unexpected as problem:
-            raise explain(problem, source, kept, start) from None
-
-
-def unquote(token: Token) -> str:
-    """The value of a string literal."""
-    text = token.text[1:-1]
-    if "\\" not in text:
-        return text
-    out, at = [], 0
-    while at < len(text):
-        if text[at] == "\\":
-            at += 1
-            out.append({"n": "\n", "t": "\t", "r": "\r"}.get(text[at], text[at]))
-        else:
-            out.append(text[at])
-        at += 1
-    return "".join(out)
-
-
-class _Builders:
-    """Makes the nodes; each method has the name of its rule or alias and takes the list of its parts."""
-
-    def __init__(self, source: Source) -> None:
-        self.source = source
-
-    def table(self) -> dict[str, Callable[[list], Any]]:
-        names = {rule.name for rule in lalr.tables().rules if not rule.name.startswith("_")}
-        return {name: getattr(self, name, self._first) for name in names}
-
-    def _first(self, parts: list) -> Any:
-        return parts[0]
-
-    def _at(self, first: Any, last: Any = None) -> At:
-        last = first if last is None else last
-        start = first.start if isinstance(first, Token) else first.at[1]
-        end = last.end if isinstance(last, Token) else last.at[2]
-        return self.source, start, end
-
-    def _deep(self, *children: s.Expression | None) -> int:
-        depth = 1 + max((c.depth for c in children if c is not None), default=0)
-        if depth > limits.NESTING:
-            place = next(c for c in children if c is not None and c.depth == depth - 1)
-            raise SyntaxProblem(
-                f"more than {limits.NESTING} operations inside each other",
-                span_of(place.at),
-                "give parts of it a name with `parameter` or `Real`",
-            )
-        return depth
-
-    # -- files and models --------------------------------------------------------------------------------------
-
-    def file(self, parts: list) -> s.File:
-        imports = tuple(p for p in parts if isinstance(p, s.Import))
-        models = tuple(p for p in parts if isinstance(p, s.Model))
-        return s.File(self.source.file, imports, models, at=(self.source, 0, len(self.source.text)))
-
-    def import_(self, parts: list) -> s.Import:
-        alias = parts[3].text if len(parts) == 5 else ""
-        return s.Import(unquote(parts[1]), alias, at=self._at(parts[1]))
-
-    def model(self, parts: list) -> s.Model:
-        spatial = parts[0].type == "SPATIAL"
-        partial = parts[int(spatial)].type == "PARTIAL"
-        first = spatial + partial
-        name, doc, end_name = parts[1 + first], parts[2 + first], parts[-2]
-        if name.text != end_name.text:
-            raise SyntaxProblem(
-                f"`end {end_name.text}` does not match `model {name.text}`",
-                self.source.span(end_name.start, end_name.end),
-                f"write `end {name.text};`",
-                ((f"the model `{name.text}` begins here", self.source.span(name.start, name.end)),),
-            )
-        items: list[s.Item] = []
-        sections: dict[str, list[s.Item]] = {"equations": [], "initials": []}
-        for part in _flat(parts[3 + first : -3]):
-            if isinstance(part, tuple):
-                sections[part[0]] += part[1]
-            else:
-                items.append(part)
-        for section in sections.values():
-            items += (i for i in section if isinstance(i, s.Annotation))
-            section[:] = (i for i in section if not isinstance(i, s.Annotation))
-        equations, initials = tuple(sections["equations"]), tuple(sections["initials"])
-        return s.Model(name.text, doc, tuple(items), equations, initials, partial, spatial, at=self._at(name))
-
-    def doc(self, parts: list) -> str:
-        return unquote(parts[0]) if parts else ""
-
-    def nothing(self, parts: list) -> list:
-        return []
-
-    def equations(self, parts: list) -> tuple:
-        return "equations", [p for p in parts if not isinstance(p, Token)]
-
-    def initials(self, parts: list) -> tuple:
-        return "initials", [p for p in parts if not isinstance(p, Token)]
-
-    def initial_state(self, parts: list) -> tuple:
-        """``initial(state = steady);`` and the initial values after it."""
-        at = self._at(parts[0], parts[3])
-        given = parts[1][0] if len(parts[1]) == 1 else None
-        if given is None or not given.name or given.value is None or given.modifiers or given.indices:
-            hint = "write `initial(state = steady);`, or `initial equation` before initial values"
-            raise SyntaxProblem("found `initial(`, expected the state at the start", span_of(at), hint)
-        state = s.Initial("state", s.Reference((s.Step(given.name),), at=given.at), given.value, at=at)
-        return "initials", [state, *(p for p in parts[4:] if not isinstance(p, Token))]
-
-    def extends(self, parts: list) -> s.Extends:
-        arguments = parts[2] if type(parts[2]) is tuple else ()
-        return s.Extends(_dotted(parts[1]), arguments, at=self._at(parts[1][0], parts[1][-1]))
-
-    def annotation(self, parts: list) -> s.Annotation:
-        return s.Annotation(parts[1], at=self._at(parts[0]))
-
-    # -- declarations ------------------------------------------------------------------------------------------
-
-    def prefix(self, parts: list) -> Token:
-        return parts[0]
-
-    def dotted(self, parts: list) -> list[Token]:
-        return [p for p in parts if p.type == "NAME"]
-
-    def type(self, parts: list) -> tuple[list[Token], tuple]:
-        return parts[0], parts[1] if len(parts) > 1 else ()
-
-    def component(self, parts: list) -> dict[str, Any]:
-        found: dict[str, Any] = {"name": parts[0], "doc": ""}
-        following = ""
-        for part in parts[1:]:
-            if isinstance(part, Token):
-                following = "value"
-            elif isinstance(part, str):
-                found["doc"] = part
-                self._refuse_quoted_unit(found.get("value"), part)
-            elif isinstance(part, s.Annotation):
-                found["notes"] = part.arguments
-            elif following:
-                found[following], following = part, ""
-            elif isinstance(part, _Indices):
-                found["indices"] = tuple(part)
-            elif isinstance(part, _Condition):
-                found["condition"] = part.expression
-            elif isinstance(part, tuple):
-                found["arguments"] = part
-        return found
-
-    def condition(self, parts: list) -> _Condition:
-        return _Condition(parts[1])
-
-    def typed(self, parts: list) -> list[s.Declaration]:
-        prefixes = frozenset(p.text for p in parts if isinstance(p, Token) and p.type != "COMMA")
-        tokens, shape = next(p for p in parts if type(p) is tuple)
-        type_at = self._at(tokens[0], tokens[-1])
-        return [
-            self._declaration(prefixes, _dotted(tokens), p, tuple(shape), type_at) for p in parts if isinstance(p, dict)
-        ]
-
-    def untyped(self, parts: list) -> list[s.Declaration]:
-        prefixes = frozenset(p.text for p in parts if isinstance(p, Token) and p.type != "COMMA")
-        return [self._declaration(prefixes, "", p, (), None) for p in parts if isinstance(p, dict)]
-
-    def _declaration(
-        self, prefixes: frozenset[str], type_name: str, found: dict[str, Any], shape: tuple, type_at: At
-    ) -> s.Declaration:
-        name = found["name"]
-        if isinstance(name, list):
-            if len(name) > 1:
-                raise SyntaxProblem(
-                    f"`{_dotted(name)}` is not a name for a declaration; a name has no dots",
-                    self.source.span(name[0].start, name[-1].end),
-                )
-            name = name[0]
-        return s.Declaration(
-            prefixes,
-            type_name,
-            name.text,
-            found.get("indices", ()) + shape,
-            found.get("arguments", ()),
-            found.get("value"),
-            found.get("condition"),
-            found["doc"],
-            found.get("notes", ()),
-            at=self._at(name),
-            type_at=type_at,
-        )
-
-    def arguments(self, parts: list) -> tuple[s.Argument, ...]:
-        return tuple(p for p in parts if isinstance(p, s.Argument))
-
-    def argument(self, parts: list) -> s.Argument:
-        words = [p.text for p in parts if isinstance(p, Token) and p.type in ("EACH", "FINAL")]
-        found = [p for p in parts if isinstance(p, s.Expression)]
-        self._refuse_quoted_unit(found[-1], parts[-1])
-        each, final = "each" in words, "final" in words
-        first = found[0]
-        if len(found) == 1 and not (isinstance(first, s.Call) and (words or any(a.name for a in first.arguments))):
-            return s.Argument("", first, (), (), each, final, at=first.at)
-        value = found[1] if len(found) == 2 else None
-        target, modifiers = (first.function, first.arguments) if isinstance(first, s.Call) else (first, ())
-        if not isinstance(target, s.Reference) or (value is not None and len(target.steps) != 1):
-            raise SyntaxProblem(
-                f"found `{write(first)}` on the left of `=`, expected a name",
-                span_of(first.at),
-                "modifiers of inner parts nest: `arm(rod(m = 2 kg))`"
-                if isinstance(target, s.Reference)
-                else f"write `{write(value)} = {write(first)}`"
-                if isinstance(value, s.Reference) and isinstance(first, s.Number)
-                else None,
-            )
-        if len(target.steps) != 1:
-            return s.Argument("", first, (), (), each, final, at=first.at)
-        step = target.steps[0]
-        return s.Argument(step.name, value, modifiers, step.indices, each, final, at=step.at)
-
-    def _refuse_quoted_unit(self, value: s.Expression | None, doc: str) -> None:
-        """Refuse ``2 "kg"``: the text would be a description, and 2 in SI units."""
-        if doc and isinstance(value, s.Number) and value.unit is None and units.parse(doc) is not None and doc != "1":
-            raise SyntaxProblem(
-                f'found "{doc}" after `{write(value)}`; a text is a description, not a unit',
-                span_of(value.at),
-                f"a unit has no quotes: write `{write(value)} {doc}`",
-            )
-
-    def iterators(self, parts: list) -> tuple[s.Iterator, ...]:
-        return tuple(p for p in parts if isinstance(p, s.Iterator))
-
-    def iterator(self, parts: list) -> s.Iterator:
-        return s.Iterator(parts[0].text, parts[2], at=self._at(parts[0]))
-
-    def for_declarations(self, parts: list) -> s.For:
-        return s.For(parts[1], tuple(_flat(parts[3:-3])), at=self._at(parts[0]))
-
-    for_equations = for_declarations
-
-    def if_declarations(self, parts: list) -> s.If:
-        branches: list[tuple[s.Expression | None, list]] = []
-        condition: s.Expression | None = None
-        for part in parts[:-3]:
-            if isinstance(part, Token):
-                if part.type in ("THEN", "ELSE"):
-                    branches.append((condition if part.type == "THEN" else None, []))
-            elif isinstance(part, s.Expression):
-                condition = part
-            else:
-                branches[-1][1].append(part)
-        return s.If(tuple((c, tuple(_flat(items))) for c, items in branches), at=self._at(parts[0]))
-
-    if_equations = if_declarations
-
-    # -- equations ---------------------------------------------------------------------------------------------
-
-    def connect(self, parts: list) -> s.Connect:
-        notes = next((part.arguments for part in parts if isinstance(part, s.Annotation)), ())
-        return s.Connect(parts[2], parts[4], notes, at=self._at(parts[0], parts[5]))
-
-    def relation(self, parts: list) -> s.Relation:
-        return s.Relation(parts[0], parts[2] if len(parts) > 3 else None, at=parts[0].at)
-
-    def initial(self, parts: list) -> s.Item:
-        if isinstance(parts[0], s.Annotation):
-            return parts[0]
-        mode = "guess" if isinstance(parts[0], Token) and parts[0].type == "GUESS" else "fixed"
-        target, value = [p for p in parts if isinstance(p, s.Expression)]
-        return s.Initial(mode, target, value, at=cover(target.at, value.at))
-
-    # -- expressions -------------------------------------------------------------------------------------------
-
-    def number(self, parts: list) -> s.Number:
-        token = parts[0]
-        digits = NUMBER.match(token.text).group()  # type: ignore[union-attr]
-        rest = token.text[len(digits) :].strip()
-        unit = units.scan(rest)[0] if rest else None  # type: ignore[index]
-        value: float | int = float(digits)
-        if value == float("inf"):
-            raise SyntaxProblem("this number is too large", self.source.span(token.start, token.end))
-        if unit is None and digits.isdigit() and value <= limits.INTEGER:
-            value = int(digits)
-        return s.Number(value, unit, at=self._at(token))
-
-    def string(self, parts: list) -> s.String:
-        return s.String(unquote(parts[0]), at=self._at(parts[0]))
-
-    def boolean(self, parts: list) -> s.Boolean:
-        return s.Boolean(parts[0].type == "TRUE", at=self._at(parts[0]))
-
-    def last(self, parts: list) -> s.Last:
-        return s.Last(at=self._at(parts[0]))
-
-    def everything(self, parts: list) -> s.Everything:
-        return s.Everything(at=self._at(parts[0]))
-
-    def step(self, parts: list) -> s.Step:
-        return s.Step(parts[0].text, tuple(parts[1]) if len(parts) > 1 else (), at=self._at(parts[0]))
-
-    def subscripts(self, parts: list) -> _Indices:
-        found = [p for p in parts if isinstance(p, s.Expression)]
-        self._deep(*found)
-        return _Indices(found)
-
-    def reference(self, parts: list) -> s.Reference:
-        steps = tuple(p for p in parts if isinstance(p, s.Step))
-        inner = [e for step in steps for e in step.indices]
-        depth = self._deep(*inner) if inner else 1
-        return s.Reference(steps, at=cover(steps[0].at, steps[-1].at), depth=depth)
-
-    def parentheses(self, parts: list) -> s.Expression:
-        return parts[1]
-
-    def unary(self, parts: list) -> s.Expression:
-        at = cover(self._at(parts[0]), parts[1].at)
-        return s.Unary(parts[0].text, parts[1], at=at, depth=self._deep(parts[1]))
-
-    def binary(self, parts: list) -> s.Binary:
-        left, operator, right = parts
-        # A long sum is deep on its left side only, which is processed without recursion.
-        depth = max(self._deep(right), left.depth) if isinstance(left, s.Binary) else self._deep(left, right)
-        return s.Binary(operator.text, left, right, at=cover(left.at, right.at), depth=depth)
-
-    def choice(self, parts: list) -> s.Choice:
-        found = [p for p in parts if isinstance(p, s.Expression)]
-        branches = tuple(zip(found[:-1:2], found[1::2], strict=True))
-        at = cover(self._at(parts[0]), found[-1].at)
-        return s.Choice(branches, found[-1], at=at, depth=self._deep(*found))
-
-    def range(self, parts: list) -> s.Range:
-        found = [p for p in parts if isinstance(p, s.Expression)]
-        step = found[1] if len(found) == 3 else None
-        at = cover(found[0].at, found[-1].at)
-        return s.Range(found[0], step, found[-1], at=at, depth=self._deep(*found))
-
-    def call(self, parts: list) -> s.Call:
-        function, arguments = parts
-        inner = [e for a in arguments for e in _expressions(a)]
-        return s.Call(function, arguments, at=function.at, depth=self._deep(*inner))
-
-    def array(self, parts: list) -> s.Array:
-        items = tuple(p for p in parts if isinstance(p, s.Expression))
-        return s.Array(items, self._unit(parts), at=self._at(parts[0], parts[-1]), depth=self._deep(*items))
-
-    def comprehension(self, parts: list) -> s.Comprehension:
-        item, iterators = parts[1], parts[3]
-        depth = self._deep(item, *(i.values for i in iterators))
-        return s.Comprehension(item, iterators, self._unit(parts), at=self._at(parts[0], parts[-1]), depth=depth)
-
-    def row(self, parts: list) -> s.Array:
-        items = tuple(p for p in parts if isinstance(p, s.Expression))
-        return s.Array(items, at=cover(items[0].at, items[-1].at), depth=self._deep(*items))
-
-    def matrix(self, parts: list) -> s.Array:
-        rows = tuple(p for p in parts if isinstance(p, s.Expression))
-        return s.Array(rows, self._unit(parts), at=self._at(parts[0], parts[-1]), depth=self._deep(*rows))
-
-    def _unit(self, parts: list) -> units.Unit | None:
-        last = parts[-1]
-        return units.parse(last.text) if last.type == "UNIT" else None
-
-
-class _Indices(list):
-    """Indices, distinguished from arguments by their type."""
-
-
-class _Condition:
-    def __init__(self, expression: s.Expression) -> None:
-        self.expression = expression
-
-
-def _expressions(argument: s.Argument) -> list[s.Expression]:
-    found = [argument.value] if argument.value is not None else []
-    for inner in argument.modifiers:
-        found += _expressions(inner)
-    return found
-
-
-def _flat(parts: list) -> list:
-    """Items of a section, without punctuation; one declaration may make several."""
-    found = []
-    for part in parts:
-        if isinstance(part, list):
-            found += part
-        elif not isinstance(part, Token):
-            found.append(part)
-    return found
-
-
-def _dotted(tokens: list[Token]) -> str:
-    return ".".join(t.text for t in tokens)
+            return replace(_fed(kept, start)[1], passed=tuple(passed))
+        except UnexpectedToken as problem:
+            from mbdsl.lang.syntax_errors import explain
+
+            k = next(k for k, token in enumerate(kept) if token is problem.token)
+            raise explain(kept, k, expected(kept[:k], start), start) from None
+
+
+# -- Lark ------------------------------------------------------------------------------------------------------------
+
+
+@cache
+def _lark() -> Lark:
+    """The parser of the grammar.
+
+    Lark makes its tables in 0.3 s; therefore they are kept in the cache folder, of which files are read only if nobody
+    else can have written them, for each version of the grammar, Lark and Python.
+    """
+    import lark
+
+    grammar = GRAMMAR.read_bytes()
+    version = f"{lark.__version__} {sys.version_info[:2]}".encode()
+    digest = hashlib.sha256(grammar + version).hexdigest()[:16]
+    name = f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{digest}/grammar.tables"
+    stored = cache_folder.read(name)
+    if stored is not None:
+        with suppress(Exception):  # the file is damaged
+            return lark.Lark._load_from_dict(**pickle.loads(stored), transformer=Nodes())
+    # The lexer is never asked: the parser is given tokens.
+    made = lark.Lark(
+        grammar.decode(),
+        parser="lalr",
+        lexer="basic",
+        start=["file", "expression"],
+        maybe_placeholders=False,
+        transformer=Nodes(),
+    )
+    stream = BytesIO()
+    made.save(stream, exclude_options=["transformer"])
+    cache_folder.keep(name, stream.getvalue())
+    return made
+
+
+def _fed(tokens: list[Token], start: str) -> tuple[InteractiveParser, Any]:
+    """The parser after tokens, and the node that it has made if ``$END`` is the last of them."""
+    run, result = _lark().parse_interactive(start=start), None
+    for token in tokens:
+        result = run.feed_token(token)  # type: ignore[arg-type]  # Lark reads only the type of a token
+    return run, result
+
+
+def expected(tokens: list[Token], start: str = "file") -> set[str]:
+    """The terminals that can follow tokens.
+
+    It reads the tokens again: at an error, the parser has already done what follows from the wrong token.
+    """
+    return _fed(tokens, start)[0].accepts()

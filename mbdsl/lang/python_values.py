@@ -10,9 +10,9 @@ from mbdsl.elements.kind import Kind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import syntax as s
+from mbdsl.lang.calls import Given
 from mbdsl.lang.lexer import KEYWORDS
-from mbdsl.lang.parser import parse_expression
-from mbdsl.lang.source import Source
+from mbdsl.lang.parser import read_expression
 from mbdsl.lang.values import Quantity
 
 #: the name that an object such as a Handle stands for; None for values
@@ -29,9 +29,9 @@ def expression(value: Any, what: str, name_of: NameOf = no_name) -> s.Expression
     if isinstance(value, s.Expression):
         return value
     if (name := name_of(value)) is not None:
-        return parse_expression(name, f"<{what}>")
+        return read_expression(Given(what, name))
     if isinstance(value, str):
-        return parse_expression(value, f"<{what}>")
+        return read_expression(Given(what, value))
     if isinstance(value, Expr):
         return s.Literal(Quantity(value))
     if hasattr(value, "tolist"):  # numpy's scalars and arrays
@@ -42,9 +42,7 @@ def expression(value: Any, what: str, name_of: NameOf = no_name) -> s.Expression
         return s.Number(value)
     if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray):
         shown = _shown(value)
-        return s.Array(
-            tuple(expression(v, what, name_of) for v in value), at=(Source(f"<{what}>", shown), 0, len(shown))
-        )
+        return s.Array(tuple(expression(v, what, name_of) for v in value), at=(Given(what, shown), 0, len(shown)))
     hint = 'a text has its unit: `"30 deg"`'
     raise UsageError(f"`{what}`: found {_shown(value)}, expected a number, a text or a sequence", hint=hint)
 

@@ -215,9 +215,9 @@ class Scope:
         if name == "Modelica":
             whole = write(reference)
             raise ModelError(f"unknown name `{whole}`", span_of(reference.at), foreign_names.constant(whole))
-        raise self._unknown(name, step.at)
+        raise self.unknown(name, step.at)
 
-    def _unknown(self, name: str, at: At) -> ModelError:
+    def unknown(self, name: str, at: At) -> ModelError:
         known = [*self.locals, *self.namespace.names(), *functions.CONSTANTS, "time"]
         if self.owner is not None:
             known += self.owner.known_names()

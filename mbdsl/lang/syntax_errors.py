@@ -6,10 +6,8 @@ import difflib
 
 from mbdsl.errors import Span, SyntaxProblem
 from mbdsl.lang import foreign_statements, units
-from mbdsl.lang.lalr import Unexpected
-from mbdsl.lang.lexer import KEYWORDS, NUMBER, PUNCTUATION, Token
-from mbdsl.lang.source import Source
-from mbdsl.lang.typing_mistakes import earlier_mistake, line_of, show
+from mbdsl.lang.lexer import KEYWORDS, NUMERAL, PUNCTUATION, Token
+from mbdsl.lang.typing_mistakes import earlier_mistake, is_below, show
 
 #: terminals that begin an expression
 _EXPRESSION = frozenset("NUMBER TRUE FALSE LAST LPAR LBRACE LMATRIX MINUS PLUS NOT".split())
@@ -25,23 +23,23 @@ _SYMBOLS = {name: f"`{symbol}`" for symbol, name in PUNCTUATION.items() if name 
 }
 
 
-def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str) -> SyntaxProblem:
-    """The error for a token that the grammar does not allow."""
-    token, previous, expected = problem.token, problem.previous, problem.expected
+def explain(tokens: list[Token], k: int, expected: set[str], start: str) -> SyntaxProblem:
+    """The error for the token ``k``, which the grammar does not allow; ``expected`` are the allowed terminals."""
+    token, before, source = tokens[k], tokens[:k], tokens[k].source
+    previous = before[-1] if before else None
     here = source.span(token.start, max(token.end, token.start + 1))
-    before = tokens[: tokens.index(token)] if token in tokens else tokens
     blocks = _open_blocks(before)
-    following = tokens[len(before) + 1] if len(before) + 1 < len(tokens) else token
+    following = tokens[k + 1] if k + 1 < len(tokens) else token
 
-    if (foreign := foreign_statements.refuse(token, before, following, source)) is not None:
+    if (foreign := foreign_statements.refuse(token, before, following)) is not None:
         return foreign
     if previous is not None and previous.type == "END":
-        return _wrong_end(token, blocks, source, here)
+        return _wrong_end(token, blocks, here)
     if (
         previous is not None
         and "SEMICOLON" in expected
         and token.type in _BEGINNINGS
-        and (token.type != "NAME" or line_of(source, token.start) > line_of(source, previous.end))
+        and (token.type != "NAME" or is_below(token, previous))
     ):
         behind = source.span(previous.end, previous.end + 1)
         return SyntaxProblem(f"`;` is missing after {show(previous)}", behind)
@@ -53,8 +51,8 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
             note = (f"the {name} begins here", source.span(opened.start, opened.end))
             return SyntaxProblem(f"the text ends inside the {name}; `{closing}` is missing", here, notes=(note,))
         return SyntaxProblem(f"the text ends, expected {_list(expected)}", here)
-    special = _misplaced_unit(token, expected, before, following, source)
-    if special is None and (mistake := earlier_mistake(token, expected, before, following, source)) is not None:
+    special = _misplaced_unit(token, expected, before, following)
+    if special is None and (mistake := earlier_mistake(token, expected, before, following)) is not None:
         return mistake
     special = special or _special(token, previous, expected, before, following)
     if special is not None:
@@ -76,26 +74,26 @@ def _misspelt(before: list[Token]) -> str | None:
     return None
 
 
-def _misplaced_unit(
-    token: Token, expected: set[str], before: list[Token], following: Token, source: Source
-) -> tuple[str, str] | None:
+def _misplaced_unit(token: Token, expected: set[str], before: list[Token], following: Token) -> tuple[str, str] | None:
     """A unit after an expression that is not a number, as in ``2*pi rad/s``."""
-    unit = units.scan(source.text, token.start)
+    unit = units.scan(token.source.text, token.start)
     if token.type != "NAME" or not before or "STAR" not in expected or unit is None or following.type == "EQUAL":
         return None
     previous = before[-1]
-    if previous.type not in ("NAME", "RPAR") or line_of(source, token.start) > line_of(source, previous.end):
+    if previous.type not in ("NAME", "RPAR") or is_below(token.source, token.start) > is_below(
+        token.source, previous.end
+    ):
         return None
     text = unit[0].text
     right = f"(...)*(1 {text})" if previous.type == "RPAR" else f"{previous.text}*(1 {text})"
     if previous.type == "NAME" and [t.type for t in before[-3:-1]] == ["NUMBER", "STAR"]:
         number = before[-3].text
-        if NUMBER.fullmatch(number):
+        if NUMERAL.fullmatch(number):
             right = f"{number} {text}*{previous.text}"
     return f"found {show(token)} after {show(previous)}", f"a unit follows a number only: write `{right}`"
 
 
-def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, here: Span) -> SyntaxProblem:
+def _wrong_end(token: Token, blocks: list[tuple[str, Token]], here: Span) -> SyntaxProblem:
     found = f"`end {token.text}`" if token.text else "the end of the text"
     if not blocks:
         return SyntaxProblem(f"found {found}, but nothing is open here", here)
@@ -108,7 +106,7 @@ def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, he
         f"{found} does not match the {name} that is open here",
         here,
         f"write `{right}`",
-        ((f"the {name} begins here", source.span(opened.start, opened.end)),),
+        ((f"the {name} begins here", opened.source.span(opened.start, opened.end)),),
     )
 
 
@@ -149,7 +147,7 @@ def _special(
         return "found `==`, expected `=`", None
     if kind == "NAME" and previous is not None and "STAR" in expected:
         if previous.type == "NUMBER" and "." not in text:
-            meant = units.meant(text) if NUMBER.fullmatch(previous.text) else None
+            meant = units.meant(text) if NUMERAL.fullmatch(previous.text) else None
             hint = f"did you mean `{meant}`?" if meant else None
             return (
                 f"unknown unit {show(token)} after {previous.text}",

@@ -8,8 +8,8 @@ from mbdsl.errors import ModelError, SyntaxProblem
 from mbdsl.lang import syntax as s
 from mbdsl.lang import units
 from mbdsl.lang.foreign_statements import WORDS
-from mbdsl.lang.lexer import NUMBER, Token
-from mbdsl.lang.source import Source, span_of
+from mbdsl.lang.lexer import NUMERAL, Token
+from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import write
 
 #: terminals that begin an argument or an element of an array
@@ -18,44 +18,42 @@ _CLOSING = frozenset("RPAR RBRACE RSQB".split())
 _WHOLE = re.compile(r"(?<![0-9A-Za-z_.])[0-9]+,\Z")
 
 
-def earlier_mistake(
-    token: Token, expected: set[str], before: list[Token], following: Token, source: Source
-) -> SyntaxProblem | None:
+def earlier_mistake(token: Token, expected: set[str], before: list[Token], following: Token) -> SyntaxProblem | None:
     """The error for a mistake before ``token``; None if there is none of these."""
     statement = _statement(before)
     for word in [*statement[-3:], token]:
         if word.type == "NAME" and word.text in WORDS:
-            return _at(word, word, source, f"`{word.text}` is not part of mbdsl", WORDS[word.text])
+            return _at(word, word, f"`{word.text}` is not part of mbdsl", WORDS[word.text])
     previous = before[-1] if before else None
     if previous is None:
         return None
     if previous.text == "assert" and token.type == "LPAR" and len(statement) == 1:
         hint = "write it below the line `equation`, after the components"
-        return _at(previous, previous, source, "an assertion belongs to the equation section", hint)
+        return _at(previous, previous, "an assertion belongs to the equation section", hint)
     return (
-        _assignment(token, previous, expected, statement, following, source)
-        or _decimal_comma(token, before, following, source)
-        or _unit_in_parts(token, previous, following, source)
-        or _missing_comma(token, before, expected, following, source)
+        _assignment(token, previous, expected, statement, following)
+        or _decimal_comma(token, before, following)
+        or _unit_in_parts(token, previous, following)
+        or _missing_comma(token, before, expected, following)
     )
 
 
 def _assignment(
-    token: Token, previous: Token, expected: set[str], statement: list[Token], following: Token, source: Source
+    token: Token, previous: Token, expected: set[str], statement: list[Token], following: Token
 ) -> SyntaxProblem | None:
     """``:=`` and ``==`` where ``=`` is meant, and ``**``."""
     for colon, equal in ((previous, token), (token, following)):
         if colon.type == "COLON" and equal.type == "EQUAL" and colon.end == equal.start:
-            return _at(colon, equal, source, "`:=` is an assignment, which mbdsl does not have", "write `=`")
+            return _at(colon, equal, "`:=` is an assignment, which mbdsl does not have", "write `=`")
     double = next((t for t in statement if t.text == "=="), None)
     if double is not None and token.type == "SEMICOLON" and "EQUAL" in expected:
-        return _at(double, double, source, "found `==`, a comparison, expected `=`", "a value is given with `=`")
+        return _at(double, double, "found `==`, a comparison, expected `=`", "a value is given with `=`")
     if token.type == previous.type == "STAR" and previous.end == token.start:
-        return _at(previous, token, source, "`**` is not part of mbdsl", "a power is written `^`")
+        return _at(previous, token, "`**` is not part of mbdsl", "a power is written `^`")
     return None
 
 
-def _decimal_comma(token: Token, before: list[Token], following: Token, source: Source) -> SyntaxProblem | None:
+def _decimal_comma(token: Token, before: list[Token], following: Token) -> SyntaxProblem | None:
     """``2,5 kg``"""
     parts = [*before[-2:], token] if token.type == "NUMBER" else [before[-1], token, following]
     if [t.type for t in parts] != ["NUMBER", "COMMA", "NUMBER"]:
@@ -63,8 +61,8 @@ def _decimal_comma(token: Token, before: list[Token], following: Token, source: 
     first, comma, last = parts
     if first.end != comma.start or comma.end != last.start or not first.text.isdigit():
         return None
-    number = source.text[first.start : last.end]
-    return _at(first, last, source, f"`{number}` has a decimal comma", _point(number))
+    number = token.source.text[first.start : last.end]
+    return _at(first, last, f"`{number}` has a decimal comma", _point(number))
 
 
 def misread_argument(e: s.Expression, after_name: bool) -> ModelError | None:
@@ -100,27 +98,25 @@ def _point(number: str) -> str:
     return f"write `{number.replace(',', '.')}`"
 
 
-def _unit_in_parts(token: Token, previous: Token, following: Token, source: Source) -> SyntaxProblem | None:
+def _unit_in_parts(token: Token, previous: Token, following: Token) -> SyntaxProblem | None:
     """``5 N m``, ``2 [kg]``"""
     if previous.type != "NUMBER" or following.type == "EQUAL":
         return None
-    bare = NUMBER.fullmatch(previous.text) is not None
+    bare = NUMERAL.fullmatch(previous.text) is not None
     if token.type in ("LSQB", "LMATRIX") and bare:
-        unit = units.scan(source.text, following.start)
-        if unit is not None and source.text[unit[1] : unit[1] + 1] == "]":
+        unit = units.scan(token.source.text, following.start)
+        if unit is not None and token.source.text[unit[1] : unit[1] + 1] == "]":
             right = f"{previous.text} {unit[0].text}"
-            return _at(token, token, source, "found `[` after a number", f"a unit has no brackets: write `{right}`")
-    if token.type == "NAME" and not bare and (unit := units.scan(source.text, token.start)) is not None:
+            return _at(token, token, "found `[` after a number", f"a unit has no brackets: write `{right}`")
+    if token.type == "NAME" and not bare and (unit := units.scan(token.source.text, token.start)) is not None:
         right = f"{previous.text}.{unit[0].text}"
-        if units.parse(right[len(NUMBER.match(right)[0]) :].strip()) is not None:  # type: ignore[index]
+        if units.parse(right[len(NUMERAL.match(right)[0]) :].strip()) is not None:  # type: ignore[index]
             end = token._replace(end=unit[1])
-            return _at(previous, end, source, "a unit contains no blanks", f"write `{right}`")
+            return _at(previous, end, "a unit contains no blanks", f"write `{right}`")
     return None
 
 
-def _missing_comma(
-    token: Token, before: list[Token], expected: set[str], following: Token, source: Source
-) -> SyntaxProblem | None:
+def _missing_comma(token: Token, before: list[Token], expected: set[str], following: Token) -> SyntaxProblem | None:
     """``Rod rod(m = 1 kg length = 1 m)``"""
     if "COMMA" not in expected or not expected & _CLOSING or token.type not in _ARGUMENTS:
         return None
@@ -133,8 +129,8 @@ def _missing_comma(
     if previous.type == "NUMBER" and token.type == "NAME" and not certain:
         return None  # an unknown unit
     missing = "`,`" if certain else "`,` or an operator"
-    behind = source.span(previous.end, previous.end + 1)
-    whole = previous._replace(text=source.text[first.start : previous.end])
+    behind = token.source.span(previous.end, previous.end + 1)
+    whole = previous._replace(text=token.source.text[first.start : previous.end])
     return SyntaxProblem(f"{missing} is missing between {show(whole)} and {show(token)}", behind)
 
 
@@ -146,13 +142,13 @@ def _statement(tokens: list[Token]) -> list[Token]:
     return tokens
 
 
-def _at(first: Token, last: Token, source: Source, message: str, hint: str | None) -> SyntaxProblem:
-    return SyntaxProblem(message, source.span(first.start, last.end), hint)
+def _at(first: Token, last: Token, message: str, hint: str | None) -> SyntaxProblem:
+    return SyntaxProblem(message, first.source.span(first.start, last.end), hint)
 
 
-def line_of(source: Source, at: int) -> int:
-    """The number of the line at the offset ``at``, from 0."""
-    return source.text.count("\n", 0, at)
+def is_below(token: Token, previous: Token) -> bool:
+    """Whether a token is in a later line than the one before it."""
+    return "\n" in token.source.text[previous.end : token.start]
 
 
 def show(token: Token) -> str:

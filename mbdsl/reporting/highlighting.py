@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mbdsl.elements import kinds
-from mbdsl.lang import loose_lexer as lexer
+from mbdsl.lang import lexer
 from mbdsl.plotting.escaping import escape
 
 #: kind of token -> class in the page

@@ -41,7 +41,7 @@ for _name in ("O_CLOEXEC", "O_NOFOLLOW", "O_NONBLOCK", "O_NOCTTY", "O_BINARY"):
 
 TEMPORARY = re.compile(r"mbdsl-cache-\w+")
 VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
-CODE = re.compile(r"(\w+)\.(?:o|py)")
+CODE = re.compile(r"(\w+)\.(?:o|py|tables)")
 RUN = re.compile(r"[0-9a-f]{32}(?:-[0-9a-f]{12})?\.npz")
 PART = re.compile(r"\.?[\w.-]+\.\d+\.\d+\.part")
 STUDIES = "studies"

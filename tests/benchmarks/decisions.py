@@ -3,7 +3,7 @@
     python tests/benchmarks/decisions.py [translator] [parser] [svg] [--repeats 5]
 
 ``translator``: the equations of a model compiled in processes with empty and with full caches.
-``parser``: the parser's own loop, and Lark's with the same tokens; and what a process pays for importing Lark.
+``parser``: tokens and the tree of a long text; a process that parses one model, with its parts; `mbdsl check`.
 ``svg``: a plot as SVG by mbdsl, and by matplotlib. Without a name all three. Times are processor times, the
 smallest of the repeats. The matrices have a script of their own, ``sparse_solvers.py``. Nothing is asserted.
 """
@@ -36,12 +36,19 @@ PARSE = f"""
 import time
 begin = time.process_time()
 from mbdsl.lang import parser
+imported = time.process_time()
+parser._lark()
+loaded = time.process_time()
 parser.parse(open({str(MODEL)!r}, encoding="utf-8").read())
-if by_lark:
-    import lark
-    with open({{saved!r}}, "rb") as stream:
-        lark.Lark.load(stream)
-print(time.process_time() - begin)
+print({{what}})
+"""
+CHECK = f"""
+import sys, time
+from mbdsl.__main__ import main
+sys.argv = ["mbdsl", "check", {str(ROOT / "models" / "slider_crank.mbd")!r}]
+sys.stdout = sys.stderr
+code = main()
+print(time.process_time(), file=sys.__stdout__)
 """
 
 
@@ -94,51 +101,24 @@ def translator(repeats: int) -> Iterator[str]:
 
 
 def parser(repeats: int) -> Iterator[str]:
-    import lark
-    from lark.lexer import Lexer
-
-    from mbdsl.lang import lalr
-    from mbdsl.lang import parser as own
+    from mbdsl.lang import parser as read
     from mbdsl.lang.lexer import tokenize
     from mbdsl.lang.source import Source
 
-    text = MODEL.read_text(encoding="utf-8") * COPIES
-    source = Source(str(MODEL), text)
+    source = Source(str(MODEL), MODEL.read_text(encoding="utf-8") * COPIES)
     tokens = tokenize(source)
-
-    class Given(Lexer):
-        """The tokens of mbdsl, for Lark."""
-
-        def __init__(self, conf: object) -> None:
-            pass
-
-        def lex(self, data: object) -> Iterator[lark.Token]:
-            return (lark.Token(token.type, token.text) for token in tokens if token.type != "$END")
-
-    options = {"parser": "lalr", "start": list(lalr.STARTS), "maybe_placeholders": False}
-    grammar = lalr.GRAMMAR.read_text(encoding="utf-8")
-    theirs = lark.Lark(grammar, lexer=Given, **options)
-    yield f"{len(tokens)} tokens, without cutting them"
-    lalr.tables()
-    builders = own._Builders(source).table()
-    yield f"  own loop, to the nodes of the syntax tree {best(repeats, lambda: _own(lalr, tokens, builders)):8.3f} s"
-    yield f"  Lark, to its trees                        {best(repeats, lambda: _lark(theirs, text)):8.3f} s"
-    yield f"a process that parses {MODEL.stem}, from its first import"
+    read._file(tokens)
+    yield f"{len(tokens)} tokens"
+    for name, work in (("cut", lambda: tokenize(source)), ("to a syntax tree", lambda: read._file(tokens))):
+        yield f"  {name:42}{best(repeats, lambda work=work: processor_time(work)):8.3f} s"
+    yield f"a process that parses {MODEL.stem}, with a full cache"
     with tempfile.TemporaryDirectory() as folder:
-        saved = Path(folder) / "saved.lark"
-        with saved.open("wb") as stream:
-            lark.Lark(grammar, lexer="basic", **options).save(stream)
-        for name, choice in (("as it is", "by_lark = False"), ("and loads a saved parser of Lark", "by_lark = True")):
-            code = choice + PARSE.replace("{saved!r}", repr(str(saved)))
+        parts = {"imports of mbdsl": "imported - begin", "import of Lark, and its tables": "loaded - imported"}
+        for name, what in {**parts, "the model": "time.process_time() - loaded"}.items():
+            code = PARSE.replace("{what}", what)
+            printed(code, folder)
             yield f"  {name:42}{best(repeats, lambda code=code: printed(code, folder)):8.3f} s"
-
-
-def _own(lalr, tokens, builders) -> float:
-    return processor_time(lambda: lalr.parse(tokens, "file", builders))
-
-
-def _lark(theirs, text: str) -> float:
-    return processor_time(lambda: theirs.parse(text, start="file"))
+        yield f"mbdsl check of slider_crank {best(repeats, lambda: printed(CHECK, folder)):23.3f} s"
 
 
 def svg(repeats: int) -> Iterator[str]:

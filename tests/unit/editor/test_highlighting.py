@@ -15,7 +15,7 @@ from mbdsl.editor.pygments_lexer import MbdLexer
 from mbdsl.editor.vocabulary import FUNCTION_DOCS, KEYWORD_DOCS, words
 from mbdsl.elements import kinds
 from mbdsl.errors import SyntaxProblem
-from mbdsl.lang import loose_lexer, units
+from mbdsl.lang import lexer, units
 from mbdsl.lang.functions import FUNCTIONS
 from mbdsl.lang.lexer import KEYWORDS, tokenize
 from mbdsl.lang.source import Source
@@ -31,11 +31,11 @@ def test_it_cuts_the_tokens_of_the_language():
     """A number and its unit are two pieces of one token."""
     assert len(TEXTS) > 80
     for text in TEXTS:
-        pieces = [p for p in loose_lexer.pieces(text) if p.kind != loose_lexer.COMMENT]
+        pieces = [p for p in lexer.pieces(text) if p.kind != lexer.COMMENT]
         whole = [(t.start, t.end) for t in tokenize(Source("", text))[:-1]]
         joined, previous = [], ""
         for piece in pieces:
-            if (previous, piece.kind) == (loose_lexer.NUMBER, loose_lexer.UNIT):
+            if (previous, piece.kind) == (lexer.NUMBER, lexer.UNIT):
                 joined[-1] = (joined[-1][0], piece.end)
             else:
                 joined.append((piece.start, piece.end))
@@ -54,18 +54,18 @@ def test_it_cuts_the_tokens_of_the_language():
     ],
 )
 def test_incomplete_texts(text, kinds):
-    assert [p.kind for p in loose_lexer.pieces(text)][: len(kinds)] == kinds
+    assert [p.kind for p in lexer.pieces(text)][: len(kinds)] == kinds
 
 
 def test_units_follow_numbers_and_literals_only():
-    found = [p.text for p in loose_lexer.pieces("3 kg + x[1] m + {1, 2} mm + [1; 2] N.m/rad") if p.kind == "unit"]
+    found = [p.text for p in lexer.pieces("3 kg + x[1] m + {1, 2} mm + [1; 2] N.m/rad") if p.kind == "unit"]
     assert found == ["kg", "mm", "N.m/rad"]
 
 
 @pytest.mark.parametrize("text", ['"' + '\\"\n' * 50_000, "/*" * 100_000, '"\n' * 50_001, "(" * 200_000])
 def test_time_is_linear(text):
     """With quadratic time each of these would take minutes."""
-    assert "".join(p.text for p in loose_lexer.pieces(text)).replace("\n", "") == text.replace("\n", "")
+    assert "".join(p.text for p in lexer.pieces(text)).replace("\n", "") == text.replace("\n", "")
 
 
 # -- Pygments -------------------------------------------------------------------------------------------------------
@@ -127,7 +127,7 @@ def test_described_words_exist():
 def test_units_of_the_grammar_are_those_of_the_language():
     """All symbols with and without exponents, names that are not units, and the units of all models."""
     pattern = re.compile(textmate.unit_pattern())
-    written = {p.text for text in TEXTS for p in loose_lexer.pieces(text) if p.kind == loose_lexer.UNIT}
+    written = {p.text for text in TEXTS for p in lexer.pieces(text) if p.kind == lexer.UNIT}
     assert len(written) > 30
     symbols = [*units.symbols(), "x", "kkg", "Nm", "m1", "m_a", "cT", "dt", "µµm", "degree"]
     powers = ["", "2", "^2", "^(-1)", "^-1", "1", "10", "a"]
@@ -162,7 +162,7 @@ def test_the_grammar_cuts_all_models_as_the_language_does():
     for text in TEXTS[:20]:
         found = tokens(text)
         for kind, scope in scopes.items():
-            expected = [p.text for p in loose_lexer.pieces(text) if p.kind == kind]
+            expected = [p.text for p in lexer.pieces(text) if p.kind == kind]
             assert [word for word, name in found if name.startswith(scope)] == expected
         kinds_found = {word for word, name in found if name == "support.class.mbd"}
         assert kinds_found <= set(words()["kind"]) and "Ground" in kinds_found

@@ -16,7 +16,7 @@ from mbdsl.editor.positions import Places
 from mbdsl.editor.repair import repaired
 from mbdsl.editor.workspace import Workspace
 from mbdsl.errors import Span, UsageError
-from mbdsl.lang import loose_lexer
+from mbdsl.lang import lexer
 
 ROOT = Path(__file__).parents[3]
 CRANK = (ROOT / "models" / "slider_crank.mbd").read_text(encoding="utf-8")
@@ -62,7 +62,7 @@ def test_every_name_in_the_models_is_known(folder):
         text = path.read_text(encoding="utf-8")
         found = {o.start: o.end for o in Names(LooseLibrary().add(text, str(path))).occurrences}
         covered = {at for start, end in found.items() for at in range(start, end)}
-        names = [p for p in loose_lexer.pieces(text) if p.kind == loose_lexer.NAME]
+        names = [p for p in lexer.pieces(text) if p.kind == lexer.NAME]
         assert [p.text for p in names if p.start not in covered] == [], path
 
 

@@ -117,7 +117,7 @@ def test_the_arrows_have_the_order_of_a_run(calls):
     """From the top down. Systems are built again and again, of the whole Scene before that of a part: for these the
     order holds for one of the calls, else for the first ones. This run calls no function of the compiler."""
     of_text, of_builder = calls
-    right = {"compilation/translation.py", "compilation/object_code.py", "lang/draft.py"}
+    right = {"compilation/translation.py", "compilation/object_code.py", "lang/builder/draft.py"}
     stops = [(file, name) for file, names in references(PICTURE) for name in names if file not in right]
     assert len(stops) == 13
     later = iter(of_text)
@@ -125,7 +125,7 @@ def test_the_arrows_have_the_order_of_a_run(calls):
         assert code_of(*stop) in later, stop
     first = [of_text.index(code_of(*stop)) for stop in stops if not stop[0].startswith("system/")]
     assert first == sorted(first)
-    assert code_of("lang/draft.py", "Draft.scene") in of_builder
+    assert code_of("lang/builder/draft.py", "Draft.scene") in of_builder
     assert code_of("lang/parser.py", "parse") not in of_builder
 
 

@@ -7,16 +7,12 @@ import sys
 from pathlib import Path
 
 import mbdsl
-from mbdsl.lang import lalr
 
 ROOT = Path(__file__).parents[3]
 PROGRAM = ROOT / ".ci" / "generated_files.py"
 
 
-NAMES = (
-    *("docs/language.md", "docs/space.md", "docs/methods.md", "editors/vscode/syntaxes/mbd.tmLanguage.json"),
-    *("mbdsl/lang/kind_methods.pyi", "mbdsl/lang/spatial_builder.pyi", "mbdsl/lang/grammar.json"),
-)
+NAMES = (*("docs/language.md", "docs/space.md", "docs/methods.md", "editors/vscode/syntaxes/mbd.tmLanguage.json"),)
 
 
 def loaded(program):
@@ -38,14 +34,8 @@ def test_every_module_that_writes_a_file_of_the_project_is_listed():
     package, listed = Path(mbdsl.__file__).parent, PROGRAM.read_text(encoding="utf-8")
     writes = re.compile(r'^if __name__ == "__main__":(\n .*)*\bwrite_(text|bytes)\(', re.MULTILINE)
     found = [path.stem for path in package.rglob("*.py") if writes.search(path.read_text(encoding="utf-8"))]
-    assert {"kind_reference", "kind_stub", "lalr", "method_reference", "textmate"} <= set(found)
+    assert {"kind_reference", "method_reference", "textmate"} <= set(found)
     assert not [name for name in found if not re.search(rf"\b{name}\.\w+\(", listed)]
-
-
-def test_tables_of_the_grammar_have_one_order():
-    """That of the start symbols; Lark holds the accepting states in an order that changes from process to process."""
-    made = lalr.make()
-    assert [*made["start"]] == [*made["accept"]] == [*lalr.STARTS]
 
 
 def test_a_stale_file_is_named_and_written_again(tmp_path, capsys):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import mbdsl
-import mbdsl.lang.builder
+import mbdsl.lang.builder.builder
 from mbdsl import Builder
 from mbdsl.expressions import symbolic as ex
 
@@ -137,7 +137,7 @@ def test_scene_can_be_asked_for_again():
 
 
 def test_doc_examples():
-    assert doctest.testmod(mbdsl.lang.builder).failed == 0
+    assert doctest.testmod(mbdsl.lang.builder.builder).failed == 0
 
 
 def test_public_names():

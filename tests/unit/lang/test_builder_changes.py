@@ -145,10 +145,13 @@ def test_every_declaration_can_be_replaced():
 def test_a_replacement_that_does_not_fit_is_refused():
     b = chain()
     before = b.scene()
-    with pytest.raises(MbdslError, match=r"<pin\.frame_b>:1:5: Body `rod` has no `a`") as caught:
-        b.Body("rod", m=1, I=1, replace=True)
+    with pytest.raises(MbdslError, match="unknown name `lenght`") as caught:
+        b.Rod("rod", m=1, length="lenght", replace=True)
     assert "note: `rod` is not replaced" in str(caught.value)
     assert b.scene() == before
+    b.Body("rod", m=1, I=1, replace=True)
+    with pytest.raises(MbdslError, match=r"<pin\.frame_b>:1:5: Body `rod` has no `a`"):
+        b.scene()
 
 
 # -- handles --------------------------------------------------------------------------------------------------------

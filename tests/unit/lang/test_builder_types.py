@@ -11,9 +11,9 @@ import pytest
 from mbdsl import Builder
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED
-from mbdsl.lang import kind_stub
+from mbdsl.lang.builder import kind_stub
 
-LANG = Path(kind_stub.__file__).parent
+FOLDER = Path(kind_stub.__file__).parent
 SNIPPET = """\
 from mbdsl.lang.builder import Builder
 
@@ -41,12 +41,14 @@ def test_mypy_refuses_what_the_kinds_do_not_have(tmp_path):
     file = tmp_path / "snippet.py"
     file.write_text(SNIPPET, encoding="utf-8")
     options = ["--config-file=", f"--cache-dir={tmp_path / 'cache'}", "--follow-imports=skip", "--hide-error-context"]
-    copies = tmp_path / "mbdsl" / "lang"  # mypy refuses files of site-packages
+    copies = tmp_path / "mbdsl" / "lang" / "builder"  # mypy refuses files of site-packages
     copies.mkdir(parents=True)
-    for folder in (copies.parent, copies):
+    for folder in (copies.parents[1], copies.parent):
         (folder / "__init__.py").touch()
-    names = ("builder.py", "declaring.py", "kind_methods.pyi", "handles.py")
-    modules = [shutil.copy(LANG / name, copies) for name in names]
+    names = ("__init__.py", "builder.py", "declaring.py", "handles.py")
+    modules = [shutil.copy(FOLDER / name, copies) for name in names]
+    modules.append(copies / "kind_methods.pyi")
+    modules[-1].write_text(kind_stub.stub(), encoding="utf-8")
     out, err, code = api.run([*options, str(file), *map(str, modules)])
     assert err == "" and code == 1, out
     errors = [line for line in out.splitlines() if ": error: " in line]

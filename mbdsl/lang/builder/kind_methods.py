@@ -1,7 +1,7 @@
 """One method of the Builder for each kind of component, with its signature and documentation.
 
 The methods follow from the declarations of the kinds. Editors and type checkers read them from ``kind_methods.pyi``,
-which ``python -m mbdsl.lang.kind_stub`` writes.
+which is written when mbdsl is built or installed.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED, BodyKind, Kind, Parameter
 from mbdsl.errors import UsageError
+from mbdsl.lang.builder.handles import Handle
 from mbdsl.lang.foreign_names import KINDS as ALIASES
-from mbdsl.lang.handles import Handle
 from mbdsl.lang.kind_reference import notes
 from mbdsl.messages import did_you_mean
 
@@ -120,7 +120,7 @@ def documentation(name: str, kind: Kind) -> str:
     for head, text in entries:
         lines += [head, indent(fill(text, _WIDTH), "    ")] if text else [head]
     lines += ["", "Returns", "-------", "Handle", indent(fill(result, _WIDTH), "    ")]
-    lines += ["", "Raises", "------", "ModelError, UsageError", "    If a value is wrong; the model does not change."]
+    lines += ["", "Raises", "------", "ModelError, UsageError", "    If a name is wrong; the model does not change."]
     return "\n".join(lines)
 
 
@@ -157,6 +157,7 @@ def _method(name: str, kind: Kind) -> Callable[..., Handle]:
         return self.add(name, *given, **values)
 
     method.__name__, method.__qualname__ = name, f"Builder.{name}"
+    method.__module__ = "mbdsl.lang.builder"
     method.__doc__ = documentation(name, kind)
     method.__signature__ = signature(kind)  # type: ignore[attr-defined]
     return method

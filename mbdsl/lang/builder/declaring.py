@@ -11,11 +11,12 @@ from mbdsl.expressions.spatial_coordinates import NAMES
 from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.draft import Draft
-from mbdsl.lang.handles import Handle, Place
-from mbdsl.lang.kind_methods import KindMethods, known
+from mbdsl.lang.builder.draft import Draft
+from mbdsl.lang.builder.handles import Handle, Place
+from mbdsl.lang.builder.kind_methods import KindMethods, known
+from mbdsl.lang.calls import Call, Given
 from mbdsl.lang.load import deep
-from mbdsl.lang.parser import parse_expression
+from mbdsl.lang.parser import read_expression
 from mbdsl.messages import count
 
 
@@ -85,7 +86,7 @@ class Declarations(KindMethods):
         text = python_values.text(doc, f"{name}.doc")
         if value and type_name:
             numbers = (s.Everything(),) * _rank(parts.get("value"))
-        d = s.Declaration(prefixes, type_name, plain, numbers, doc=text, **parts)
+        d = s.Declaration(prefixes, type_name, plain, numbers, doc=text, **parts, at=(Call(), 0, 0))
         serial = self._draft.declare(d, python_values.flag(replace, "replace"))
         return Handle(self, name.replace(" ", ""), serial)
 
@@ -106,7 +107,7 @@ class Declarations(KindMethods):
         """
         name = self._name(handle, "handle")
         if self._is_component(name):
-            return self._draft.trial.part(name).known_names()
+            return self._draft.part(name).known_names()
         return self.coordinates if self._draft.content.entries[name].declaration.type == "Frame" else ()
 
     def _handle_name(self, given: object) -> str | None:
@@ -136,7 +137,7 @@ class Declarations(KindMethods):
                 f"{what}: found {frame!r}, expected a frame or signal",
                 hint="they are attributes of components: `rod.b`, `rod.phi`",
             )
-        return parse_expression(self._name(frame, what), f"<{what}>")
+        return read_expression(Given(what, self._name(frame, what)))
 
     def _node(self, value: Any, what: str) -> s.Expression:
         with deep():

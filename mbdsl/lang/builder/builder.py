@@ -10,12 +10,13 @@ from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.declaring import Declarations
+from mbdsl.lang.builder.declaring import Declarations
+from mbdsl.lang.builder.handles import Handle, Law, Number, Place, Vector
+from mbdsl.lang.builder.kind_methods import known
+from mbdsl.lang.calls import Call, Given
 from mbdsl.lang.experiment import KEYS
-from mbdsl.lang.handles import Handle, Law, Number, Place, Vector
-from mbdsl.lang.kind_methods import known
 from mbdsl.lang.load import deep
-from mbdsl.lang.parser import parse_expression
+from mbdsl.lang.parser import read_expression
 from mbdsl.lang.unparse import indices, write, write_argument
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, did_you_mean
@@ -33,9 +34,9 @@ class Builder(Declarations):
     (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), a sequence for an array, or an ``Expr`` for a force law; None stands for
     the default.
 
-    Each method checks its arguments. It raises ``ModelError`` or ``UsageError`` if one of them is invalid, and the
-    Builder remains as it was. Names must be declared before they are used. What concerns the whole model, such as
-    missing connections, is checked by ``scene``.
+    Each method checks kinds, names and the forms of its arguments. It raises ``ModelError`` or ``UsageError`` if one of
+    them is invalid, and the Builder remains as it was. Names must be declared before they are used. ``scene`` evaluates
+    the values; its errors show the line that gave the value.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ class Builder(Declarations):
             Description, one line.
         replace : bool, optional
             True: if there is a component of this name, it is replaced. Its joints, initial values, shapes and handles
-            remain; they are checked again.
+            remain; the names in them are checked again.
         **values
             Parameters of the component. ``frames={"tip": (0.3, 0)}`` adds frames to a body, ``phi={"start": 0.1,
             "fixed": True}`` sets an initial value.
@@ -102,7 +103,7 @@ class Builder(Declarations):
         Raises
         ------
         ModelError
-            If there is no such kind, the name is in use, or a frame or value is invalid.
+            If there is no such kind or parameter, the name is in use, or another name is not known.
         """
         of = known(self.spatial).get(python_values.text(kind, "kind"))
         if of is None:
@@ -262,7 +263,8 @@ class Builder(Declarations):
         ----------
         first, second : Handle or str
         """
-        self._draft.connect(s.Connect(self._place(first, "connect.first"), self._place(second, "connect.second")))
+        ends = self._place(first, "connect.first"), self._place(second, "connect.second")
+        self._draft.connect(s.Connect(*ends, at=(Call(), 0, 0)))
 
     def shape(self, body: Place, *parts: str, replace: bool = False) -> None:
         """Give a body shapes for pictures, instead of those that follow from its frames.
@@ -280,7 +282,7 @@ class Builder(Declarations):
         Raises
         ------
         ModelError
-            If there is no such body, or a part is invalid.
+            If there is no such body, or a part is not written correctly.
         """
         name = self._name(body, "shape.body").replace(" ", "")
         entries = self._draft.content.entries
@@ -291,7 +293,7 @@ class Builder(Declarations):
             raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
         with deep():
             texts = [python_values.text(part, f"the shape of {name}") for part in parts]
-            graphics = s.Array(tuple(parse_expression(text, f"<shape of {name}>") for text in texts))
+            graphics = s.Array(tuple(read_expression(Given(f"shape of {name}", text)) for text in texts))
         self._draft.draw(name, s.Argument("Shape", None, (s.Argument("graphics", graphics),)), _flag(replace))
 
     def initial(
@@ -322,13 +324,13 @@ class Builder(Declarations):
         Raises
         ------
         ModelError, UsageError
-            If the target has no initial value, or the arguments do not fit together.
+            If the target is not known, or the arguments do not fit together.
         """
         if state is not None:
             if target is not None or value is not NOT_GIVEN:
                 raise UsageError("initial(state=...) has no target and no value", hint='write initial(state="steady")')
             named = s.Reference((s.Step("state"),))
-            item = s.Initial("state", named, self._node(state, "initial(state)"))
+            item = s.Initial("state", named, self._node(state, "initial(state)"), at=(Call(), 0, 0))
             self._draft.initial(item, True)
             return
         if target is None or value is NOT_GIVEN:
@@ -338,7 +340,7 @@ class Builder(Declarations):
             self._draft.forget_initial(goal)
             return
         mode = "fixed" if python_values.flag(fixed, "fixed") else "guess"
-        item = s.Initial(mode, goal, self._node(value, f"initial value of {write(goal)}"))
+        item = s.Initial(mode, goal, self._node(value, f"initial value of {write(goal)}"), at=(Call(), 0, 0))
         self._draft.initial(item, _flag(replace))
 
     def experiment(
@@ -367,7 +369,7 @@ class Builder(Declarations):
         Raises
         ------
         ModelError, UsageError
-            If a value is invalid.
+            If a value is not written correctly, or a name in it is not known.
         """
         given = {"stop": stop, "start": start, "interval": interval, "tolerance": tolerance, "step": step}
         nodes = {key: self._node(value, key) for key, value in given.items() if value is not None}
@@ -378,7 +380,8 @@ class Builder(Declarations):
         if without:
             effects = (without,) if isinstance(without, str) else without
             nodes["without"] = s.Array(tuple(s.String(python_values.text(x, "without")) for x in effects))
-        self._draft.set_experiment({key: s.Argument(_FIELDS[key], node) for key, node in nodes.items()})
+        at = Call(), 0, 0
+        self._draft.set_experiment({key: s.Argument(_FIELDS[key], node, at=at) for key, node in nodes.items()})
 
     def remove(self, name: Place, *, dependents: bool = False) -> tuple[str, ...]:
         """Remove a component, or another declaration.

@@ -1,71 +1,53 @@
-"""The content of a model under construction from Python, and the references between its declarations."""
+"""The references between the declarations of a model under construction from Python."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
 
 from mbdsl.elements import find
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions import symbolic
 from mbdsl.lang import syntax as s
+from mbdsl.lang.builder.content import Content, is_element
 from mbdsl.lang.foreign_names import KINDS as ALIASES
-from mbdsl.lang.unparse import indices, write
+from mbdsl.lang.functions import CONSTANTS
+from mbdsl.lang.instantiate import Instance
+from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A declaration; ``serial`` is its number, which its replacement keeps."""
+def check_names(node: object, instance: Instance) -> None:
+    """Check that the names with which references in a syntax tree begin are declared.
 
-    declaration: s.Declaration
-    serial: int
-
-
-@dataclass
-class Content:
-    """All that was declared."""
-
-    entries: dict[str, Entry] = field(default_factory=dict)  #: by full name: ``link[3]``
-    connections: list[s.Connect] = field(default_factory=list)
-    initial: list[s.Initial] = field(default_factory=list)
-    settings: dict[str, s.Argument] = field(default_factory=dict)  #: of the experiment
-    spatial: bool = False  #: whether it is a model in space
-
-    def model(self, name: str, doc: str) -> s.Model:
-        """The content as the syntax tree of a model."""
-        # Elements of an array are declared one by one, as in a loop; an `If` without condition is such a block.
-        items: list[s.Item] = [
-            s.If(((None, (d,)),)) if is_element(d) else d for d in (e.declaration for e in self.entries.values())
-        ]
-        items.append(experiment(self.settings))
-        return s.Model(name, doc, tuple(items), tuple(self.connections), tuple(self.initial), spatial=self.spatial)
+    Raises
+    ------
+    ModelError
+        At the first one that is not.
+    """
+    own: set[str] = {"time", "Modelica", *CONSTANTS}
+    spatial = instance.assembly.spatial
+    if isinstance(node, s.Initial) and node.mode == "state":
+        return
+    if isinstance(node, s.Declaration) and (kind := _kind(node, spatial)) is not None:
+        own |= {*(p.name for p in kind.parameters), *kind.formulas}  # in its law
+    for step, _ in _first_steps(node, functions=False):
+        if step.name not in own and step.name not in instance.namespace.places:
+            raise instance.scope.unknown(step.name, step.at)
 
 
-def is_element(d: s.Declaration) -> bool:
-    """Whether the indices denote one element of an array; those of parameters are sizes."""
-    return bool(d.indices) and all(isinstance(i, s.Number) for i in d.indices)
-
-
-def full_name(d: s.Declaration) -> str:
-    """``link[1,2]``, as components are called in a Scene."""
-    return d.name + indices(d.indices).replace(" ", "") if is_element(d) else d.name
-
-
-def experiment(settings: Mapping[str, s.Argument]) -> s.Annotation:
-    """The annotation with the settings of simulations."""
-    return s.Annotation((s.Argument("experiment", None, tuple(settings.values())),))
-
-
-# -- references ---------------------------------------------------------------------------------------------------
-
-
-def _first_steps(node: object) -> Iterator[tuple[s.Step, bool]]:
+def _first_steps(node: object, functions: bool = True) -> Iterator[tuple[s.Step, bool]]:
     """The first step of every reference in a syntax tree, and whether it is the whole reference."""
-    if isinstance(node, s.Reference):
+    if isinstance(node, s.Comprehension):
+        variables = {iterator.name for iterator in node.iterators}
+        inner = (node.item, *(iterator.values for iterator in node.iterators))
+        yield from ((step, alone) for step, alone in _first_steps(inner, functions) if step.name not in variables)
+    elif isinstance(node, s.Call) and not functions:
+        yield from _first_steps(node.arguments, functions)
+    elif isinstance(node, s.Reference):
         yield node.steps[0], len(node.steps) == 1
         for step in node.steps:
-            yield from _first_steps(step.indices)
+            yield from _first_steps(step.indices, functions)
     elif isinstance(node, s.Literal) and isinstance(node.value, Quantity):
         for leaf in symbolic.leaves(symbolic.expr(node.value.value)):  # type: ignore[arg-type]
             named = leaf.value[0] if isinstance(leaf.value, tuple) else leaf.value
@@ -75,11 +57,11 @@ def _first_steps(node: object) -> Iterator[tuple[s.Step, bool]]:
                 yield s.Step(first, numbers), False
     elif isinstance(node, tuple):
         for inner in node:
-            yield from _first_steps(inner)
+            yield from _first_steps(inner, functions)
     elif isinstance(node, s.Node):
         for f in fields(node):
             if f.compare:
-                yield from _first_steps(getattr(node, f.name))
+                yield from _first_steps(getattr(node, f.name), functions)
 
 
 def _refers(node: object, d: s.Declaration, own: Sequence[str] = ()) -> bool:

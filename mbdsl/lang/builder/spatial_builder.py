@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from mbdsl.lang.builder import Builder
-from mbdsl.lang.handles import Handle, Number, Place, Vector
-from mbdsl.lang.kind_methods import add_methods
+from mbdsl.lang.builder.builder import Builder
+from mbdsl.lang.builder.handles import Handle, Number, Place, Vector
+from mbdsl.lang.builder.kind_methods import add_methods
 
 
 class SpatialBuilder(Builder):

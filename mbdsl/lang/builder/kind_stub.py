@@ -1,6 +1,7 @@
 """The stubs ``kind_methods.pyi`` and ``spatial_builder.pyi``: methods of the Builders, for editors and type checkers.
 
-``python -m mbdsl.lang.kind_stub`` writes them, after a change of a kind.
+They are written when mbdsl is built or installed, by ``hatch_build.py``; after a change of a kind
+``python -m mbdsl.lang.builder.kind_stub`` writes them again.
 """
 
 from __future__ import annotations
@@ -10,18 +11,18 @@ from pathlib import Path
 from textwrap import indent
 
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.kind_methods import documentation, known, missing, signature
+from mbdsl.lang.builder.kind_methods import documentation, known, missing, signature
 from mbdsl.storage.output_files import write_text
 
 PATH = Path(__file__).with_name("kind_methods.pyi")
 PATH_IN_SPACE = Path(__file__).with_name("spatial_builder.pyi")
-_HEAD = '''"""One method of the Builder for each kind of component: made by ``python -m mbdsl.lang.kind_stub``."""
+_HEAD = '''"""One method of the Builder for each kind of component: made when mbdsl is built or installed."""
 
 from inspect import Signature
 from typing import Literal
 
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
+from mbdsl.lang.builder.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
 
 def known(spatial: bool = False) -> dict[str, Kind]: ...
 def missing(spatial: bool) -> list[str]: ...
@@ -33,12 +34,12 @@ class KindMethods:
     """The methods of a Builder that add components."""
 '''
 
-_HEAD_IN_SPACE = '''"""The Builder of models in space: made by ``python -m mbdsl.lang.kind_stub``."""
+_HEAD_IN_SPACE = '''"""The Builder of models in space: made when mbdsl is built or installed."""
 
 from typing import Literal
 
-from mbdsl.lang.builder import Builder
-from mbdsl.lang.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
+from mbdsl.lang.builder.builder import Builder
+from mbdsl.lang.builder.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
 
 class SpatialBuilder(Builder):
     """Collects the components of a model in space and makes a ``Scene`` of them."""
@@ -89,6 +90,11 @@ def _method(name: str, kind: Kind) -> str:
     return "\n".join([*lines, "    ) -> Handle:", indent(f'"""{doc}\n"""', " " * 8), ""])
 
 
-if __name__ == "__main__":
+def write() -> None:
+    """Write both stubs beside this file."""
     write_text(PATH, stub())
     write_text(PATH_IN_SPACE, stub_in_space())
+
+
+if __name__ == "__main__":
+    write()

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from mbdsl.errors import MbdslError, ModelError, UsageError
 from mbdsl.lang import syntax as s
-from mbdsl.lang.draft_content import Content, Entry, experiment, find_dependents, full_name, without
+from mbdsl.lang.builder.content import Content, Entry, full_name, is_element
+from mbdsl.lang.builder.references import check_names, find_dependents, without
+from mbdsl.lang.calls import called
 from mbdsl.lang.experiment import check_effects
+from mbdsl.lang.flat_component import Part
+from mbdsl.lang.inheritance import Member
+from mbdsl.lang.initial_values import is_steady
+from mbdsl.lang.instantiate import Instance
+from mbdsl.lang.library import Unit
 from mbdsl.lang.load import deep, flatten, instantiate
 from mbdsl.lang.overrides import merged
-from mbdsl.lang.trial import UNIT, Trial
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, did_you_mean, few
+
+UNIT = Unit(s.File("<library>", (), ()), "")  #: a Builder has no file
 
 
 @dataclass(frozen=True)
@@ -30,39 +37,42 @@ class ModelOrigin:
     def scene(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
         """The Scene with other parameters."""
         overrides, effects = merged(self.overrides, parameters), (*self.without, *check_effects(without))
-        with deep():
+        with deep(), called():
             scene = flatten(instantiate(self.model, UNIT, overrides, effects))
         return scene.made_from(ModelOrigin(self.model, overrides, effects))
 
 
 class Draft:
-    """A model under construction. Every change is checked first; one that is refused leaves it as it was."""
+    """A model under construction: what was declared, checked for its names and kinds.
+
+    A change with a wrong name is refused, and leaves the draft as it was. Values are evaluated with the whole model.
+    """
 
     def __init__(self, spatial: bool = False) -> None:
         self.content = Content(spatial=spatial)
         self._serial = 0
-        self._trial: Trial | None = None
+        self._instance: Instance | None = None
 
     def __getstate__(self) -> dict:
-        return {**self.__dict__, "_trial": None}
+        return {**self.__dict__, "_instance": None}
 
     @property
-    def trial(self) -> Trial:
-        """The content, evaluated."""
-        if self._trial is None:
-            self._trial = _trial(self.content)
-        return self._trial
+    def instance(self) -> Instance:
+        """The declarations as a model that is not connected."""
+        if self._instance is None:
+            self._instance = _instance(self.content)
+        return self._instance
 
-    @contextmanager
-    def _adding(self) -> Iterator[Trial]:
-        """The trial, for an addition to it; after an error it is discarded, as it may hold a part of the addition."""
-        trial, self._trial = self.trial, None
-        yield trial
-        self._trial = trial
+    def part(self, name: str) -> Part:
+        """The component with a full name."""
+        return self.instance.assembly.parts[name]
 
     def _exchange(self, content: Content) -> None:
-        """Replace the content, if the new one is valid."""
-        self._trial, self.content = _trial(content), content
+        """Replace the content, if the names of the new one are known."""
+        instance = _instance(content)
+        for item in (*(e.declaration for e in content.entries.values()), *content.connections, *content.initial):
+            check_names(item, instance)
+        self._instance, self.content = instance, content
 
     # -- changes -----------------------------------------------------------------------------------------------
 
@@ -71,10 +81,12 @@ class Draft:
         name, entries = full_name(d), self.content.entries
         before = entries.get(name)
         if before is None:
-            with self._adding() as trial:
-                trial.declare(d)
+            instance, self._instance = self.instance, None  # after an error it may hold a part of the declaration
+            with deep(), called():
+                _add(d, instance)
+                check_names(d, instance)
             self._serial += 1
-            entries[name] = Entry(d, self._serial)
+            entries[name], self._instance = Entry(d, self._serial), instance
         elif not instead:
             hint = "give it another name, or `replace=True` to replace the first one"
             raise ModelError(f"`{name}` is declared twice", hint=hint)
@@ -89,38 +101,39 @@ class Draft:
 
     def connect(self, item: s.Connect) -> None:
         """Add a connection."""
-        with self._adding() as trial:
-            trial.connect(item)
+        check_names(item, self.instance)
         self.content.connections.append(item)
 
     def initial(self, item: s.Initial, instead: bool) -> None:
         """Add an initial value, or put it ``instead`` of those of its target."""
-        left = _without_target(self.content.initial, item.target) if instead else self.content.initial
-        if len(left) < len(self.content.initial):
-            self._exchange(replace(self.content, initial=[*left, item]))
-        else:
-            with self._adding() as trial:
-                trial.initial(item)
-            self.content.initial.append(item)
+        if item.mode == "state":
+            is_steady(item)
+        check_names(item, self.instance)
+        left = _without_target(self.content.initial, item.target)
+        before = [x for x in self.content.initial if x.target == item.target]
+        if not instead and any(x.mode == item.mode == "fixed" for x in before):
+            hint = "to give another value instead: `initial(..., replace=True)`"
+            raise ModelError(f"the initial value of `{write(item.target)}` is fixed twice", hint=hint)
+        self.content.initial = [*(left if instead else self.content.initial), item]
 
     def forget_initial(self, target: s.Expression) -> None:
         """Remove the initial values of ``target``."""
         left = _without_target(self.content.initial, target)
         if len(left) == len(self.content.initial):
             raise UsageError(f"no initial value was given for `{write(target)}`")
-        self._exchange(replace(self.content, initial=left))
+        self.content.initial = left
 
     def draw(self, name: str, shape: s.Argument, instead: bool) -> None:
         """Give a body a shape, in addition to those that it has or ``instead`` of them."""
         entry = self.content.entries[name]
         d = replace(entry.declaration, notes=(shape,) if instead else (*entry.declaration.notes, shape))
-        self.trial.draw(d)
+        check_names(d, self.instance)
         self.content.entries[name] = Entry(d, entry.serial)
 
     def set_experiment(self, given: Mapping[str, s.Argument]) -> None:
         """Set defaults of simulations."""
         settings = {**self.content.settings, **given}
-        self.trial.experiment(experiment(settings))
+        check_names(tuple(given.values()), self.instance)
         self.content.settings = settings
 
     def remove(self, name: str, dependents: bool) -> tuple[str, ...]:
@@ -147,9 +160,20 @@ class Draft:
         return f"<Draft of {count(len(self.content.entries), 'declaration')}>"
 
 
+def _add(d: s.Declaration, instance: Instance) -> None:
+    """Add a declaration; indices denote one element of an array."""
+    namespace, element = instance.namespace, is_element(d)
+    if element:
+        namespace.places.setdefault(d.name, d.at)
+    else:
+        namespace.declare(d.name, d.at)
+    instance.declare(Member(d, UNIT, {}), d, instance.scope, element)
+
+
 def _without_target(items: Sequence[s.Initial], target: s.Expression) -> list[s.Initial]:
     return [item for item in items if item.target != target]
 
 
-def _trial(content: Content) -> Trial:
-    return Trial(content.model("", ""))
+def _instance(content: Content) -> Instance:
+    with deep(), called():
+        return instantiate(content.model("", ""), UNIT)
