@@ -30,11 +30,14 @@ if TYPE_CHECKING:
     from mbdsl.initial.consistent import Moved
     from mbdsl.mechanism.scene import Scene
     from mbdsl.results.rows_file import Column
+    from mbdsl.simulation.checkpoint import Checkpoint
     from mbdsl.simulation.streaming import Stream
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
 
 
+#: options of a run that are words of the command
+NAMES = ("method", "step", "tol", "accuracy", "start", "stop", "interval", "force", "general", "initial")
 MOST_PEAKS = 3  #: number of peaks between outputs that are printed
 MOST_EXTREMES = 12  #: number of signals whose extremes are printed without --verbose
 
@@ -186,32 +189,22 @@ def _run(
     resumed: bool,
 ) -> int:
     from mbdsl.api import simulated
+    from mbdsl.simulation.run_options import RunOptions
 
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
     failure, over = None, False
-    asked: dict = {"signals": values.patterns(args.signals)} if args.signals else {}
+    asked = RunOptions(
+        **{name: getattr(args, name) for name in NAMES},
+        options=options,
+        budget=args.budget if args.accuracy is not None else None,
+        signals=values.patterns(args.signals) if args.signals else None,
+        progress=display,
+        announce=once(display.say, said) if display else None,
+        checkpoint=kept(args, output, resumed) if args.checkpoint else None,
+    )
     try:
-        trajectory = simulated(
-            scene,
-            method=args.method,
-            step=args.step,
-            tol=args.tol,
-            accuracy=args.accuracy,
-            budget=args.budget if args.accuracy is not None else None,
-            start=args.start,
-            stop=args.stop,
-            interval=args.interval,
-            options=options,
-            force=args.force,
-            general=args.general,
-            initial=args.initial,
-            progress=display,
-            announce=once(display.say, said) if display else None,
-            **kept(args, output, resumed),
-            **taken(stream),
-            **asked,
-        )
+        trajectory = simulated(scene, asked, stream)
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem
         if trajectory is None:
@@ -300,10 +293,8 @@ def resuming(args: argparse.Namespace, output: str) -> str:
     return shlex.join(words)
 
 
-def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
-    """The additional arguments of a simulation with checkpoints."""
-    if not args.checkpoint:
-        return {}
+def kept(args: argparse.Namespace, output: str, resumed: bool) -> Checkpoint:
+    """The checkpoint of a simulation, with the words of its command."""
     from mbdsl.simulation.checkpoint import Checkpoint
 
     apart = ("run", "command", "debug", "quiet", "verbose", "checkpoint")
@@ -314,12 +305,7 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
     file = file if file != args.method else None
     for name, path in (("model", args.model), ("output", output), ("stats", args.stats), ("method_file", file)):
         command[name] = str(Path(path).absolute()) if path else None
-    return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
-
-
-def taken(stream: Stream | None) -> dict:
-    """The additional argument of a simulation whose rows are taken while it goes on."""
-    return {} if stream is None else {"stream": stream}
+    return Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)
 
 
 def second_opinion(
