@@ -178,11 +178,11 @@ def takes_options(names: Iterable[str] | None = None) -> Callable[[F], F]:
         known = [x for x in own.parameters.values() if x.kind is not inspect.Parameter.VAR_KEYWORD]
         known += [_parameter(x) for x in fields(RunOptions) if names is None or x.name in names]
         function.__signature__ = own.replace(parameters=known)  # type: ignore[attr-defined]
-        allowed = {x.name for x in known}
+        allowed = [x.name for x in known]
 
         @wraps(function)
         def checked(*args: Any, **given: Any) -> Any:
-            for name in given.keys() - allowed:
+            for name in (x for x in given if x not in allowed):
                 nearest = did_you_mean(name, allowed)
                 wrong = f"{function.__qualname__}() got an unexpected keyword argument '{name}'"
                 raise TypeError(f"{wrong}; {nearest}" if nearest else wrong)

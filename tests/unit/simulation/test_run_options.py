@@ -31,7 +31,7 @@ def test_signatures_show_the_options():
 
 @pytest.mark.parametrize("function", [mbdsl.simulate, mbdsl.Simulation])
 def test_an_unknown_option_is_refused_with_the_nearest_name(function):
-    with pytest.raises(TypeError, match=r"unexpected keyword argument 'stepp'; did you mean `step`\?"):
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'stepp'; did you mean `step`"):
         function("m.mbd", stepp=1e-3)
 
 
