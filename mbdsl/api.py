@@ -2,54 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from warnings import warn
-
-from numpy.typing import ArrayLike
 
 from mbdsl.errors import AccuracyWarning, IntegrationError, Interrupted, UsageError
 from mbdsl.lang.asked_signals import AskedSignals
-from mbdsl.lang.given_values import optional, seconds, values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation import simulate as simulation
-from mbdsl.simulation.checkpoint import Checkpoint
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.prescribed_inputs import with_inputs
-from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.run_options import RunOptions, takes_options
 from mbdsl.simulation.steady_start import settled, warnings
 from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from mbdsl.lang.builder import Builder
+    from mbdsl.simulation.run_options import GivenOptions
+    from mbdsl.simulation.streaming import Stream
+
+#: options that are those of the runs of an accuracy, too
+OF_ACCURACY = ("method", "budget", "start", "stop", "interval", "options", "force", "general", "progress", "announce")
 
 
-def simulate(
-    model: Scene | Builder | str | PathLike,
-    *,
-    method: str | None = None,
-    step: float | str | None = None,
-    tol: float | str | None = None,
-    accuracy: float | str | None = None,
-    budget: float | str | None = None,
-    start: float | str | None = None,
-    stop: float | str | None = None,
-    interval: float | str | None = None,
-    times: ArrayLike | Sequence[str] | None = None,
-    options: Mapping[str, float | None] | None = None,
-    force: bool = False,
-    general: bool = False,
-    without: Sequence[str] = (),
-    parameters: Mapping[str, str | float] | None = None,
-    signals: str | Sequence[str] | None = None,
-    initial: Mapping[str, Any] | Trajectory | str | None = None,
-    progress: Callable[[Progress], None] | None = None,
-    announce: Callable[[str], None] | None = None,
-    checkpoint: Checkpoint | str | PathLike | None = None,
-    inputs: Mapping[str, Any] | None = None,
-) -> Trajectory:
+@takes_options()
+def simulate(model: Scene | Builder | str | PathLike, **given: Unpack[GivenOptions]) -> Trajectory:
     """Integrate the equations of motion of a model.
 
     Times are numbers in seconds, or texts with units as on the command line: ``step="1 ms"``.
@@ -141,24 +122,15 @@ def simulate(
     Interrupted
         On Ctrl-C. It is a KeyboardInterrupt whose ``trajectory`` holds the results so far.
     """
-    given = locals()
-    del given["signals"], given["inputs"]
-    if inputs:
-        if checkpoint is not None:
-            raise UsageError(
-                "runs with given inputs have no checkpoints", hint="write the inputs as tables of the model"
-            )
-        scene = as_scene(model, parameters, without)
-        begin, end, own = seconds(start, "start"), seconds(stop, "stop"), scene.experiment
-        begin, end = own.start if begin is None else begin, own.stop if end is None else end
-        given["model"] = model = with_inputs(scene, inputs, begin, end)
-        given["parameters"] = parameters = None
-        given["without"] = without = ()
-    chosen = None if signals is None else AskedSignals(as_scene(model, parameters, without)).select(signals)
-    if chosen is not None:
-        given["signals"] = chosen
+    asked = RunOptions.of(given)
+    if asked.inputs:
+        model, asked = _with_inputs(model, asked)
+    if asked.signals is not None:
+        known = AskedSignals(as_scene(model, asked.parameters, asked.without))
+        asked = replace(asked, signals=known.select(asked.signals))
+    chosen = asked.signals
     try:
-        found = simulated(**given)
+        found = simulated(model, asked)
         if found.status == "interrupted":
             raise Interrupted(found)
     except (IntegrationError, Interrupted) as problem:
@@ -166,19 +138,22 @@ def simulate(
             problem.trajectory = problem.trajectory[chosen]
         raise
     if found.status == "inaccurate":
-        warn(found.stats["warnings"][-1], AccuracyWarning, stacklevel=2)
+        warn(found.stats["warnings"][-1], AccuracyWarning, stacklevel=3)
     return found if chosen is None else found[chosen]
 
 
-def simulated(
-    model: Scene | Builder | str | PathLike,
-    *,
-    accuracy: float | str | None = None,
-    budget: float | str | None = None,
-    parameters: Mapping[str, str | float] | None = None,
-    without: Sequence[str] = (),
-    **given: Any,
-) -> Trajectory:
+def _with_inputs(model: Scene | Builder | str | PathLike, asked: RunOptions) -> tuple[Scene, RunOptions]:
+    """The model with functions of time in place of inputs, and the options of its run."""
+    if asked.checkpoint is not None:
+        raise UsageError("runs with given inputs have no checkpoints", hint="write the inputs as tables of the model")
+    scene = as_scene(model, asked.parameters, asked.without)
+    start = scene.experiment.start if asked.start is None else asked.start
+    stop = scene.experiment.stop if asked.stop is None else asked.stop
+    scene = with_inputs(scene, asked.inputs or {}, start, stop)
+    return scene, replace(asked, parameters=None, without=(), inputs=None)
+
+
+def simulated(model: Scene | Builder | str | PathLike, asked: RunOptions, stream: Stream | None = None) -> Trajectory:
     """As :func:`simulate`, but return the trajectory of a run that is interrupted between steps.
 
     The ``status`` of that trajectory is "interrupted".
@@ -188,42 +163,24 @@ def simulated(
     Interrupted
         On Ctrl-C after the last step; the results are complete.
     """
-    for name in ("step", "start", "stop", "interval"):
-        given[name] = seconds(given.get(name), name)
-    given["tol"] = optional(given.get("tol"), "1", "tol")
-    if isinstance(given.get("times"), (list, tuple)):
-        given["times"] = values(given["times"], "s", "times")
-    accuracy, budget = optional(accuracy, "1", "accuracy"), seconds(budget, "budget")
-    if accuracy is None:
-        return simulation.simulated(model, parameters=parameters, without=without, **given)
-    return _accurate(model, parameters, without, accuracy, budget, **given)
+    if asked.accuracy is None:
+        return simulation.simulated(model, asked, stream=stream)
+    return _accurate(model, asked, asked.accuracy)
 
 
 @blame_model
-def _accurate(
-    model: Scene | Builder | str | PathLike,
-    parameters: Mapping[str, str | float] | None,
-    without: Sequence[str],
-    accuracy: float,
-    budget: float | None,
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    times: ArrayLike | None = None,
-    initial: Mapping[str, Any] | Trajectory | str | None = None,
-    checkpoint: Checkpoint | str | PathLike | None = None,
-    signals: Sequence[str] | None = None,
-    **given: Any,
-) -> Trajectory:
+def _accurate(model: Scene | Builder | str | PathLike, asked: RunOptions, accuracy: float) -> Trajectory:
     from mbdsl.studies.accuracy import reach
 
-    if step is not None or tol is not None:
+    if asked.step is not None or asked.tol is not None:
         raise UsageError("an accuracy finds its own step or tolerance", hint="give one of them alone")
-    if checkpoint is not None:
+    if asked.checkpoint is not None:
         raise UsageError("runs with an accuracy have no checkpoints", hint="give a tolerance (tol) instead")
-    if times is not None:
+    if asked.times is not None:
         raise UsageError("an accuracy needs evenly spaced output times", hint="give an interval")
-    scene, rest = settled(with_initial(as_scene(model, parameters, without), initial), given.get("start"))
-    found = reach(scene, accuracy, budget=budget, **given)
+    scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
+    scene, rest = settled(scene, asked.start)
+    given = {name: getattr(asked, name) for name in OF_ACCURACY}
+    found = reach(scene, accuracy, **given)
     found.stats["warnings"] += warnings(rest)
     return found

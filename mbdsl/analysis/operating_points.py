@@ -17,10 +17,10 @@ from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array
+from mbdsl.simulation.diagnostics.uncertain_turns import uncertain
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.simulate import simulate
 from mbdsl.simulation.steady_start import settled
-from mbdsl.simulation.uncertain_turns import uncertain_turns
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import values
@@ -147,7 +147,7 @@ def find(
     assert not isinstance(at, str)
     for outputs in OUTPUTS:  # as many as show the turns of angles
         run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start) / outputs, announce=announce)
-        if not uncertain_turns(run):
+        if not uncertain(run):
             break
     t, q, v = float(run.t[-1]), run.q[-1], run.v[-1]
     for body, angle in run.turns.items():

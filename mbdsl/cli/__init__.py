@@ -1,10 +1,10 @@
 """The command line. Each command is a module of this package; the modules are discovered.
 
-A command module has ``register(subparsers)``, which adds its parser and returns it, and ``run(args)``, which does
-the work and returns the exit code. It may have ``add_options(parser, words)`` for options that load slowly; this
-function is called with the words of the command if it is run, but not for its help. Modules whose names begin with an
-underscore are shared helpers. Packages that load slowly are imported inside ``run``, so that ``mbdsl --help`` responds
-immediately.
+A command module has ``COMMAND``, which declares its help and options (:mod:`mbdsl.cli._options`), and ``run(args)``,
+which does the work and returns the exit code. It may have ``add_options(parser, words)`` for options that load slowly;
+this function is called with the words of the command if it is run, but not for its help. Modules whose names begin with
+an underscore are shared helpers. Packages that load slowly are imported inside ``run``, so that ``mbdsl --help``
+responds immediately.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def make_parser(running: str = "", words: Sequence[str] | None = None) -> Parser
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
     for name in [running] if running in names() else names():
         module = importlib.import_module(f"{__name__}.{name}")
-        subparser = module.register(subparsers)
+        subparser = module.COMMAND.register(subparsers, name)
         if name == running and hasattr(module, "add_options"):
             module.add_options(subparser, words)
         subparser.add_argument("--debug", **debug)

@@ -45,12 +45,13 @@ def kept(scene: Scene, quiet: bool, **given: Any) -> tuple[Trajectory, BaseExcep
     """
     from mbdsl.api import simulated
     from mbdsl.simulation.plan import NO_STOP
+    from mbdsl.simulation.run_options import RunOptions
 
     display = None if quiet else Display(sys.stderr)
     failure: BaseException | None = None
     try:
         announce = once(display.say, set()) if display else None
-        trajectory = simulated(scene, progress=display, announce=announce, **given)
+        trajectory = simulated(scene, RunOptions(progress=display, announce=announce, **given))
     except UsageError as problem:
         if problem.hint != NO_STOP or "stop" in given:
             raise

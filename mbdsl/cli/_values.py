@@ -96,19 +96,6 @@ def state(text: str) -> str | float | dict[str, str]:
     return text if text in ("static", "start") else seconds(text)
 
 
-def add_at(parser: argparse.ArgumentParser) -> None:
-    """The state about which a model is linearised."""
-    parser.add_argument(
-        "--at",
-        metavar="STATE",
-        type=state,
-        default="static",
-        help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
-        'velocities; a time such as 1.5s: the state of a simulation at that time; "pin.phi=80 deg,...": the initial '
-        "state with these values",
-    )
-
-
 def named_number(name: str) -> Callable[[str], tuple[str, str]]:
     """X as ``assignment`` reads NAME=X, after a check that X is a number."""
     return lambda text: (name, f"{number(text)!r}")
@@ -176,106 +163,9 @@ def _try_to_write(folder: Path) -> None:
         raise UsageError(f"cannot write into `{folder}`: {problem.strerror or problem}") from problem
 
 
-def add_model(parser: argparse.ArgumentParser, metavar: str = "MODEL", help: str = "the model's file (.mbd)") -> None:
-    """The arguments that every command on a model takes."""
-    parser.add_argument("model", metavar=metavar, help=help)
-    add_changes(parser)
-
-
-def add_changes(parser: argparse.ArgumentParser) -> None:
-    """The arguments that choose and change a model and find its imports."""
-    add_model_name(parser)
-    parser.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        type=assignment,
-        action="append",
-        default=[],
-        help='override a parameter, repeatable; with units: --set "k=120 N/mm"',
-    )
-
-    parser.add_argument(
-        "--without",
-        metavar="EFFECT,...",
-        type=lambda text: tuple(name.strip() for name in text.split(",") if name.strip()),
-        default=(),
-        help="leave effects out: friction, damping, flexibility, gravity",
-    )
-    parser.add_argument(
-        "--allow-imports",
-        action="store_true",
-        help="let the model import files from outside its folder; for models that you trust",
-    )
-
-
-def add_model_name(parser: argparse.ArgumentParser) -> None:
-    """The choice of a model in a file with several."""
-    parser.add_argument(
-        "--model",
-        metavar="NAME",
-        dest="model_name",
-        help="the model to use in a file with several; default: the one with the name of the file, else the last",
-    )
-
-
-def add_methods(parser: argparse.ArgumentParser, default: str = "all") -> None:
-    """The choice of several integrators."""
-    parser.add_argument(
-        "--methods", metavar="NAME,...", type=names, help=f"integrators, or Python files (NAME.py); default: {default}"
-    )
-
-
-def add_method_name(parser: argparse.ArgumentParser) -> None:
-    """The choice of an integrator without its parameters."""
-    parser.add_argument(
-        "--method",
-        metavar="NAME",
-        help="integrator, or a Python file that defines one (NAME.py); default: the model's, else hht-si2",
-    )
-
-
-def add_method(parser: argparse.ArgumentParser) -> None:
-    """The choice of an integrator."""
-    add_method_name(parser)
-    parser.add_argument(
-        "--option",
-        metavar="NAME=X",
-        type=assignment,
-        action="append",
-        default=[],
-        help="parameter of the method, repeatable; `mbdsl methods` lists them, most as --NAME X",
-    )
-
-
-def add_steps(parser: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGroup:
-    """A step size or a tolerance; the group takes further alternatives."""
-    step = parser.add_mutually_exclusive_group()
-    step.add_argument(
-        "--step",
-        metavar="H",
-        type=positive_seconds,
-        help="fixed step size, no longer than the run; default: the model's",
-    )
-    step.add_argument(
-        "--tol",
-        metavar="TOL",
-        type=tolerance,
-        help="error-controlled steps, to this tolerance; default without a step: the model's, else 1e-4 (methods of "
-        "high order and backends: 1e-6)",
-    )
-    return step
-
-
-def add_times(parser: argparse.ArgumentParser) -> None:
-    """Start, stop and output interval."""
-    parser.add_argument("--start", metavar="T0", type=seconds, help="start time; default: the model's, else 0")
-    parser.add_argument("--stop", metavar="T", type=seconds, help="stop time, hit exactly; default: the model's")
-    parser.add_argument(
-        "--interval",
-        metavar="DT",
-        type=interval_seconds,
-        help="output interval; default (stop - start)/500; 0 writes every step",
-    )
+def effects(text: str) -> tuple[str, ...]:
+    """Effects to leave out."""
+    return tuple(names(text))
 
 
 def display_units(text: str) -> str:
@@ -286,33 +176,9 @@ def display_units(text: str) -> str:
     return text
 
 
-def add_units(parser: argparse.ArgumentParser, of_file: bool = False) -> None:
-    """The units in which values are displayed, and the row of units of a ``.csv`` file."""
-    shown = 'show values in these units, each for its quantity: "deg, rpm, kN, mm"'
-    if not of_file:
-        parser.add_argument("--units", metavar="UNIT,...", type=display_units, help=f"{shown}; default: the model's")
-        return
-    parser.add_argument(
-        "--units",
-        metavar="UNIT,...",
-        type=display_units,
-        nargs="?",
-        const="",
-        help=f"{shown}; a .csv file has these units and names them in its second row. Without a list: SI units in a "
-        "second row",
-    )
-
-
 def row_of_units(args: argparse.Namespace) -> bool:
     """Whether a ``.csv`` file has a row of units; False in checkpoints of earlier versions."""
     return getattr(args, "units", None) not in (None, False)
-
-
-def add_table(parser: argparse.ArgumentParser) -> None:
-    """A file for the tables of a study."""
-    parser.add_argument(
-        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row per run, all digits)"
-    )
 
 
 def check_table(args: argparse.Namespace) -> None:
@@ -331,11 +197,6 @@ def check_table(args: argparse.Namespace) -> None:
         output_files.check([args.table], [args.model])
 
 
-def add_size(parser: argparse.ArgumentParser) -> None:
-    """The size of a film or a picture."""
-    parser.add_argument("--size", metavar="WxH", type=_size, help="of a film or picture [px]; default 640x400")
-
-
 def size_of(args: argparse.Namespace, out: str | None) -> tuple[int, int]:
     """The size of the film or picture ``out``.
 
@@ -351,7 +212,7 @@ def size_of(args: argparse.Namespace, out: str | None) -> tuple[int, int]:
     return args.size or (640, 400)
 
 
-def _size(text: str) -> tuple[int, int]:
+def size(text: str) -> tuple[int, int]:
     """Width and height in pixels; even numbers, as films require."""
     width, cross, height = text.lower().partition("x")
     if not (cross and width.isdecimal() and height.isdecimal()):

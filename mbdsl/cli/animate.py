@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.cli._runs import of_arguments
 from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
@@ -17,51 +18,6 @@ if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "animate",
-        help="show the motion of a model or of a result as a page or a film",
-        description="Write one HTML page that plays the motion of a model or of a result of `mbdsl simulate`. The page "
-        "loads nothing and can be mailed; it works in every browser, also on a phone. Or write a film.",
-    )
-    values.add_model(parser, "MODEL|RESULT", "the model's file (.mbd), or a result (.npz) of mbdsl simulate")
-    parser.add_argument(
-        "--result", metavar="FILE", help="result of the model, of a format that does not contain the model (.csv, ...)"
-    )
-    values.add_method(parser)
-    values.add_steps(parser)
-    values.add_times(parser)
-    parser.add_argument(
-        "--signals",
-        metavar="PATTERN,...",
-        help="signals to plot with the motion (globs, expressions); default: coordinates, velocities, "
-        "signals of elements",
-    )
-    values.add_units(parser)
-    parser.add_argument("--trace", metavar="FRAME,...", help="frames and bodies whose path is drawn")
-    parser.add_argument(
-        "--arrows",
-        metavar="GROUP,...",
-        type=_arrows,
-        default=("forces",),
-        help="arrows in a film, or in a page when it opens: forces, reactions, both, or none; default: forces",
-    )
-    parser.add_argument(
-        "--ghost", metavar="RESULT", help="another result, which is drawn pale behind the motion at the same time"
-    )
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        help="a page (.html) or a film (.gif, .mp4); default: the name of the model or result + .html",
-    )
-    parser.add_argument(
-        "--view", choices=("iso", "front", "side", "top"), help="of a model in space; default: iso, from above"
-    )
-    values.add_size(parser)
-    parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
-    return parser
-
-
 def _arrows(text: str) -> tuple[str, ...]:
     """Groups of arrows."""
     found = () if text.strip() == "none" else tuple(values.names(text))
@@ -69,6 +25,30 @@ def _arrows(text: str) -> tuple[str, ...]:
         if group not in ("forces", "reactions"):
             raise argparse.ArgumentTypeError(f"`{text}`: expected forces, reactions, both with a comma, or none")
     return found
+
+
+COMMAND = Command(
+    "show the motion of a model or of a result as a page or a film",
+    "Write one HTML page that plays the motion of a model or of a result of `mbdsl simulate`. The page loads nothing "
+    "and can be mailed; it works in every browser, also on a phone. Or write a film.",
+    """
+    model MODEL|RESULT  the model's file (.mbd), or a result (.npz) of mbdsl simulate
+    @changes
+    --result FILE  result of the model, of a format that does not contain the model (.csv, ...)
+    @method_and_option step tol start stop interval
+    --signals PATTERN,...  signals to plot with the motion (globs, expressions); default: coordinates, velocities,
+        signals of elements
+    @units
+    --trace FRAME,...  frames and bodies whose path is drawn
+    --arrows GROUP,...  arrows in a film, or in a page when it opens: forces, reactions, both, or none; default: forces
+    --ghost RESULT  another result, which is drawn pale behind the motion at the same time
+    --out FILE  a page (.html) or a film (.gif, .mp4); default: the name of the model or result + .html
+    --view {iso,front,side,top}  of a model in space; default: iso, from above
+    @size
+    @quiet
+    """,
+    arrows={"type": _arrows, "default": ("forces",)},
+)
 
 
 def run(args: argparse.Namespace) -> int:

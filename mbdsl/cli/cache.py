@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, few
 
@@ -18,16 +19,15 @@ if TYPE_CHECKING:
 CONTENTS = {"step loops": "mbdsl_method_", "equations": "mbdsl_emitted_"}
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "cache",
-        help="show or empty the folder of machine code and of runs of studies",
-        description="Show the folder of machine code and runs of studies, its content, and the reason if it is not "
-        "used. MBDSL_CACHE_DIR names another folder; its path has to be absolute, and only you and root may have "
-        "permission to write into it.",
-    )
-    parser.add_argument("--clear", action="store_true", help="remove the files that mbdsl wrote there")
-    return parser
+COMMAND = Command(
+    "show or empty the folder of machine code and of runs of studies",
+    "Show the folder of machine code and runs of studies, its content, and the reason if it is not used. "
+    "MBDSL_CACHE_DIR names another folder; its path has to be absolute, and only you and root may have permission to "
+    "write into it.",
+    """
+    --clear  remove the files that mbdsl wrote there
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

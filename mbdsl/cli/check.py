@@ -5,21 +5,20 @@ from __future__ import annotations
 import argparse
 import sys
 
+from mbdsl.cli._options import Command
 from mbdsl.cli._streams import print_problem
-from mbdsl.cli._values import add_model, load_model
+from mbdsl.cli._values import load_model
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "check",
-        help="parse a model, assemble it, report its mobility and problems",
-        description="Parse a model, check names, units and structure, count its degrees of freedom, and assemble it: "
-        "loops that cannot close, initial values that contradict each other and masses that make the equations "
-        "singular are errors. Nothing is compiled.",
-    )
-    add_model(parser)
-    parser.add_argument("--quick", action="store_true", help="do not assemble the model")
-    return parser
+COMMAND = Command(
+    "parse a model, assemble it, report its mobility and problems",
+    "Parse a model, check names, units and structure, count its degrees of freedom, and assemble it: loops that "
+    "cannot close, initial values that contradict each other and masses that make the equations singular are errors. "
+    "Nothing is compiled.",
+    """
+    @model
+    --quick  do not assemble the model
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
 from mbdsl.results.selection import select
@@ -22,32 +23,32 @@ if TYPE_CHECKING:
     Columns = dict[str, np.ndarray]
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    suffixes = ", ".join(results.formats())
-    parser = subparsers.add_parser(
-        "convert",
-        help="write a result file in another format, or a part of it",
-        description=f"Write a result in the format of another suffix ({suffixes}). Files of any length are read and "
-        "written in parts.",
-    )
-    parser.add_argument("result", metavar="RESULT", help=f"result file ({suffixes})")
-    parser.add_argument("--out", metavar="FILE", required=True, help="the file to write; its suffix is the format")
-    parser.add_argument("--signals", metavar="PATTERN,...", help="signals to write (globs, expressions); default: all")
-    parser.add_argument("--start", metavar="T0", type=values.seconds, help="leave out earlier rows")
-    parser.add_argument("--stop", metavar="T1", type=values.seconds, help="leave out later rows")
-    thin = parser.add_mutually_exclusive_group()
-    thin.add_argument("--every", metavar="N", type=_whole, help="write every N-th row, beginning with the first")
-    thin.add_argument(
-        "--most", metavar="N", type=_whole, help="write at most N rows, with the least and largest values of signals"
-    )
-    values.add_units(parser, of_file=True)
-    return parser
+SUFFIXES = ", ".join(results.formats())  #: of result files
 
 
 def _whole(text: str) -> int:
     if not text.isdecimal() or not int(text):
         raise argparse.ArgumentTypeError(f"expected a whole number above 0, found `{text}`")
     return int(text)
+
+
+COMMAND = Command(
+    "write a result file in another format, or a part of it",
+    f"Write a result in the format of another suffix ({SUFFIXES}). Files of any length are read and written in parts.",
+    f"""
+    result RESULT  result file ({SUFFIXES})
+    --out FILE  the file to write; its suffix is the format
+    --signals PATTERN,...  signals to write (globs, expressions); default: all
+    --start T0  leave out earlier rows
+    --stop T1  leave out later rows
+    --every N  write every N-th row, beginning with the first
+    | --most N  write at most N rows, with the least and largest values of signals
+    @units_of_file
+    """,
+    out={"required": True},
+    every=_whole,
+    most=_whole,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
@@ -27,32 +28,22 @@ def number_of_modes(text: str) -> int:
     return int(text)
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "eigen",
-        help="eigenmodes of a model: frequencies, damping, shapes",
-        description="Linearise a model about a state; print frequencies, damping ratios and the bodies that move most.",
-    )
-    values.add_model(parser)
-    values.add_at(parser)
-    parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
-    values.add_units(parser)
-    parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json), or "
-                        "a table of the modes (.md, .tex)")  # fmt: skip
-    parser.add_argument("--animate", action="store_true", help="write a page that animates the mode shapes")
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        help="with --animate: a page (.html) or a film of one mode (.gif, .mp4); default: NAME-modes.html",
-    )
-    parser.add_argument(
-        "--mode",
-        metavar="N",
-        type=number_of_modes,
-        help="with --animate: the mode of a film, or the first on a page; default: the first that oscillates",
-    )
-    values.add_size(parser)
-    return parser
+COMMAND = Command(
+    "eigenmodes of a model: frequencies, damping, shapes",
+    "Linearise a model about a state; print frequencies, damping ratios and the bodies that move most.",
+    """
+    @model at
+    --count N  number of modes; default 10
+    @units
+    --output FILE  write frequencies, damping and shapes (.csv, .json), or a table of the modes (.md, .tex)
+    --animate  write a page that animates the mode shapes
+    --out FILE  with --animate: a page (.html) or a film of one mode (.gif, .mp4); default: NAME-modes.html
+    --mode N  with --animate: the mode of a film, or the first on a page; default: the first that oscillates
+    @size
+    """,
+    count={"type": number_of_modes, "default": 10},
+    mode=number_of_modes,
+)
 
 
 def run(args: argparse.Namespace) -> int:

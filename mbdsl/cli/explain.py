@@ -6,23 +6,19 @@ import argparse
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "explain",
-        help="list the effects of a model and their costs",
-        description="Print a receipt: every effect, whether the model contains it and why, the unknowns and code that "
-        "it adds, its measured share of a step, and the bodies that were merged, split off or eliminated.",
-    )
-    values.add_model(parser)
-    values.add_method_name(parser)
-    parser.add_argument(
-        "--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's, else 1 ms"
-    )
-    parser.add_argument("--signals", metavar="PATTERN,...", help="output signals to include")
-    parser.add_argument("--no-time", action="store_true", help="measure nothing")
-    return parser
+COMMAND = Command(
+    "list the effects of a model and their costs",
+    "Print a receipt: every effect, whether the model contains it and why, the unknowns and code that it adds, its "
+    "measured share of a step, and the bodies that were merged, split off or eliminated.",
+    """
+    @model method
+    --step H  step size; default: the model's, else 1 ms
+    --signals PATTERN,...  output signals to include
+    --no-time  measure nothing
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

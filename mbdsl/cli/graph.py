@@ -7,28 +7,21 @@ import shutil
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.cli._streams import print_problem, verbatim
 from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "graph",
-        help="show which joints connect which bodies",
-        description="Show the bodies of a model and the joints, drivers and forces between them: loops, redundant "
-        "joints, bodies that are solved as one, and the bodies that drivers move. Without --out, print a tree.",
-    )
-    values.add_model(parser)
-    parser.add_argument(
-        "--out", metavar="FILE", help="picture or page: .svg, .html, .png, .pdf (the last two with the extra `plot`)"
-    )
-    parser.add_argument(
-        "--quick",
-        action="store_true",
-        help="do not search for redundant constraints; the search may compile code",
-    )
-    return parser
+COMMAND = Command(
+    "show which joints connect which bodies",
+    "Show the bodies of a model and the joints, drivers and forces between them: loops, redundant joints, bodies that"
+    " are solved as one, and the bodies that drivers move. Without --out, print a tree.",
+    """
+    @model
+    --out FILE  picture or page: .svg, .html, .png, .pdf (the last two with the extra `plot`)
+    --quick  do not search for redundant constraints; the search may compile code
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,22 +6,12 @@ import argparse
 import textwrap
 from collections.abc import Callable
 
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.messages import did_you_mean
 from mbdsl.plotting.terminal_text import text_width
 
 COLUMNS = 80
-
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "help",
-        help="show the help of a command or a topic",
-        description="Show the help of a command, as `mbdsl COMMAND --help` does, or of a topic: "
-        f"{', '.join(TOPICS)}, or a kind such as Revolute. Without an argument, list the commands.",
-    )
-    parser.add_argument("words", metavar="COMMAND|TOPIC", nargs="*", help="a command (study energy), a topic, a kind")
-    return parser
 
 
 def run(args: argparse.Namespace) -> int:
@@ -105,3 +95,11 @@ def _effects() -> str:
 
 
 TOPICS: dict[str, Callable[[], str]] = {"units": _units, "kinds": _kinds, "effects": _effects}
+COMMAND = Command(
+    "show the help of a command or a topic",
+    "Show the help of a command, as `mbdsl COMMAND --help` does, or of a topic: "
+    f"{', '.join(TOPICS)}, or a kind such as Revolute. Without an argument, list the commands.",
+    """
+    words COMMAND|TOPIC ...  a command (study energy), a topic, a kind
+    """,
+)

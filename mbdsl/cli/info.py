@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.messages import count, duration, few, visible
 from mbdsl.plotting.terminal_text import text_width
 from mbdsl.results.selection import select
@@ -22,21 +23,16 @@ WIDTH = 80  #: columns where the width of the terminal is not known
 ABOUT = ("model", "method", "options", "step", "tolerance", "error", "horizon", "steps", "iterations", "version")
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "info",
-        help="show the content of a result file",
-        description="Print model, method, times and rows of a result file, and the unit, the first, the last, the "
-        "least and the largest value of its signals.",
-    )
-    parser.add_argument("result", metavar="RESULT", help="result file")
-    parser.add_argument(
-        "--signals",
-        metavar="PATTERN,...",
-        help=f"signals to list (globs, expressions); default: the first {MOST}; '*' lists all",
-    )
-    values.add_units(parser)
-    return parser
+COMMAND = Command(
+    "show the content of a result file",
+    "Print model, method, times and rows of a result file, and the unit, the first, the last, the least and the "
+    "largest value of its signals.",
+    f"""
+    result RESULT  result file
+    --signals PATTERN,...  signals to list (globs, expressions); default: the first {MOST}; '*' lists all
+    @units
+    """,
+)
 
 
 @dataclass

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.storage.output_files import check, write_text, writing
 
@@ -20,23 +21,19 @@ TABLES = (".md", ".tex")
 SUFFIXES = (".json", ".mat", ".npz", *TABLES)
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "linearise",
-        help="linear state-space model: A, B, C, D about a state",
-        description="Linearise a model about a state in minimal coordinates; print names, units and the matrices of "
-        "x' = A x + B u, y = C x + D u, for deviations x, u and y from that state.",
-    )
-    values.add_model(parser)
-    values.add_at(parser)
-    parser.add_argument("--inputs", metavar="NAME,...", type=values.names, help="inputs u, or forces such as push.fx; "
-                        "default: all inputs of the model")  # fmt: skip
-    parser.add_argument(
-        "--signals", metavar="NAME,...", type=values.patterns, help="outputs y, such as pin.phi; default: the states"
-    )
-    parser.add_argument("--output", metavar="FILE", help="write matrices, names and units (.json, .mat, .npz, or "
-                        "as tables .md, .tex)")  # fmt: skip
-    return parser
+COMMAND = Command(
+    "linear state-space model: A, B, C, D about a state",
+    "Linearise a model about a state in minimal coordinates; print names, units and the matrices of x' = A x + B u, y"
+    " = C x + D u, for deviations x, u and y from that state.",
+    """
+    @model at
+    --inputs NAME,...  inputs u, or forces such as push.fx; default: all inputs of the model
+    --signals NAME,...  outputs y, such as pin.phi; default: the states
+    --output FILE  write matrices, names and units (.json, .mat, .npz, or as tables .md, .tex)
+    """,
+    inputs=values.names,
+    signals=values.patterns,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -7,25 +7,20 @@ import os
 import signal
 import sys
 
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.simulation.interrupts import SIGNALS
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "lsp",
-        help="start the language server for editors",
-        description="Start the language server, which editors use for error messages, completion, documentation and "
-        "navigation. It speaks the Language Server Protocol over standard input and output. The page docs/editors.md "
-        "describes the settings of editors.",
-    )
-    parser.add_argument("--stdio", action="store_true", help="the default, for editors that add this option")
-    parser.add_argument(
-        "--allow-imports",
-        action="store_true",
-        help="allow models to import files from outside their folder; only for models that you trust",
-    )
-    return parser
+COMMAND = Command(
+    "start the language server for editors",
+    "Start the language server, which editors use for error messages, completion, documentation and navigation. It "
+    "speaks the Language Server Protocol over standard input and output. The page docs/editors.md describes the "
+    "settings of editors.",
+    """
+    --stdio  the default, for editors that add this option
+    --allow-imports  allow models to import files from outside their folder; only for models that you trust
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

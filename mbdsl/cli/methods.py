@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import argparse
 
+from mbdsl.cli._options import Command
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "methods",
-        help="list the integrators",
-        description="List the integrators: order, index of the formulation, enforced constraints, parameters, source.",
-    )
-    parser.add_argument(
-        "methods",
-        metavar="NAME",
-        nargs="*",
-        help="integrators, or Python files (NAME.py); default: all",
-    )
-    return parser
+COMMAND = Command(
+    "list the integrators",
+    "List the integrators: order, index of the formulation, enforced constraints, parameters, source.",
+    """
+    methods NAME ...  integrators, or Python files (NAME.py); default: all
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import visible
@@ -25,45 +26,28 @@ MODEL = ".mbd"
 BRAILLE = "⠿┤─−"  #: characters that the encoding of the terminal needs, or ASCII is used
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "plot",
-        help="plot signals of results",
-        description="Plot signals of results: to a file, or without --out in characters on the terminal.",
-    )
-    suffixes = ", ".join(results.formats())
-    parser.add_argument(
-        "results",
-        metavar="RESULT",
-        nargs="+",
-        help=f"result file ({suffixes}), or a model ({MODEL}), which is simulated with its own settings",
-    )
-    values.add_model_name(parser)
-    parser.add_argument(
-        "--signals",
-        metavar="PATTERN,...",
-        help="signals to plot (globs, expressions); default: coordinates of joints, drivers, free bodies that change",
-    )
-    parser.add_argument("--against", metavar="SIGNAL", help="signal on the horizontal axis; default: the time")
-    parser.add_argument(
-        "--difference", action="store_true", help="the second and further results minus the first, at its times"
-    )
-    parser.add_argument("--spectrum", action="store_true", help="amplitude spectra over the frequency")
-    parser.add_argument(
-        "--along",
-        metavar="PATTERN,...",
-        help="signals along an array (`joint[:].tau`), or in the sections of a rod or beam (`beam.M`), at the times "
-        "--at, as a table or with --out as a plot",
-    )
-    parser.add_argument(
-        "--at", metavar="TIME,...", type=values.list_of(values.seconds), help="times of --along; default: the end"
-    )
-    values.add_units(parser)
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--out", metavar="FILE", help="picture or page: .png, .pdf (extra `plot`), .svg, .html; with "
-                      "--along also a table: .csv, .md, .tex")  # fmt: skip
-    what.add_argument("--list", action="store_true", help="print the names and units of the signals")
-    return parser
+SUFFIXES = ", ".join(results.formats())  #: of result files
+COMMAND = Command(
+    "plot signals of results",
+    "Plot signals of results: to a file, or without --out in characters on the terminal.",
+    f"""
+    results RESULT  result file ({SUFFIXES}), or a model ({MODEL}), which is simulated with its own settings
+    @model_name
+    --signals PATTERN,...  signals to plot (globs, expressions); default: coordinates of joints, drivers, free bodies
+        that change
+    --against SIGNAL  signal on the horizontal axis; default: the time
+    --difference  the second and further results minus the first, at its times
+    --spectrum  amplitude spectra over the frequency
+    --along PATTERN,...  signals along an array (`joint[:].tau`), or in the sections of a rod or beam (`beam.M`), at the
+        times --at, as a table or with --out as a plot
+    --at TIME,...  times of --along; default: the end
+    @units
+    --out FILE  picture or page: .png, .pdf (extra `plot`), .svg, .html; with --along also a table: .csv, .md, .tex
+    | --list  print the names and units of the signals
+    """,
+    results={"nargs": "+"},
+    at={"type": values.list_of(values.seconds), "default": None},
+)
 
 
 def run(args: argparse.Namespace) -> int:

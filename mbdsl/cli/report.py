@@ -7,41 +7,30 @@ import shlex
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
 from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "report",
-        help="write a page about a model and its run",
-        description="Simulate a model and write one HTML page: its text, picture, graph and effects, the motion, main "
-        "signals, energy and constraint drift, the run's statistics, and the data that are required to repeat it. The "
-        "page loads nothing and can be mailed or printed.",
-    )
-    values.add_model(parser)
-    values.add_method(parser)
-    values.add_steps(parser)
-    values.add_times(parser)
-    parser.add_argument(
-        "--signals",
-        metavar="PATTERN,...",
-        help="signals to plot (globs, expressions); default: changing coordinates of joints, drivers, bodies",
-    )
-    values.add_units(parser)
-    parser.add_argument("--eigen", action="store_true", help="include the eigenmodes and their shapes")
-    parser.add_argument(
-        "--at",
-        metavar="STATE",
-        type=values.state,
-        help="with --eigen: the state, static (default), start, a time such as 1.5s, or values such as "
-        '"pin.phi=80 deg"; see `mbdsl eigen`',
-    )
-    parser.add_argument("--out", metavar="FILE", help="the page (.html); default: NAME-report.html")
-    parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
-    return parser
+COMMAND = Command(
+    "write a page about a model and its run",
+    "Simulate a model and write one HTML page: its text, picture, graph and effects, the motion, main signals, energy"
+    " and constraint drift, the run's statistics, and the data that are required to repeat it. The page loads nothing"
+    " and can be mailed or printed.",
+    """
+    @model method_and_option step tol start stop interval
+    --signals PATTERN,...  signals to plot (globs, expressions); default: changing coordinates of joints, drivers,
+        bodies
+    @units
+    --eigen  include the eigenmodes and their shapes
+    --at STATE  with --eigen: the state, static (default), start, a time such as 1.5s, or values such as "pin.phi=80
+        deg"; see `mbdsl eigen`
+    --out FILE  the page (.html); default: NAME-report.html
+    @quiet
+    """,
+    at={"default": None},
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -7,60 +7,34 @@ import sys
 from dataclasses import replace
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
-AMPLITUDES = ("1", "w", "w^2", "1/w", "1/w^2")
-
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "response",
-        help="frequency response: amplitude, phase, resonances",
-        description="Linearise a model about a state; print amplitudes and phases of signals over the frequency of an "
-        "input (a Bode diagram), and name its resonances.",
-    )
-    values.add_model(parser)
-    parser.add_argument(
-        "--inputs",
-        "--input",
-        dest="input",
-        metavar="NAME,...",
-        type=values.patterns,
-        help="what oscillates: an input of the model, a force (push.fx), a driver (base.s), or "
-        "rotating(push.fx, push.fy); default: all inputs of the model",
-    )
-    parser.add_argument(
-        "--signals",
-        "--output",
-        dest="output",
-        metavar="SIGNAL,...",
-        type=values.patterns,
-        help="outputs, such as pin.phi; default: coordinates",
-    )
-    parser.add_argument(
-        "--range", metavar="F1:F2", help='frequencies, 0.1:100Hz or "1:600 rad/s"; default: those of the poles'
-    )
-    values.add_at(parser)
-    parser.add_argument(
-        "--amplitude",
-        choices=AMPLITUDES,
-        default="1",
-        help="how the amplitude of the input depends on the angular frequency: w^2 for an unbalance; with 1/w^2 the "
-        "acceleration of a driver has the same amplitude at all frequencies, as on a shaker; default 1",
-    )
-    values.add_units(parser)
-    parser.add_argument("--plot", action="store_true", help="draw amplitude and phase in characters")
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="write the values (.csv, .json), tables (.md, .tex), a plot (.svg, .png, .pdf) or a page (.html); "
-        "(.png and .pdf need the extra `plot`); repeatable",
-    )
-    return parser
+COMMAND = Command(
+    "frequency response: amplitude, phase, resonances",
+    "Linearise a model about a state; print amplitudes and phases of signals over the frequency of an input (a Bode "
+    "diagram), and name its resonances.",
+    """
+    @model
+    --inputs, --input NAME,...  what oscillates: an input of the model, a force (push.fx), a driver (base.s), or
+        rotating(push.fx, push.fy); default: all inputs of the model
+    --signals, --output SIGNAL,...  outputs, such as pin.phi; default: coordinates
+    --range F1:F2  frequencies, 0.1:100Hz or "1:600 rad/s"; default: those of the poles
+    @at
+    --amplitude {1,w,w^2,1/w,1/w^2}  how the amplitude of the input depends on the angular frequency: w^2 for an
+        unbalance; with 1/w^2 the acceleration of a driver has the same amplitude at all frequencies, as on a shaker;
+        default 1
+    @units
+    --plot  draw amplitude and phase in characters
+    --out FILE ...  write the values (.csv, .json), tables (.md, .tex), a plot (.svg, .png, .pdf) or a page (.html);
+        (.png and .pdf need the extra `plot`); repeatable
+    """,
+    inputs={"dest": "input", "type": values.patterns},
+    signals={"dest": "output", "type": values.patterns},
+    amplitude={"default": "1"},
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,30 +9,24 @@ from types import NoneType
 from typing import Any
 
 from mbdsl import results
-from mbdsl.cli import _values as values
 from mbdsl.cli import simulate
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "resume",
-        help="continue a simulation from its checkpoint",
-        description="Continue a run from a checkpoint of `mbdsl simulate --checkpoint FILE`. The result equals that of "
-        "an uninterrupted run, bit for bit. It is written to --output, by default to the file of that name beside the "
-        "checkpoint. The model must not have changed.",
-    )
-    parser.add_argument("checkpoint", metavar="FILE", help="the checkpoint; it is removed when the run is done")
-    parser.add_argument(
-        "--method", metavar="FILE.py", help="the Python file of the method, if the run was started with one"
-    )
-    parser.add_argument("--output", metavar="FILE", help="result file; default: its former name beside the checkpoint")
-    parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times; default: as --output")
-    values.add_units(parser, of_file=True)
-    talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="print errors and warnings only")
-    talk.add_argument("--verbose", action="store_true", help="print more details")
-    return parser
+COMMAND = Command(
+    "continue a simulation from its checkpoint",
+    "Continue a run from a checkpoint of `mbdsl simulate --checkpoint FILE`. The result equals that of an "
+    "uninterrupted run, bit for bit. It is written to --output, by default to the file of that name beside the "
+    "checkpoint. The model must not have changed.",
+    """
+    checkpoint FILE  the checkpoint; it is removed when the run is done
+    --method FILE.py  the Python file of the method, if the run was started with one
+    --output FILE  result file; default: its former name beside the checkpoint
+    --stats FILE.json  write counts and phase times; default: as --output
+    @units_of_file
+    @talk
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,28 +6,26 @@ import argparse
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from mbdsl.cli._options import Command
 from mbdsl.cli._streams import verbatim
-from mbdsl.cli._values import add_model, load_model
+from mbdsl.cli._values import load_model
 from mbdsl.errors import UsageError
 
 if TYPE_CHECKING:
     from mbdsl.mechanism.reduction import Reduction
     from mbdsl.system import System
 
-STAGES = ("syntax", "scene", "graph", "system", "code")
-
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "show",
-        help="print any stage between text and trajectory",
-        description="Print a stage of the pipeline: the syntax tree, the scene (components with all numbers in SI), "
-        "the mechanism's graph, the system of equations, or the generated code. The last two are shown after the "
-        "reductions, which are listed.",
-    )
-    parser.add_argument("--stage", choices=STAGES, required=True, help="what to print")
-    add_model(parser)
-    return parser
+COMMAND = Command(
+    "print any stage between text and trajectory",
+    "Print a stage of the pipeline: the syntax tree, the scene (components with all numbers in SI), the mechanism's "
+    "graph, the system of equations, or the generated code. The last two are shown after the reductions, which are "
+    "listed.",
+    """
+    --stage {syntax,scene,graph,system,code}  what to print
+    @model
+    """,
+    stage={"required": True},
+)
 
 
 def run(args: argparse.Namespace) -> int:

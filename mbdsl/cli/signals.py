@@ -8,30 +8,20 @@ import json
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.messages import cell, count
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "signals",
-        help="list the signals of a model with units and meanings",
-        description="List the signals of a model, which --signals selects in other commands, with units and meanings. "
-        "Without a PATTERN, bodies, joints and frames with the same signals are listed together.",
-    )
-    values.add_model(parser)
-    parser.add_argument(
-        "patterns",
-        metavar="PATTERN",
-        nargs="*",
-        help="list full names that match: a name, or a glob such as 'crank.*'; '*' lists all",
-    )
-    parser.add_argument(
-        "--format",
-        choices=("text", "csv", "json"),
-        default="text",
-        help="text (default); csv or json: full names for other programs",
-    )
-    return parser
+COMMAND = Command(
+    "list the signals of a model with units and meanings",
+    "List the signals of a model, which --signals selects in other commands, with units and meanings. Without a "
+    "PATTERN, bodies, joints and frames with the same signals are listed together.",
+    """
+    @model
+    patterns PATTERN ...  list full names that match: a name, or a glob such as 'crank.*'; '*' lists all
+    --format {text,csv,json}  text (default); csv or json: full names for other programs
+    """,
+    format={"default": "text"},
+)
 
 
 def run(args: argparse.Namespace) -> int:

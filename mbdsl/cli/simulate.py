@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._arguments import Parser
+from mbdsl.cli._options import Command
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.messages import count, few, once, visible
@@ -30,84 +31,43 @@ if TYPE_CHECKING:
     from mbdsl.initial.consistent import Moved
     from mbdsl.mechanism.scene import Scene
     from mbdsl.results.rows_file import Column
+    from mbdsl.simulation.checkpoint import Checkpoint
     from mbdsl.simulation.streaming import Stream
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
 
 
+#: options of a run that are words of the command
+NAMES = ("method", "step", "tol", "accuracy", "start", "stop", "interval", "force", "general", "initial")
 MOST_PEAKS = 3  #: number of peaks between outputs that are printed
 MOST_EXTREMES = 12  #: number of signals whose extremes are printed without --verbose
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "simulate",
-        help="integrate a model and write its trajectory",
-        description="Integrate a model in time and write signals to a file. Times take units: 2, 2s, 1ms.",
-    )
-    values.add_model(parser)
-    values.add_method(parser)
-    parser.add_argument("--force", action="store_true", help="allow parameters known to fail on constrained models")
-    parser.add_argument(
-        "--general", action="store_true", help="solve the unreduced equations with general code, for comparison"
-    )
-    step = values.add_steps(parser)
-    step.add_argument(
-        "--accuracy",
-        metavar="E",
-        type=values.tolerance,
-        help="find method and step for this relative error of positions and velocities",
-    )
-    parser.add_argument(
-        "--verify", action="store_true", help="repeat the run with another method and print the digits that agree"
-    )
-    parser.add_argument(
-        "--budget",
-        metavar="T",
-        type=values.positive_seconds,
-        help="time budget of --verify, or of the check of --accuracy; default: ten times the run, at least 10 s "
-        "(--accuracy: twice that)",
-    )
-    values.add_times(parser)
-    parser.add_argument(
-        "--from",
-        dest="initial",
-        choices=("static",),
-        help="start at rest at the equilibrium that `mbdsl static` finds; default: the initial values of the model",
-    )
-    parser.add_argument(
-        "--input",
-        metavar="NAME=FILE",
-        action="append",
-        default=[],
-        help="values of an input over time: the columns `time` and NAME (or the only other one) of a result file or "
-        "CSV, in SI units or those of its row of units; linear between the rows",
-    )
-    parser.add_argument(
-        "--signals",
-        metavar="PATTERN,...",
-        help="signals to write (globs, expressions); default: coordinates and velocities of all bodies",
-    )
-    suffixes = ", ".join(results.formats())
-    parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")
-    values.add_units(parser, of_file=True)
-    parser.add_argument(
-        "--checkpoint",
-        metavar="FILE",
-        help="write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is done",
-    )
-    parser.add_argument(
-        "--checkpoint-every",
-        metavar="T",
-        type=values.interval_seconds,
-        default=60.0,
-        help="time between checkpoints, wall clock; default 60 s. An interrupted run always writes one",
-    )
-    parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times")
-    talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="print errors and warnings only")
-    talk.add_argument("--verbose", action="store_true", help="print more details")
-    return parser
+SUFFIXES = ", ".join(results.formats())  #: of result files
+COMMAND = Command(
+    "integrate a model and write its trajectory",
+    "Integrate a model in time and write signals to a file. Times take units: 2, 2s, 1ms.",
+    f"""
+    @model method_and_option
+    @force general step tol accuracy
+    --verify  repeat the run with another method and print the digits that agree
+    @budget start stop interval
+    --from {{static}}  start at rest at the equilibrium that `mbdsl static` finds; default: the initial values of the
+        model
+    --input NAME=FILE ...  values of an input over time: the columns `time` and NAME (or the only other one) of a result
+        file or CSV, in SI units or those of its row of units; linear between the rows
+    --signals PATTERN,...  signals to write (globs, expressions); default: coordinates and velocities of all bodies
+    --output FILE  result file ({SUFFIXES}); default: the model's name + .csv
+    @units_of_file
+    --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is
+        done
+    --checkpoint-every T  time between checkpoints, wall clock; default 60 s. An interrupted run always writes one
+    --stats FILE.json  write counts and phase times
+    @talk
+    """,
+    from_={"dest": "initial"},
+    checkpoint_every={"type": values.interval_seconds, "default": 60.0},
+)
 
 
 def add_options(parser: argparse.ArgumentParser, words: Sequence[str] | None = None) -> None:
@@ -186,32 +146,22 @@ def _run(
     resumed: bool,
 ) -> int:
     from mbdsl.api import simulated
+    from mbdsl.simulation.run_options import RunOptions
 
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
     failure, over = None, False
-    asked: dict = {"signals": values.patterns(args.signals)} if args.signals else {}
+    asked = RunOptions(
+        **{name: getattr(args, name) for name in NAMES},
+        options=options,
+        budget=args.budget if args.accuracy is not None else None,
+        signals=values.patterns(args.signals) if args.signals else None,
+        progress=display,
+        announce=once(display.say, said) if display else None,
+        checkpoint=kept(args, output, resumed) if args.checkpoint else None,
+    )
     try:
-        trajectory = simulated(
-            scene,
-            method=args.method,
-            step=args.step,
-            tol=args.tol,
-            accuracy=args.accuracy,
-            budget=args.budget if args.accuracy is not None else None,
-            start=args.start,
-            stop=args.stop,
-            interval=args.interval,
-            options=options,
-            force=args.force,
-            general=args.general,
-            initial=args.initial,
-            progress=display,
-            announce=once(display.say, said) if display else None,
-            **kept(args, output, resumed),
-            **taken(stream),
-            **asked,
-        )
+        trajectory = simulated(scene, asked, stream)
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem
         if trajectory is None:
@@ -300,10 +250,8 @@ def resuming(args: argparse.Namespace, output: str) -> str:
     return shlex.join(words)
 
 
-def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
-    """The additional arguments of a simulation with checkpoints."""
-    if not args.checkpoint:
-        return {}
+def kept(args: argparse.Namespace, output: str, resumed: bool) -> Checkpoint:
+    """The checkpoint of a simulation, with the words of its command."""
     from mbdsl.simulation.checkpoint import Checkpoint
 
     apart = ("run", "command", "debug", "quiet", "verbose", "checkpoint")
@@ -314,12 +262,7 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
     file = file if file != args.method else None
     for name, path in (("model", args.model), ("output", output), ("stats", args.stats), ("method_file", file)):
         command[name] = str(Path(path).absolute()) if path else None
-    return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
-
-
-def taken(stream: Stream | None) -> dict:
-    """The additional argument of a simulation whose rows are taken while it goes on."""
-    return {} if stream is None else {"stream": stream}
+    return Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)
 
 
 def second_opinion(

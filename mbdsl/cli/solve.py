@@ -6,42 +6,30 @@ import argparse
 import sys
 
 from mbdsl.cli import _values as values
-from mbdsl.cli.sweep import add_runs, once
+from mbdsl.cli._options import Command
+from mbdsl.cli.sweep import once
 from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "solve",
-        help="find the value of a parameter that gives a result",
-        description="Find the value of a parameter, within a range, for which a measure of the model has a given "
-        "value; or the values of two parameters for two measures. Print the value with its error, or what was reached "
-        "over the range; the exit code is then 4. Runs are stored: after Ctrl-C the same command continues.",
-    )
-    values.add_model(parser)
-    parser.add_argument(
-        "--vary",
-        metavar="NAME=START:STOP",
-        type=values.sought,
-        action="append",
-        required=True,
-        help='a parameter and the range in which it is sought: m=100:1000kg, "k=1:1000:log N/mm"; twice for two',
-    )
-    parser.add_argument(
-        "--for",
-        dest="conditions",
-        metavar="F(SIGNAL)=VALUE",
-        action="append",
-        required=True,
-        help='a measure and its value, "max(shaft.w) = 160 rpm"; final, min, max, maxabs, mean, rms, amplitude, '
-        "period, time_of_max, time_of_min of a signal in a run, time_when(CONDITION, first|last|count), "
-        "at(SIGNAL, TIME|CONDITION), at_max(SIGNAL, OTHER), at_min, static(SIGNAL) at the equilibrium, or "
-        "frequency(N), damped_frequency(N), damping(N) of mode N; twice for two parameters",
-    )
-    add_runs(parser)
-    parser.add_argument("--quiet", action="store_true", help="print errors only")
-    return parser
+COMMAND = Command(
+    "find the value of a parameter that gives a result",
+    "Find the value of a parameter, within a range, for which a measure of the model has a given value; or the values"
+    " of two parameters for two measures. Print the value with its error, or what was reached over the range; the "
+    "exit code is then 4. Runs are stored: after Ctrl-C the same command continues.",
+    """
+    @model
+    --vary NAME=START:STOP  a parameter and the range in which it is sought: m=100:1000kg, "k=1:1000:log N/mm"; twice
+        for two
+    --for F(SIGNAL)=VALUE  a measure and its value, "max(shaft.w) = 160 rpm"; final, min, max, maxabs, mean, rms,
+        amplitude, period, time_of_max, time_of_min of a signal in a run, time_when(CONDITION, first|last|count),
+        at(SIGNAL, TIME|CONDITION), at_max(SIGNAL, OTHER), at_min, static(SIGNAL) at the equilibrium, or frequency(N),
+        damped_frequency(N), damping(N) of mode N; twice for two parameters
+    @runs
+    --quiet  print errors only
+    """,
+    vary={"type": values.sought, "action": "append", "required": True},
+    for_={"dest": "conditions", "action": "append", "required": True},
+)
 
 
 def run(args: argparse.Namespace) -> int:

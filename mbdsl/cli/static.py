@@ -7,40 +7,28 @@ import sys
 
 from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.cli.simulate import check_signals
 from mbdsl.errors import UsageError
 from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "static",
-        help="find the static equilibrium of a model",
-        description="Find the equilibrium that overdamped motion reaches from the initial positions of a model, and "
-        "print positions, reactions and stability.",
-    )
-    values.add_model(parser)
-    parser.add_argument(
-        "--start",
-        metavar="T0",
-        type=values.seconds,
-        help="time at which drivers and forces are evaluated; default: start time",
-    )
-    parser.add_argument("--signals", metavar="PATTERN,...", help="signals to print or write (globs)")
-    suffixes = ", ".join(results.formats())
-    parser.add_argument("--output", metavar="FILE", help=f"write one row to a result file ({suffixes})")
-    values.add_units(parser, of_file=True)
-    parser.add_argument(
-        "--show", action="store_true", help="draw the equilibrium, its forces and the initial positions as a page"
-    )
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        help="with --show: a page (.html) or a picture (.png, .svg, .pdf); default: NAME-equilibrium.html",
-    )
-    values.add_size(parser)
-    return parser
+SUFFIXES = ", ".join(results.formats())  #: of result files
+COMMAND = Command(
+    "find the static equilibrium of a model",
+    "Find the equilibrium that overdamped motion reaches from the initial positions of a model, and print positions, "
+    "reactions and stability.",
+    f"""
+    @model
+    --start T0  time at which drivers and forces are evaluated; default: start time
+    --signals PATTERN,...  signals to print or write (globs)
+    --output FILE  write one row to a result file ({SUFFIXES})
+    @units_of_file
+    --show  draw the equilibrium, its forces and the initial positions as a page
+    --out FILE  with --show: a page (.html) or a picture (.png, .svg, .pdf); default: NAME-equilibrium.html
+    @size
+    """,
+)
 
 
 def run(args: argparse.Namespace) -> int:

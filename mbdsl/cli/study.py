@@ -6,9 +6,10 @@ import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, install, visible
@@ -19,105 +20,102 @@ if TYPE_CHECKING:
     from mbdsl.studies.effects import EffectsStudy
     from mbdsl.studies.report import Study
 
-METHODS = {
-    "convergence": (
+SIGNALS = "--signals PATTERN,...  further signals (globs)"
+REPEATS = "--repeats K  timed runs of each; default 5"
+
+
+def _of_methods(kind: str, help: str, description: str, *further: str) -> Command:
+    """A study of methods, with ``further`` options."""
+    table = """
+    @model methods
+    --steps H,...  fixed steps: 4ms,2ms,1ms
+    --tols TOL,...  tolerances of error-controlled steps
+    {}
+    --stop T  stop time; default: the model's
+    --budget S  time budget of all runs, compilation included; default 120 s
+    --output DIR  output folder; default: MODEL-{}
+    --pictures SUFFIX,...  formats of pictures: png, svg, pdf; default png,svg; none: the page alone
+    @table fresh
+    --quiet  print nothing
+    | --verbose  print long tables, too
+    """.format("\n    ".join(further), kind)
+    more: dict[str, Any] = {"repeats": {"type": int, "default": 5}} if REPEATS in further else {}
+    more |= {"steps": values.list_of(values.positive_seconds), "tols": values.list_of(values.tolerance)}
+    return Command(help, description, table, budget={"default": 120.0}, pictures=values.names, **more)
+
+
+KINDS = {
+    "convergence": _of_methods(
+        "convergence",
         "errors as functions of the step or the tolerance",
-        "Errors of positions, velocities, reactions, energy and constraints as functions of the step or the tolerance, "
-        "with slopes and the orders of the methods.",
+        "Errors of positions, velocities, reactions, energy and constraints as functions of the step or the "
+        "tolerance, with slopes and the orders of the methods.",
+        SIGNALS,
+        "@reference",
     ),
-    "energy": (
+    "energy": _of_methods(
+        "energy",
         "energy errors of the methods",
         "The energy error as a function of time, and its mean as a function of the step.",
+        "@reference",
     ),
-    "drift": (
+    "drift": _of_methods(
+        "drift",
         "constraint violations of the methods",
         "Violation of the constraints of positions and velocities, as a function of time and of the step.",
     ),
-    "runtime": (
+    "runtime": _of_methods(
+        "runtime",
         "time of a step with every method",
         "Time of a step and of a simulated second with every method, absolute and relative to hht-i3.",
+        REPEATS,
     ),
-    "work-precision": (
+    "work-precision": _of_methods(
+        "work-precision",
         "error against run time",
         "Errors of every method as functions of the run time, and the least time for each error.",
+        SIGNALS,
+        "@reference",
+        REPEATS,
+    ),
+    "effects": Command(
+        "the effects that a result depends on",
+        "Run the model without each effect in turn (friction, damping, flexibility, gravity), and print the change of"
+        " a signal and the run time of the effect.",
+        f"""
+        @model
+        --signal NAME  name of a signal, such as crank.phi or O.fx
+        --tol E  allowed change: 1mm, or relative to its range, 1%%
+        @method
+        --step H  step size; default: the model's
+        --stop T  stop time; default: the model's
+        {REPEATS}
+        @table
+        """,
+        signal={"required": True},
+        tol={"type": None},
+        repeats={"type": int, "default": 5},
+    ),
+    "hard": Command(
+        "hard cases with known answers, by every method",
+        "Run the hard cases of a folder by every method, at fixed steps and with tolerances, compare them with "
+        "independent answers, and print tables in Markdown: errors and energies, or why a run stopped. The exit code "
+        "is 4 if a run was wrong without an error message.",
+        """
+        folder [FOLDER]  folder of models and their answers, or one model; default models/hard
+        --methods NAME,...  integrators, or Python files (NAME.py); default: all of our own
+        --cases GLOB  which cases to run; default all
+        --budget S  time budget of one run; default 20 s
+        --output FILE  file for the tables, instead of printing them
+        """,
+        folder={"const": None, "default": "models/hard"},
+        cases={"default": "*"},
+        budget={"default": 20.0},
     ),
 }
-
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "study",
-        help="measure errors, run times and effects by several runs",
-        description="Studies of a model by several runs.",
-    )
-    kinds = parser.add_subparsers(title="studies", metavar="KIND", dest="kind", required=True)
-    for kind, (help_, description) in METHODS.items():
-        _add_methods(kinds.add_parser(kind, help=help_, description=description), kind)
-    effects = kinds.add_parser(
-        "effects",
-        help="the effects that a result depends on",
-        description="Run the model without each effect in turn (friction, damping, flexibility, gravity), and print "
-        "the change of a signal and the run time of the effect.",
-    )
-    values.add_model(effects)
-    effects.add_argument("--signal", metavar="NAME", required=True, help="name of a signal, such as crank.phi or O.fx")
-    effects.add_argument("--tol", metavar="E", help="allowed change: 1mm, or relative to its range, 1%%")
-    values.add_method_name(effects)
-    effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
-    effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
-    effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
-    values.add_table(effects)
-    hard = kinds.add_parser(
-        "hard",
-        help="hard cases with known answers, by every method",
-        description="Run the hard cases of a folder by every method, at fixed steps and with tolerances, compare them "
-        "with independent answers, and print tables in Markdown: errors and energies, or why a run stopped. The exit "
-        "code is 4 if a run was wrong without an error message.",
-    )
-    hard.add_argument("folder", metavar="FOLDER", nargs="?", default="models/hard",
-                      help="folder of models and their answers, or one model; default models/hard")  # fmt: skip
-    values.add_methods(hard, "all of our own")
-    hard.add_argument("--cases", metavar="GLOB", default="*", help="which cases to run; default all")
-    hard.add_argument("--budget", metavar="S", type=values.positive_seconds, default=20.0,
-                      help="time budget of one run; default 20 s")  # fmt: skip
-    hard.add_argument("--output", metavar="FILE", help="file for the tables, instead of printing them")
-    return parser
-
-
-def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
-    """The arguments of studies of methods."""
-    values.add_model(parser)
-    values.add_methods(parser)
-    parser.add_argument(
-        "--steps", metavar="H,...", type=values.list_of(values.positive_seconds), help="fixed steps: 4ms,2ms,1ms"
-    )
-    parser.add_argument(
-        "--tols", metavar="TOL,...", type=values.list_of(values.tolerance), help="tolerances of error-controlled steps"
-    )
-    if kind in ("convergence", "work-precision"):
-        parser.add_argument("--signals", metavar="PATTERN,...", help="further signals (globs)")
-    if kind in ("convergence", "work-precision", "energy"):
-        parser.add_argument(
-            "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
-        )
-    if kind in ("runtime", "work-precision"):
-        parser.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
-    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
-    parser.add_argument(
-        "--budget",
-        metavar="S",
-        type=values.positive_seconds,
-        default=120.0,
-        help="time budget of all runs, compilation included; default 120 s",
-    )
-    parser.add_argument("--output", metavar="DIR", help=f"output folder; default: MODEL-{kind}")
-    parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
-                        help="formats of pictures: png, svg, pdf; default png,svg; none: the page alone")  # fmt: skip
-    values.add_table(parser)
-    parser.add_argument("--fresh", action="store_true", help="compute everything again")
-    talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="print nothing")
-    talk.add_argument("--verbose", action="store_true", help="print long tables, too")
+COMMAND = Command(
+    "measure errors, run times and effects by several runs", "Studies of a model by several runs.", kinds=KINDS
+)
 
 
 def run(args: argparse.Namespace) -> int:

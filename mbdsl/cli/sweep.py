@@ -6,6 +6,7 @@ import argparse
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
 from mbdsl.plotting.terminal_text import text_width
@@ -14,62 +15,27 @@ from mbdsl.storage import output_files
 COLUMNS = 100  #: characters of a line where the output is not a terminal
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "sweep",
-        help="run a model with many values of its parameters",
-        description="Run a model with each combination of values of parameters, on all cores, and print measures of "
-        "each run as a table. Completed runs are stored: after Ctrl-C the same command continues. The exit code is 4 "
-        "if a run failed.",
-    )
-    values.add_model(parser)
-    parser.add_argument(
-        "--vary",
-        metavar="NAME=VALUES",
-        type=values.variation,
-        action="append",
-        required=True,
-        help="a parameter and its values, repeatable: L=1:2:11 (start:stop:count), L=1:1000:4:log, L=0.5,1,2; a unit "
-        'comes last: "k=1:10:5 N/mm"',
-    )
-    parser.add_argument("--paired", action="store_true", help="first run: the first value of each parameter; second "
-                        "run: the second values, ...; default: all combinations")  # fmt: skip
-    parser.add_argument(
-        "--measure",
-        metavar="F(SIGNAL),...",
-        action="append",
-        default=[],
-        help="measures of each run, repeatable: final, min, max, maxabs, mean, rms, amplitude, period, "
-        "time_of_max, time_of_min of a signal or glob, time_when(CONDITION, first|last|count), "
-        "at(SIGNAL, TIME|CONDITION), at_max(SIGNAL, OTHER), at_min, static(SIGNAL) at the equilibrium, frequency(N), "
-        "damped_frequency(N), damping(N) of mode N, followed by its shape; default: min and max of the coordinates of "
-        "the first body",
-    )
-    add_runs(parser)
-    talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="print errors only")
-    talk.add_argument("--verbose", action="store_true", help="print all rows of a long table")
-    return parser
-
-
-def add_runs(parser: argparse.ArgumentParser) -> None:
-    """The options of the runs of a sweep, and its files."""
-    parser.add_argument("--after", metavar="T", type=values.seconds, help="ignore values before this time")
-    parser.add_argument("--output", metavar="FILE", action="append", default=[],
-                        help="table (.csv, .md, .tex), picture (.svg, .png, .pdf) or page with both (.html); "
-                        "repeatable")  # fmt: skip
-    values.add_method(parser)
-    values.add_steps(parser)
-    parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
-    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
-    parser.add_argument("--interval", metavar="DT", type=values.interval_seconds,
-                        help="output interval; default (stop - start)/2000; 0: every step")  # fmt: skip
-    parser.add_argument("--at", metavar="STATE", type=values.state, default="static",
-                        help="state about which modes are computed: static (default), start, a time, or values such as "
-                        "\"pin.phi=80 deg\", as for `mbdsl eigen`")  # fmt: skip
-    values.add_units(parser)
-    parser.add_argument("--limit", metavar="S", type=values.positive_seconds, help="time limit of a run")
-    parser.add_argument("--fresh", action="store_true", help="compute everything again")
+COMMAND = Command(
+    "run a model with many values of its parameters",
+    "Run a model with each combination of values of parameters, on all cores, and print measures of each run as a "
+    "table. Completed runs are stored: after Ctrl-C the same command continues. The exit code is 4 if a run failed.",
+    """
+    @model
+    --vary NAME=VALUES  a parameter and its values, repeatable: L=1:2:11 (start:stop:count), L=1:1000:4:log, L=0.5,1,2;
+        a unit comes last: "k=1:10:5 N/mm"
+    --paired  first run: the first value of each parameter; second run: the second values, ...; default: all
+        combinations
+    --measure F(SIGNAL),... ...  measures of each run, repeatable: final, min, max, maxabs, mean, rms, amplitude,
+        period, time_of_max, time_of_min of a signal or glob, time_when(CONDITION, first|last|count), at(SIGNAL,
+        TIME|CONDITION), at_max(SIGNAL, OTHER), at_min, static(SIGNAL) at the equilibrium, frequency(N),
+        damped_frequency(N), damping(N) of mode N, followed by its shape; default: min and max of the coordinates of the
+        first body
+    @runs
+    --quiet  print errors only
+    | --verbose  print all rows of a long table
+    """,
+    vary={"type": values.variation, "action": "append", "required": True},
+)
 
 
 def run(args: argparse.Namespace) -> int:

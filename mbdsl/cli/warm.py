@@ -7,7 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from mbdsl.cli import _values as values
+from mbdsl.cli._options import Command
 from mbdsl.cli._progress import Preparation
 from mbdsl.errors import UsageError
 from mbdsl.messages import count
@@ -20,33 +20,27 @@ if TYPE_CHECKING:
 REMEDY = "set MBDSL_CACHE_DIR to the absolute path of a folder with free space that only you can write into"
 
 
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "warm",
-        help="compile code before it is needed",
-        description="Compile the step loops of methods and the equations of models, and store the machine code in the "
-        "cache folder, so that later runs start at once. This is useful in images, in continuous integration, and "
-        "after an update. Code in the cache is not compiled again.",
-    )
-    parser.add_argument("models", metavar="MODEL", nargs="*", help="files of models (.mbd)")
-    values.add_model_name(parser)
-    values.add_methods(parser, "all own methods")
-    parser.add_argument(
-        "--jobs", metavar="N", type=_jobs, help="number of parallel processes; default: one for each processor"
-    )
-    parser.add_argument(
-        "--bytecode",
-        action="store_true",
-        help="also write Python's bytecode of mbdsl, which is missing with PYTHONDONTWRITEBYTECODE and some installers",
-    )
-    parser.add_argument("--quiet", action="store_true", help="print errors only")
-    return parser
-
-
 def _jobs(text: str) -> int:
     if not (text.isdecimal() and 0 < int(text) < 1000):
         raise argparse.ArgumentTypeError(f"expected a number of processes above 0, found `{text}`")
     return int(text)
+
+
+COMMAND = Command(
+    "compile code before it is needed",
+    "Compile the step loops of methods and the equations of models, and store the machine code in the cache folder, "
+    "so that later runs start at once. This is useful in images, in continuous integration, and after an update. Code"
+    " in the cache is not compiled again.",
+    """
+    models MODEL ...  files of models (.mbd)
+    @model_name
+    --methods NAME,...  integrators, or Python files (NAME.py); default: all own methods
+    --jobs N  number of parallel processes; default: one for each processor
+    --bytecode  also write Python's bytecode of mbdsl, which is missing with PYTHONDONTWRITEBYTECODE and some installers
+    --quiet  print errors only
+    """,
+    jobs=_jobs,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -25,6 +25,7 @@ from mbdsl.mechanism.signal_names import ACCELERATIONS, ACCELERATIONS_IN_SPACE, 
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
+from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.steady_start import settled
 from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system.emit import evaluate_lines, tangent_lines
@@ -178,7 +179,8 @@ def explain(
     if step is None and declared(method).steps[0] == "fixed":  # the cost of a step does not depend on its length
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     scene, _ = settled(scene)
-    motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
+    asked = RunOptions(method=method, step=step, stop=stop, interval=stop - scene.experiment.start)
+    motion = Motion(scene, plan(scene, asked))
     announce_compilation(announce, motion.uncompiled)
     motion.prepare()
     return _receipt(motion, measured, signals)

@@ -28,7 +28,7 @@ def blame_extremes(function: Callable[P, R], scene_of: Callable[..., Scene] | No
     """Decorate a function of a model: arithmetic errors are attributed to extreme numbers of the model, if it has any.
 
     The first argument that is a Scene is the model. If there is none, it is ``scene_of(model, parameters, without)``
-    with the arguments of these names.
+    with the arguments of these names, or with those in the argument ``given`` or ``asked``.
 
     Raises
     ------
@@ -53,7 +53,10 @@ def blame_extremes(function: Callable[P, R], scene_of: Callable[..., Scene] | No
 def _blamed(arguments: dict[str, Any], problem: Exception, scene_of: Callable[..., Scene] | None) -> ModelError | None:
     scene = next((value for value in arguments.values() if isinstance(value, Scene)), None)
     if scene is None and scene_of is not None:
-        scene = scene_of(arguments["model"], arguments.get("parameters"), arguments.get("without", ()))
+        named = {**arguments, **arguments.get("given", {})}
+        if (asked := arguments.get("asked")) is not None:
+            named |= vars(asked)
+        scene = scene_of(arguments["model"], named.get("parameters"), named.get("without", ()))
     found = [entry for entry in _numbers(scene) if _extreme(entry[1])] if scene is not None else []
     if not found:
         return None

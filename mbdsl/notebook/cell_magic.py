@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbdsl.cli import Parser
 from mbdsl.cli import _values as values
+from mbdsl.cli._options import add
 from mbdsl.cli.simulate import add_options
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.lang.display_units import in_units
@@ -64,21 +65,14 @@ def _parser(options: bool = False) -> Parser:
         allow_abbrev=False,
         description="Read the model in the cell and assign it to a variable; simulate it if requested.",
     )
-    parser.add_argument("name", metavar="NAME", help="variable for the scene")
-    parser.add_argument(
-        "--simulate",
-        metavar="RESULT",
-        nargs="?",
-        const="",
-        help=f"simulate the model and assign the trajectory to this variable; default: NAME{SUFFIX}",
+    add(
+        parser,
+        f"""
+        name NAME  variable for the scene
+        --simulate [RESULT]  simulate the model and assign the trajectory to this variable; default: NAME{SUFFIX}
+        @method_and_option step tol accuracy start stop interval units changes
+        """,
     )
-    values.add_method(parser)
-    values.add_steps(parser).add_argument(
-        "--accuracy", metavar="E", type=values.tolerance, help="find method and step for this relative error"
-    )
-    values.add_times(parser)
-    values.add_units(parser)
-    values.add_changes(parser)
     parser.add_argument("-h", "--help", action="store_true", help="show these options")
     if options:
         add_options(parser)

@@ -27,7 +27,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, Integration
 from mbdsl.lang.asked_signals import AskedSignals
-from mbdsl.lang.given_values import mapping, seconds
+from mbdsl.lang.given_values import mapping
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.failure_messages import check_bending, failure
@@ -37,6 +37,7 @@ from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
 from mbdsl.simulation.present_signals import PresentSignals, Values
 from mbdsl.simulation.reader import Reader
+from mbdsl.simulation.run_options import RunOptions, takes_options
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.steady_start import settled
 from mbdsl.simulation.trajectory import Trajectory
@@ -46,7 +47,10 @@ from mbdsl.system import System
 from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from mbdsl.lang.builder import Builder
+    from mbdsl.simulation.run_options import GivenOptions
 
 Array = NDArray[np.float64]
 #: number of rows by which the record grows at least
@@ -87,36 +91,25 @@ class Simulation:
         *("_count", "_count_in", "_turns"),
     )
 
+    @takes_options("method step start options force general without parameters initial".split())
     @blame_model
     def __init__(
-        self,
-        model: Scene | Builder | str | PathLike,
-        *,
-        method: str | None = None,
-        step: float | str | None = None,
-        start: float | str | None = None,
-        options: Mapping[str, float | None] | None = None,
-        force: bool = False,
-        general: bool = False,
-        without: Sequence[str] = (),
-        parameters: Mapping[str, str | float] | None = None,
-        initial: Mapping[str, Any] | Trajectory | str | None = None,
-        record: bool = True,
+        self, model: Scene | Builder | str | PathLike, *, record: bool = True, **given: Unpack[GivenOptions]
     ) -> None:
-        scene = with_initial(as_scene(model, parameters, without), initial)
-        step, start = seconds(step, "step"), seconds(start, "start")
-        said = scene.experiment
-        self._method = method or said.method or DEFAULT_METHOD
+        asked = RunOptions.of(given)
+        scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
+        said, step = scene.experiment, asked.step
+        self._method = asked.method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self._method).steps or backend(self._method) is not None:
             hint = f"take one of mbdsl's own methods with fixed steps, such as {DEFAULT_METHOD}"
             raise UsageError(f"{self._method} cannot be run step by step", hint=hint)
         self._h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
         if not 0.0 < self._h < np.inf:
             raise UsageError(f"the step must be above zero, not {self._h:g} s")
-        begin = float(said.start if start is None else start)
-        given = check_options(self._method, options or {}, constrained(scene), force)
+        begin = float(said.start if asked.start is None else asked.start)
+        options = check_options(self._method, asked.options or {}, constrained(scene), asked.force)
         # no stop time: it lies 2^52 steps ahead
-        plan = Plan(self._method, self._h, begin, begin + self._h * 2.0**52, np.array([]), given, general)
+        plan = Plan(self._method, self._h, begin, begin + self._h * 2.0**52, np.array([]), options, asked.general)
         scene, _ = settled(scene, begin)
         self._motion = motion = Motion(scene, plan)
         announce_compilation(None, motion.uncompiled)

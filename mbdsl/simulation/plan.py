@@ -17,6 +17,7 @@ from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.run import MOST_OUTPUT
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.numerics.tolerance import misfit, rounding
+from mbdsl.simulation.run_options import UNASKED, RunOptions
 
 Array = NDArray[np.float64]
 DEFAULT_METHOD = "hht-si2"
@@ -53,61 +54,60 @@ class Plan:
         return len(self.times) if self.rows is None else self.rows.count
 
 
-def plan(
-    scene: Scene,
-    method: str | None = None,
-    step: float | None = None,
-    tol: float | None = None,
-    start: float | None = None,
-    stop: float | None = None,
-    interval: float | None = None,
-    options: Mapping[str, float | None] | None = None,
-    force: bool = False,
-    general: bool = False,
-    times: ArrayLike | None = None,
-    streamed: bool = False,
-) -> Plan:
-    """The settings of a run: the checked arguments, completed by those of the model and the defaults.
+def plan(scene: Scene, asked: RunOptions = UNASKED, streamed: bool = False) -> Plan:
+    """The settings of a run: the options that are asked for, completed by those of the model and the defaults.
 
     ``streamed``: rows are taken from the run while it goes on.
     """
-    said = scene.experiment
-    named = method or said.method
+    said, step, interval = scene.experiment, asked.step, asked.interval
+    named = asked.method or said.method
     method = named or DEFAULT_METHOD
-    asked = tol is not None or said.tolerance is not None
-    tol = _tolerance(method, step, tol, said)
-    for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
-        if value is not None and not isinstance(value, (int, float, np.number)):
-            raise UsageError(f"{name} is a number of seconds, not {value!r}")
-    start = float(said.start if start is None else start)
-    end = said.stop if stop is None else stop
-    if stop is None and times is not None and np.ndim(times) == 1 and len(np.asarray(times)):
-        end = float(np.asarray(times)[-1])
-    if end is None:
-        raise UsageError(f"no stop time: {scene.name} has none in its experiment annotation", hint=NO_STOP)
-    end = float(end)
+    given = asked.tol is not None or said.tolerance is not None
+    tol = _tolerance(method, step, asked.tol, said)
+    start, end = _span(scene, asked)
     h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
     interval = interval if interval is not None else said.interval
-    own = stop is None and said.stop is not None and said.step is not None  # both stop and step are the model's
+    own = asked.stop is None and said.stop is not None and said.step is not None  # both stop and step are the model's
     _check_step(h, start, end, at_most_the_run=step is not None or own)
     if tol is not None and end == start and controls_locally(method):
         tol = None  # a mechanism without motion has no errors
-    if tol is not None and asked and end > start:
+    if tol is not None and given and end > start:
         check_rounding(tol, max(abs(start), abs(end)) / (end - start), f"times from {start:.9g} to {end:.9g} s")
     h = _whole_fraction(h, start, end) if tol is None else end - start or h
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
-    every = tol is not None and interval == 0.0 and times is None
+    every = tol is not None and interval == 0.0 and asked.times is None
     spacing, rows = np.inf if every else _spacing(interval, h, start, end), None
-    if streamed and times is None:
+    if streamed and asked.times is None:
         due, rows = np.zeros(0), None if every else _streamed_times(start, end, spacing)
     else:
-        due = _output_times(scene, start, end, spacing, times)
-    chosen = check_options(method, options or {}, constrained(scene), force)
-    free = named is None and tol is not None and not options
+        due = _output_times(scene, start, end, spacing, asked.times)
     return Plan(
-        method, h, start, end, due, chosen, general, tol, every, asked=asked, streamed=streamed, open=free, rows=rows
+        method=method,
+        h=h,
+        start=start,
+        stop=end,
+        times=due,
+        options=check_options(method, asked.options or {}, constrained(scene), asked.force),
+        general=asked.general,
+        tol=tol,
+        every=every,
+        asked=given,
+        streamed=streamed,
+        open=named is None and tol is not None and not asked.options,
+        rows=rows,
     )
+
+
+def _span(scene: Scene, asked: RunOptions) -> tuple[float, float]:
+    """Start and stop time [s]."""
+    said, times = scene.experiment, asked.times
+    end = said.stop if asked.stop is None else asked.stop
+    if asked.stop is None and times is not None and np.ndim(times) == 1 and len(np.asarray(times)):
+        end = float(np.asarray(times)[-1])
+    if end is None:
+        raise UsageError(f"no stop time: {scene.name} has none in its experiment annotation", hint=NO_STOP)
+    return float(said.start if asked.start is None else asked.start), float(end)
 
 
 def check_space(method: str, scene: Scene) -> None:

@@ -10,6 +10,7 @@ from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.checkpoint import Checkpoint, about, damaged
 from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.run_options import REPEATED
 from mbdsl.simulation.simulate import simulate
 from mbdsl.simulation.trajectory import Trajectory
 
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
     Model: TypeAlias = Scene | Builder | str | os.PathLike
-
-#: arguments of a run that a checkpoint contains
-ARGUMENTS = set("method step tol start stop interval options times initial force general parameters without".split())
 
 
 def resume(
@@ -57,7 +55,7 @@ def resume(
         given, every, known = dict(said["given"]), float(said["every"]), said["model"]
     except (KeyError, TypeError, ValueError) as problem:
         raise damaged(path, str(problem)) from problem
-    if not given.keys() <= ARGUMENTS or not isinstance(known, str | None):
+    if not given.keys() <= {*REPEATED, "initial"} or not isinstance(known, str | None):
         raise damaged(path, "it has arguments that a run does not have")
     model = known if model is None else model
     if model is None:

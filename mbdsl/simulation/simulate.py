@@ -3,56 +3,53 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import ArrayLike
+from typing import TYPE_CHECKING
 
 from mbdsl.errors import Interrupted
-from mbdsl.initial.mirrored_poses import MIRRORED
-from mbdsl.initial.misfits import misfits
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
+from mbdsl.simulation import diagnostics
 from mbdsl.simulation.calibration_runs import COSTLY, Found
-from mbdsl.simulation.checkpoint import Checkpoint, Keeper, of_run
+from mbdsl.simulation.checkpoint import Keeper, of_run
+from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.extremes import Gathered
 from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres, failure, inaccurate
-from mbdsl.simulation.fixed_step_warnings import doubts
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
-from mbdsl.simulation.large_tilts import large_tilts
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.method_choice import Choice
 from mbdsl.simulation.plan import Plan, check_rounding, plan, width
 from mbdsl.simulation.progress import Progress, announce_phase
-from mbdsl.simulation.ropes_off_discs import ropes_off_discs
-from mbdsl.simulation.shared_friction import shared_friction
+from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.state_signals import StateSignals
-from mbdsl.simulation.steady_start import settled, warnings
+from mbdsl.simulation.steady_start import settled
 from mbdsl.simulation.steps import Steps
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import calibrated
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.simulation.uncertain_turns import uncertain_turns
 from mbdsl.storage.compilation_notice import announce_compilation
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from typing_extensions import Unpack
+
     from mbdsl.lang.builder import Builder
+    from mbdsl.simulation.run_options import GivenOptions
 
 MOST_KEPT = 2_000_000  #: quantity of numbers above which the ends of steps are folded into ranges of signals
 PART = 0.25  #: part of this quantity that is folded each time after the first one
 SLICE = 64  #: number of steps before their time is measured
 
 
-def simulate(model: Scene | Builder | str | PathLike, **given: Any) -> Trajectory:
+def simulate(model: Scene | Builder | str | PathLike, **given: Unpack[GivenOptions]) -> Trajectory:
     """As :func:`simulated`, but an interrupted run raises an error.
 
     Raises
@@ -69,137 +66,151 @@ def simulate(model: Scene | Builder | str | PathLike, **given: Any) -> Trajector
 @blame_model
 def simulated(
     model: Scene | Builder | str | PathLike,
+    asked: RunOptions | None = None,
     *,
-    method: str | None = None,
-    step: float | None = None,
-    tol: float | None = None,
-    start: float | None = None,
-    stop: float | None = None,
-    interval: float | None = None,
-    times: ArrayLike | None = None,
-    options: Mapping[str, float | None] | None = None,
-    force: bool = False,
-    general: bool = False,
-    without: Sequence[str] = (),
-    parameters: Mapping[str, str | float] | None = None,
-    initial: Mapping[str, Any] | Trajectory | str | None = None,
-    progress: Callable[[Progress], None] | None = None,
-    announce: Callable[[str], None] | None = None,
-    checkpoint: Checkpoint | str | PathLike | None = None,
     inspect: Callable[[Motion], None] | None = None,
     stream: Stream | None = None,
-    signals: Sequence[str] | None = None,
+    **given: Unpack[GivenOptions],
 ) -> Trajectory:
     """As :func:`mbdsl.simulate` without an accuracy, but return the trajectory of a run interrupted between steps.
 
-    ``inspect`` is called with the completed motion. A ``stream`` takes the rows of a long run while it goes on; the
-    trajectory then contains only the last of them. ``signals`` are those whose extremes are found even if the run takes
-    more steps than are kept; by default the coordinates and velocities of all bodies.
+    The options are ``asked`` for, or given by name. ``inspect`` is called with the completed motion. A ``stream`` takes
+    the rows of a long run while it goes on; the trajectory then contains only the last of them. ``signals`` are those
+    whose extremes are found even if the run takes more steps than are kept; by default the coordinates and velocities
+    of all bodies.
 
     Raises
     ------
     Interrupted
         On Ctrl-C after the last step; the results are complete.
     """
-    seconds, lap = _stopwatch()
-    scene = with_initial(as_scene(model, parameters, without), initial)
-    lap("parse")
-    run = plan(scene, method, step, tol, start, stop, interval, options, force, general, times, stream is not None)
-    if scene.experiment.tolerance is not None and run.tol is None and announce is not None:
-        announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
-    scene, rest = settled(scene, run.start, announce)
-    motion = Motion(scene, run)
+    asked, clock = RunOptions.of(given) if asked is None else asked, Stopwatch()
+    scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
+    clock.lap("parse")
+    settings = plan(scene, asked, stream is not None)
+    run = _prepared(model, scene, settings, asked, clock, stream)
+    with deferred(1) as heard:
+        status, found = _integrated(run, settings, clock, heard)
+        _examine(run, settings, status, found, clock, inspect)
+    if heard and run.done:
+        raise Interrupted(run.trajectory)
+    return run.trajectory
+
+
+class Stopwatch:
+    """Wall-clock seconds of each phase; ``lap`` is called at its end."""
+
+    def __init__(self) -> None:
+        self.seconds = dict.fromkeys(("parse", "build", "compile", "initialise", "integrate", "write"), 0.0)
+        self._since = perf_counter()
+
+    def lap(self, phase: str) -> None:
+        now = perf_counter()
+        self.seconds[phase] += now - self._since
+        self._since = now
+
+
+def _prepared(
+    model: object, scene: Scene, settings: Plan, asked: RunOptions, clock: Stopwatch, stream: Stream | None
+) -> ExaminedRun:
+    """A run before its first step: its equations, compiled code and consistent initial state."""
+    announce, progress = asked.announce, asked.progress
+    if scene.experiment.tolerance is not None and settings.tol is None and announce is not None:
+        announce(f"the model's Tolerance is not used: steps have a fixed size, {settings.h:g} s")
+    scene, rest = settled(scene, settings.start, announce)
+    motion = Motion(scene, settings)
     if stream is not None:
         stream.settle(motion)
-    if not motion.plan.streamed:
-        stream = None
-    lap("build")
+    run = ExaminedRun(asked, motion, rest, stream if motion.plan.streamed else None)
+    clock.lap("build")
     missing = announce_compilation(announce, motion.uncompiled)
     announce_phase(progress, f"compiling {' and '.join(missing)}" if missing else "loading code")
 
     def ready(phase: str) -> None:
-        lap(phase)
+        clock.lap(phase)
         if phase == "compile":
             announce_phase(progress, "assembling the initial state")
 
     motion.prepare(ready)
-    if run.tol is not None and run.asked:
+    if settings.tol is not None and settings.asked:
         far = motion.distance
-        check_rounding(run.tol, far, f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)")
+        what = f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)"
+        check_rounding(settings.tol, far, what)
     if announce is not None:
         _announce_redundant(motion, announce)
-    loose = warnings(rest)
-    loose += [text for p in motion.parts for text in misfits(p.system, p.initial.t, p.initial.q, p.initial.v)]
-    loose += [MIRRORED.format(name) for _, first in motion.assembled for name in first.mirrored]
-    loose += [note for _, first in motion.assembled for note in first.notes]
-    keeper = None
-    if checkpoint is not None:
-        asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}
-        asked |= {"interval": interval, "options": dict(options or {})}
-        asked |= {"times": None if times is None else np.asarray(times).tolist()}
-        if (first_state := initial if rest is None else rest) is not None:
-            asked["initial"] = as_mapping(scene, first_state)
-        asked |= {"force": force, "general": general, "parameters": dict(parameters or {}), "without": list(without)}
-        keeper = Keeper(of_run(checkpoint, model, asked), motion, stream)
+    run.at_start = diagnostics.warnings(run, before=True)
+    if asked.checkpoint is not None:
+        said, first = asked.repeatable(), asked.initial if rest is None else rest
+        if first is not None:
+            said["initial"] = as_mapping(scene, first)
+        run.keeper = Keeper(of_run(asked.checkpoint, model, said), motion, run.stream)
     motion.watch()
-    lap("initialise")
+    clock.lap("initialise")
     announce_phase(progress, "taking the first steps")
-    chosen = ""
-    with deferred(1) as heard:
-        if run.tol is None or not motion.parts or run.stop == run.start:
-            status, found = _integrate(motion, progress, keeper, heard, stream, asked=signals), Found()
-        else:
-
-            def integrate(most: float = math.inf) -> int:
-                return _integrate(motion, progress, keeper, heard, stream, most, signals)
-
-            def switch(other: Plan) -> None:
-                lap("integrate")
-                motion.plan = other
-                announce_compilation(announce, motion.uncompiled)
-                motion.restart(other)
-                lap("compile")
-
-            if run.open:
-                choice = Choice(motion, run.tol, integrate, switch)
-                status, found = choice.run()
-                chosen = choice.text
-            else:
-                status, found = calibrated(motion, run.tol, integrate)
-        lap("integrate")
-        trajectory, states = _collect(motion, run.tol, found, status, seconds, stream)
-        if status == S.DONE and stream is None and not run.every and len(trajectory.t) <= run.count:
-            raise RuntimeError(f"internal error: the finished run has {len(trajectory.t)} of {run.count + 1} outputs")
-        _check(motion, trajectory, states, status, stream)
-        trajectory.stats["warnings"] += loose
-        if chosen:
-            trajectory.stats["chosen"] = chosen
-        if inspect is not None:
-            inspect(motion)
-        if keeper is not None and keeper.problem:
-            trajectory.stats["warnings"].append(f"the last checkpoint is missing: {keeper.problem}")
-        if found.horizon is not None and status == S.DONE:
-            error = inaccurate(trajectory, found.reason)
-            if run.asked:
-                raise error
-            trajectory.stats["warnings"].append(f"{trajectory.message} (if the tolerance is given, this is an error)")
-    if heard and status == S.DONE:
-        raise Interrupted(trajectory)
-    return trajectory
+    return run
 
 
-def _stopwatch() -> tuple[dict[str, float], Callable[[str], None]]:
-    """Wall-clock seconds of each phase, and a function to be called at the end of a phase."""
-    seconds = dict.fromkeys(("parse", "build", "compile", "initialise", "integrate", "write"), 0.0)
-    clock = perf_counter()
+def _integrated(run: ExaminedRun, settings: Plan, clock: Stopwatch, heard: Sequence[int]) -> tuple[int, Found]:
+    """Make the run, or the runs of a tolerance; the status and the error estimate of the result."""
+    motion = run.motion
 
-    def lap(phase: str) -> None:
-        nonlocal clock
-        now = perf_counter()
-        seconds[phase] += now - clock
-        clock = now
+    def integrate(most: float = math.inf) -> int:
+        return _integrate(run, heard, most)
 
-    return seconds, lap
+    def switch(other: Plan) -> None:
+        clock.lap("integrate")
+        motion.plan = other
+        announce_compilation(run.options.announce, motion.uncompiled)
+        motion.restart(other)
+        clock.lap("compile")
+
+    if settings.tol is None or not motion.parts or settings.stop == settings.start:
+        status, found = integrate(), Found()
+    elif settings.open:
+        choice = Choice(motion, settings.tol, integrate, switch)
+        status, found = choice.run()
+        run.chosen = choice.text
+    else:
+        status, found = calibrated(motion, settings.tol, integrate)
+    clock.lap("integrate")
+    return status, found
+
+
+def _examine(
+    run: ExaminedRun,
+    settings: Plan,
+    status: int,
+    found: Found,
+    clock: Stopwatch,
+    inspect: Callable[[Motion], None] | None,
+) -> None:
+    """Complete the results, or raise the error of a run that failed or is less accurate than it has to be."""
+    motion, run.done = run.motion, status == S.DONE
+    run.trajectory, run.states = trajectory, states = _collect(run, settings.tol, found, status, clock.seconds)
+    if run.done and run.stream is None and not settings.every and len(trajectory.t) <= settings.count:
+        raise RuntimeError(f"internal error: the finished run has {len(trajectory.t)} of {settings.count + 1} outputs")
+    if status not in (S.DONE, S.RUNNING):
+        raise failure(motion, trajectory, status)
+    if run.stream is not None:
+        run.stream.check(trajectory)
+    else:
+        check_left_out(motion, trajectory, states)
+        check_bending(trajectory)
+        check_lines_of_centres(trajectory)
+    warned = trajectory.stats["warnings"] = [*diagnostics.warnings(run), *run.at_start]
+    if run.done and run.stream is None and motion.plan.tol is None:
+        motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
+    if run.chosen:
+        trajectory.stats["chosen"] = run.chosen
+    if inspect is not None:
+        inspect(motion)
+    if run.keeper is not None and run.keeper.problem:
+        warned.append(f"the last checkpoint is missing: {run.keeper.problem}")
+    if found.horizon is not None and run.done:
+        error = inaccurate(trajectory, found.reason)
+        if settings.asked:
+            raise error
+        warned.append(f"{trajectory.message} (if the tolerance is given, this is an error)")
 
 
 def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None:
@@ -218,24 +229,17 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
                 announce(f"  {line}, and {'are those of the run' if own else 'have the least norm'} in results")
 
 
-def _integrate(
-    motion: Motion,
-    progress,
-    keeper: Keeper | None = None,
-    before: Sequence[int] = (),
-    stream=None,
-    most: float = math.inf,
-    asked: Sequence[str] | None = None,
-) -> int:
+def _integrate(run: ExaminedRun, before: Sequence[int] = (), most: float = math.inf) -> int:
     """Advance in slices of about a tenth of a second, between which progress is shown and interruptions are handled.
 
-    Steps that need too much memory are folded into the ranges of the signals ``asked`` for.
+    Steps that need too much memory are folded into the ranges of the signals that are asked for.
     ``before`` are signals received outside of the loop: they end it after a slice. A run of more than ``most`` steps
     is ended, with the status COSTLY.
     """
+    motion, keeper, progress = run.motion, run.keeper, run.options.progress
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
     room = max(SLICE, int(PART * MOST_KEPT) // (1 + width(motion.system.scene)))
-    stream = stream if plan.streamed else None
+    stream = run.stream if plan.streamed else None
     if keeper is not None and (known := keeper.begin(motion)) is not None:
         return known
     if stream is not None:
@@ -255,7 +259,7 @@ def _integrate(
                         keeper.end(motion, COSTLY)
                     return COSTLY
                 if motion.kept_numbers() > (MOST_KEPT if motion.gathered is None else PART * MOST_KEPT):
-                    _gather(motion, asked)
+                    _gather(motion, run.options.signals)
                 if stream is not None:
                     stream.pause(motion)
                     if stream.problem:
@@ -279,28 +283,11 @@ def _integrate(
     return S.RUNNING
 
 
-def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, stream: Stream | None) -> None:
-    """Raise the error of a run that failed; else complete its statistics."""
-    if status not in (S.DONE, S.RUNNING):
-        raise failure(motion, trajectory, status)
-    if stream is not None:
-        stream.check(trajectory)
-        trajectory.stats["warnings"] = stream.watched(motion).doubts() if status == S.DONE else []
-        return
-    check_left_out(motion, trajectory, states)
-    check_bending(trajectory)
-    check_lines_of_centres(trajectory)
-    trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == S.DONE else []
-    for doubt in (uncertain_turns, large_tilts, ropes_off_discs, shared_friction):
-        trajectory.stats["warnings"] += doubt(trajectory)
-    if motion.plan.tol is None and status == S.DONE:
-        motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
-
-
 def _collect(
-    motion: Motion, tol: float | None, found: Found, status: int, seconds: dict, stream: Stream | None
-) -> tuple[Trajectory, list]:
+    run: ExaminedRun, tol: float | None, found: Found, status: int, seconds: dict[str, float]
+) -> tuple[Trajectory, list[tuple[NDArray, NDArray]]]:
     """The trajectory, and q and v of every part."""
+    motion, stream = run.motion, run.stream
     plan, system = motion.plan, motion.system
     partial = status != S.DONE
     t, q, v, lam, states = motion.output(partial) if stream is None else stream.end(motion, partial)

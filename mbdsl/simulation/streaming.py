@@ -20,8 +20,8 @@ from mbdsl.integrators import backend
 from mbdsl.integrators.run import Integration
 from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
+from mbdsl.simulation.diagnostics.fixed_steps import Watch
 from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres
-from mbdsl.simulation.fixed_step_warnings import Watch
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import in_memory, width
 from mbdsl.simulation.tolerance_calibration import DENSE, MOST_COMPARED

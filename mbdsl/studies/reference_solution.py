@@ -21,7 +21,7 @@ from mbdsl.integrators import available
 from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
 from mbdsl.simulation import result_units
-from mbdsl.simulation.fixed_step_warnings import UNSEEN
+from mbdsl.simulation.diagnostics.fixed_steps import UNSEEN
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
 from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, of_motion, reactions

@@ -23,6 +23,7 @@ from mbdsl.lang.overrides import merged
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.scene import Description, ParameterValue, Scene
 from mbdsl.simulation.plan import DEFAULT_METHOD, Plan, plan
+from mbdsl.simulation.run_options import RunOptions
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
 from mbdsl.studies.followed_modes import Follower, followed
@@ -244,7 +245,7 @@ def setting(
     case = Point(name, step, tol, tuple(sorted((key, float(x)) for key, x in options.items() if x is not None)))
     if not of.asks_for(RUN):
         return of, case, None
-    run = plan(scene, name, step, tol, options=options, **times(of, scene))
+    run = plan(scene, RunOptions(method=name, step=step, tol=tol, options=options, **times(of, scene)))
     if after is not None and not after < run.stop:
         raise UsageError(f"no values after {after:g} s: the runs end at {run.stop:g} s", hint="give an earlier time")
     return of, case, run

@@ -39,6 +39,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism import graph
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import plan
+from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.tolerance_calibration import calibrated
 
 Array = NDArray[np.float64]
@@ -135,7 +136,9 @@ def mbdsl_run(reference: Reference, method: str, step: float | None, tol: float 
 def _measured(
     reference: Reference, scene: Any, mechanism: Any, method: str, step: float | None, tol: float | None
 ) -> tuple[float, float]:
-    motion = Motion(scene, plan(scene, method, step, tol, stop=STOP, times=reference.times), mechanism)
+    motion = Motion(
+        scene, plan(scene, RunOptions(method=method, step=step, tol=tol, stop=STOP, times=reference.times)), mechanism
+    )
     motion.prepare()
     motion.watch()
     begun = time.process_time()

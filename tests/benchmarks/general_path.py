@@ -23,6 +23,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import plan
+from mbdsl.simulation.run_options import RunOptions
 
 MODELS = Path(__file__).parents[2] / "models"
 PATHS = {"specialised": False, "general": True}
@@ -77,7 +78,7 @@ def measure(scene: Scene, repeats: int, method: str | None = None, steps: int | 
     costs = {name: Cost() for name in PATHS}
     for k in range(repeats + 1):
         for name in PATHS if k % 2 else reversed(PATHS):  # warm up again after the parameters have changed
-            run = plan(scene, method, general=PATHS[name], interval=scene.experiment.stop)
+            run = plan(scene, RunOptions(method=method, general=PATHS[name], interval=scene.experiment.stop))
             motion = Motion(scene, run)
             motion.prepare()
             begun = time.process_time()

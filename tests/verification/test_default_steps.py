@@ -8,6 +8,7 @@ from mbdsl.integrators import compiled, declared
 from mbdsl.lang.load import parse_text
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import plan
+from mbdsl.simulation.run_options import RunOptions
 
 M, K, G, H = 1.0, 1e6, 9.81, 1.0
 BALL = f"""model Ball Ground ground; PointMass ball(m = {M} kg);
@@ -43,18 +44,18 @@ def test_a_ball_on_a_stiff_stop_comes_back_to_where_it_fell_from(method):
 def test_what_is_taken_where_nothing_is_said(method):
     steps = declared(method).steps
     radau, controlled = steps[0] == "controlled", "controlled" in steps
-    said = plan(ball(), method)
+    said = plan(ball(), RunOptions(method=method))
     assert (said.tol, said.asked) == ((1e-6 if radau else 1e-4) if controlled else None, False)
     if not controlled:
-        assert plan(ball(", Step = 2 ms"), method).h == 2e-3
+        assert plan(ball(", Step = 2 ms"), RunOptions(method=method)).h == 2e-3
         return
-    said = plan(ball(", Tolerance = 1e-3"), method)
+    said = plan(ball(", Tolerance = 1e-3"), RunOptions(method=method))
     assert (said.tol, said.asked) == (1e-3, True)
-    said = plan(ball(", Step = 2 ms"), method)
+    said = plan(ball(", Step = 2 ms"), RunOptions(method=method))
     assert said.tol == (1e-6 if radau else None) and (radau or said.h == 2e-3)
-    assert plan(ball(", Step = 2 ms"), method, tol=1e-5).asked
+    assert plan(ball(", Step = 2 ms"), RunOptions(method=method, tol=1e-5)).asked
 
 
 def test_without_time_there_is_nothing_to_control():
-    assert plan(ball(), stop=0.0).tol is None
-    assert Motion(ball(), plan(ball(), stop=0.0)).steps == 0
+    assert plan(ball(), RunOptions(stop=0.0)).tol is None
+    assert Motion(ball(), plan(ball(), RunOptions(stop=0.0))).steps == 0

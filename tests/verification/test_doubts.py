@@ -7,7 +7,7 @@ import pytest
 
 from mbdsl import cli, load, simulate
 from mbdsl.lang.load import parse_text
-from mbdsl.simulation.fixed_step_warnings import passive
+from mbdsl.simulation.diagnostics.fixed_steps import passive
 
 MODELS = Path(__file__).parents[2] / "models"
 SHIPPED = sorted(path.stem for path in MODELS.glob("*.mbd"))

@@ -189,7 +189,7 @@ def test_interrupted_while_growth_is_refined(monkeypatch):
     monkeypatch.setattr(
         simulate,
         "_integrate",
-        lambda motion, *rest: S.RUNNING if motion.plan.every else integrate(motion, *rest),
+        lambda run, *rest: S.RUNNING if run.motion.plan.every else integrate(run, *rest),
     )
     with pytest.raises(mbdsl.Interrupted):
         run(mbdsl.parse(ORBIT), "hht-si2", 1e-4, interval=0.1)

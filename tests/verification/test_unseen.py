@@ -301,9 +301,10 @@ def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     from mbdsl.integrators.loop import loop_state as S
     from mbdsl.simulation.mechanism_run import Motion
     from mbdsl.simulation.plan import plan
+    from mbdsl.simulation.run_options import RunOptions
 
     scene = mbdsl.parse(GROWING)
-    run = plan(scene, method="radau5", tol=3e-2, stop=4.0)
+    run = plan(scene, RunOptions(method="radau5", tol=3e-2, stop=4.0))
     motion, found = Motion(scene, run), []
     motion.prepare()
     for steps in (10**6, 10**6, 7):

@@ -7,6 +7,7 @@ import stat
 import subprocess
 import sys
 import threading
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -323,18 +324,21 @@ def test_one_interruption_while_results_are_written(say, model, monkeypatch, def
 
 
 @posix
-@pytest.mark.parametrize("where", ["_collect", "doubts"])
+@pytest.mark.parametrize("where", ["simulate._collect", "diagnostics.warnings"])
 def test_one_interruption_after_the_last_step(say, model, monkeypatch, where, default_signals):
     """Between the step loop and the writing of results."""
     from mbdsl.simulation import simulate
 
-    known = getattr(simulate, where)
+    module, name = where.split(".")
+    place = import_module(f"mbdsl.simulation.{module}")
+    known = getattr(place, name)
 
-    def interrupted(*given):
-        os.kill(os.getpid(), signal.SIGINT)
-        return known(*given)
+    def interrupted(*given, **named):
+        if not named:  # not before the first step
+            os.kill(os.getpid(), signal.SIGINT)
+        return known(*given, **named)
 
-    monkeypatch.setattr(simulate, where, interrupted)
+    monkeypatch.setattr(place, name, interrupted)
     code, _, err = say("simulate", "m.mbd", "--quiet")
     with pytest.raises(Interrupted) as caught:
         simulate.simulate("m.mbd")

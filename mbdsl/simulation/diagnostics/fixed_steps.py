@@ -25,6 +25,7 @@ from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.large_rotations import LargeRotations
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion, Moving
 from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks
@@ -37,6 +38,7 @@ from mbdsl.system.signals import values
 from mbdsl.system.structure import by_law, law_expressions
 
 Array = NDArray[np.float64]
+OF_STREAMS = True  #: rows that a stream has taken were examined while it took them
 
 #: growth of energy, relative to the largest kinetic energy, that no method shows at a reasonable step
 GROWTH = 0.05
@@ -120,10 +122,14 @@ class Watch:
                 turns.restore(kept)
 
 
-def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> list[str]:
-    """Warnings about a run whose outputs are all in memory; ``states`` are q and v (N, n) of each part."""
-    watch = Watch(motion)
-    watch.add(trajectory, states)
+def warnings(run: ExaminedRun) -> list[str]:
+    """Warnings about a completed run with fixed steps, or by a backend that does not search its steps."""
+    if not run.done:
+        return []
+    if run.stream is not None:
+        return run.stream.watched(run.motion).doubts()
+    watch = Watch(run.motion)
+    watch.add(run.trajectory, run.states)
     return watch.doubts()
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene import ENERGIES, Component
+from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.signals import values
 
@@ -25,7 +26,12 @@ def _angles(c: Component) -> set[str]:
     return {x.name for x in c.kind.signals if x.unit == "rad"}
 
 
-def uncertain_turns(trajectory: Trajectory) -> list[str]:
+def warnings(run: ExaminedRun) -> list[str]:
+    """A warning about angles whose turns may be counted wrong; none in the plane."""
+    return uncertain(run.trajectory)
+
+
+def uncertain(trajectory: Trajectory) -> list[str]:
     """A warning about the first angle of a joint or force whose turns may be counted wrong, and the signals that follow
     from such angles; none in the plane."""
     scene, t = trajectory.scene, trajectory.t

@@ -10,14 +10,15 @@ from math import pi
 
 import numpy as np
 
-from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.simulation.examined_run import ExaminedRun
 
 
-def large_tilts(trajectory: Trajectory) -> list[str]:
+def warnings(run: ExaminedRun) -> list[str]:
     """A warning for each bushing in space whose tilt, with stiffness or damping, passes half a turn.
 
     The shorter way between two tilts that differ by more than pi leads through half a turn.
     """
+    trajectory = run.trajectory
     scene, t, found = trajectory.scene, trajectory.t, []
     for name, c in scene.components.items() if scene.spatial else ():
         if c.kind.name != "Bushing" or not any(c.values["k_phi"][:2] + c.values["c_phi"][:2]):

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.system.signals import values
 
 #: angles [rad] below zero by which a rope is wrapped except for rounding
 ROUNDING = 1e-9
 
 
-def ropes_off_discs(trajectory: Trajectory) -> list[str]:
+def warnings(run: ExaminedRun) -> list[str]:
     """A warning for each disc that a rope leaves while it is taut."""
+    trajectory = run.trajectory
     t, found = trajectory.t, []
     state = t, trajectory.q, trajectory.v, None, trajectory.inputs
     for name, c in trajectory.scene.components.items():

@@ -11,15 +11,16 @@ import numpy as np
 
 from mbdsl.initial import shared_loads
 from mbdsl.messages import few
-from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.system.signals import values
 
 MOST = 20  #: states that are examined
 PART = 1e-3  #: difference of friction, relative to its largest value, that counts: rounding and misfits are far below
 
 
-def shared_friction(trajectory: Trajectory) -> list[str]:
+def warnings(run: ExaminedRun) -> list[str]:
     """A warning that names the joints whose friction is not determined; none in the plane."""
+    trajectory = run.trajectory
     scene, system, left_out = trajectory.scene, trajectory.system, trajectory.left_out
     if not (scene.spatial and left_out and len(trajectory.t)):
         return []
