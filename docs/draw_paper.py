@@ -14,6 +14,7 @@ from pathlib import Path
 from paper import costs, experiments, page
 
 from mbdsl.plotting.pictures import draw
+from mbdsl.plotting.sheets import sheet
 
 HERE = Path(__file__).resolve().parent
 EXPERIMENTS = {
@@ -44,7 +45,7 @@ def main(arguments: list[str] | None = None) -> None:
         begun = time.perf_counter()
         numbers[name], figures = EXPERIMENTS[name](options.quick)
         for figure in figures:
-            draw(figure, folder / f"{figure.key}.png", size=(7.2, 4.3), dpi=100)
+            draw(sheet(figure.title, [figure]), folder / f"{figure.key}.png", dpi=100)
         print(f"{name}: {time.perf_counter() - begun:.1f} s", flush=True)
     store.write_text(json.dumps({name: numbers[name] for name in EXPERIMENTS if name in numbers}, indent=1) + "\n")
     if options.folder is None:

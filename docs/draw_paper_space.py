@@ -22,6 +22,7 @@ from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.plotting.figures import Figure, Series
 from mbdsl.plotting.pictures import draw
+from mbdsl.plotting.sheets import sheet
 from mbdsl.system import build
 
 HERE = Path(__file__).resolve().parent
@@ -186,7 +187,7 @@ def main(arguments: list[str] | None = None) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     numbers = {"errors": errors(options.quick), "times": times(options.quick)}
     for figure in figures(numbers):
-        draw(figure, folder / f"{figure.key}.png", size=(7.2, 4.3), dpi=100)
+        draw(sheet(figure.title, [figure]), folder / f"{figure.key}.png", dpi=100)
     (folder / "numbers.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
     if options.folder is None:
         text = HERE / "paper-space.md"

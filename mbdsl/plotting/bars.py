@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
 
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figures import Bars
-from mbdsl.plotting.series_styles import LIGHT_PAPER, Look
+from mbdsl.plotting.series_styles import Look
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-ROW = 0.34  #: height of a bar in a picture [inch]
+ROW, LETTER, WIDTH = 32.0, 7.4, 860.0  #: height of a bar, width of a letter, and width of a picture [px]
 
 
 def html(bars: Bars, key: str, classes: Mapping[str, str], known: Mapping[str, Look]) -> Iterator[str]:
@@ -33,20 +29,27 @@ def html(bars: Bars, key: str, classes: Mapping[str, str], known: Mapping[str, L
     yield "</tbody></table>\n</figure>"
 
 
-def fill(ax: Axes, bars: Bars, known: Mapping[str, Look]) -> None:
-    """Draw the chart into axes of matplotlib, the first bar at the top."""
+def height(bars: Bars) -> float:
+    """The height of the chart in a picture [px]."""
+    return ROW * len(bars.bars) + 30.0
+
+
+def picture(bars: Bars, classes: Mapping[str, str], known: Mapping[str, Look], top: float) -> Iterator[str]:
+    """The chart as elements of SVG, the first bar at ``top`` [px]."""
+    names = LETTER * max((len(bar.name) for bar in bars.bars), default=1)
+    texts = LETTER * max((len(bar.text) for bar in bars.bars), default=1)
+    most = max((max(bar.value, bar.high or 0.0) for bar in bars.bars), default=1.0) or 1.0
+    left = min(names, 0.4 * WIDTH) + 12.0
+    scale = max(WIDTH - left - texts - 12.0, 0.3 * WIDTH) / most
     for k, bar in enumerate(bars.bars):
-        look = known[bar.name]
-        style: dict[str, Any] = dict(facecolor=look.light)
-        if not look.filled:
-            style = dict(facecolor=LIGHT_PAPER, linestyle="--")
-        ax.barh(-k, bar.value, height=0.68, edgecolor=look.light, linewidth=1.4, zorder=2.0, **style)
+        y, end = top + ROW * k, left + scale * bar.value
+        kind = "bar" if known[bar.name].filled else "bar hollow-bar"
+        yield f'<text x="{left - 8.0:.1f}" y="{y + 20.0:.1f}" text-anchor="end">{escape(bar.name)}</text>'
+        yield f'<g class="{classes[bar.name]}"><rect class="{kind}" x="{left:.1f}" y="{y + 4.0:.1f}" '
+        yield f'width="{scale * bar.value:.1f}" height="{ROW - 8.0}"/></g>'
         if bar.low is not None and bar.high is not None:
-            ax.hlines(-k, bar.low, bar.high, color="#1f2328", linewidth=1.2, zorder=3.0)
-        ax.annotate(bar.text, (max(bar.value, bar.high or 0.0), -k), (5, 0), textcoords="offset points", va="center")
-    ax.set_yticks([-k for k in range(len(bars.bars))], [bar.name for bar in bars.bars])
-    ax.margins(x=0.16, y=0.02)
-    ax.set_xlim(left=0.0)
-    ax.set_xlabel(bars.label)
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.tick_params(axis="y", length=0)
+            spread = f"M{left + scale * bar.low:.1f} {y + ROW / 2:.1f}H{left + scale * bar.high:.1f}"
+            yield f'<path stroke="#1f2328" stroke-width="1.6" d="{spread}"/>'
+            end = max(end, left + scale * bar.high)
+        yield f'<text x="{end + 7.0:.1f}" y="{y + 20.0:.1f}">{escape(bar.text)}</text>'
+    yield f'<text class="note" x="{left:.1f}" y="{top + height(bars) - 10.0:.1f}">{escape(bars.label)}</text>'

@@ -53,12 +53,16 @@ def text(plot: Panels, columns: int = COLUMNS, lines: int = 0, colour: bool = Fa
     if lines:
         rest = lines - 2 - len(plot.notes) - 4 * len(plot.panels)
         height = max(LOWEST, min(TALLEST, rest // max(len(plot.panels), 1)))
-    frames = [lay_out(panel, plot.looks) for panel in plot.panels]
+    frames = [lay_out(panel, plot.looks) for panel in plot.panels if panel.cells is None]
     drawn = [_Panel(frame, columns, height, colour, ascii_only) for frame in frames]
     margin = max((panel.margin for panel in drawn), default=0)
     found = [_fitting(plot.title, columns)] if plot.title else []
     for k, panel in enumerate(drawn):
         found += panel.lines(margin, last=k == len(drawn) - 1)
+    for panel in plot.panels:
+        if panel.cells is not None:
+            where = f", {panel.title}" if panel.title else ""
+            found.append(f"map of {panel.cells.label} over {panel.x_label} and {panel.y_label}{where}")
     found += [line for note in plot.notes for line in textwrap.wrap(visible(note), columns)]
     whole = "\n".join(line.rstrip() for line in found)
     return whole.translate(PLAIN).encode("ascii", "backslashreplace").decode() if ascii_only else whole

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 
 from mbdsl.plotting.axes import Axis, axis, coordinate, limits, number
+from mbdsl.plotting.cells import edges
 from mbdsl.plotting.figures import Bars, Figure, Outcome, Series
 from mbdsl.plotting.series_styles import DASHES, NEUTRAL, Look, looks
 
@@ -114,6 +115,10 @@ def _plain(series: Series) -> bool:
 def _axes(figure: Figure, narrow: bool = False) -> tuple[Axis, Axis, float]:
     if figure.like is not None:
         return _axes(figure.like, narrow)
+    if figure.cells is not None:
+        ends = [edges(values, log) for values, log in ((figure.cells.x, figure.x_log), (figure.cells.y, figure.y_log))]
+        x, y = ((min(e), max(e)) for e in ends)
+        return axis(*x, figure.x_log, 4 if narrow else 7), axis(*y, figure.y_log, 6), figure.aspect or USUAL
     counted = [s for s in figure.series if s.style != "guide"] or list(figure.series)
     shown = [
         (a, b)

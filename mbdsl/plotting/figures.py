@@ -56,6 +56,26 @@ class Outcome:
 
 
 @dataclass(frozen=True)
+class Cells:
+    """A quantity over two parameters, in the colours of cells.
+
+    Attributes
+    ----------
+    label : str
+        Name of the quantity, with its unit.
+    x, y : sequence of float
+        Values of the parameters, ascending or descending.
+    z : sequence of sequence of float
+        The quantity, one row for each of ``y``; nan where there is none.
+    """
+
+    label: str
+    x: Sequence[float]
+    y: Sequence[float]
+    z: Sequence[Sequence[float]]
+
+
+@dataclass(frozen=True)
 class Figure:
     """A diagram.
 
@@ -84,6 +104,8 @@ class Figure:
         Height of the frame over its width.
     like : Figure or None
         A figure whose axes it has.
+    cells : Cells or None
+        A quantity over both axes, in place of series.
     """
 
     key: str
@@ -101,6 +123,7 @@ class Figure:
     y_ends: tuple[float, float] | None = None
     aspect: float | None = None
     like: Figure | None = None
+    cells: Cells | None = None
 
 
 @dataclass(frozen=True)
@@ -149,34 +172,6 @@ class Bars:
 
 
 @dataclass(frozen=True)
-class HeatMap:
-    """A quantity over two parameters.
-
-    Attributes
-    ----------
-    title : str
-    x_label, y_label, z_label : str
-        Texts with units.
-    x, y : sequence of float
-        Values of the parameters, ascending or descending.
-    z : sequence of sequence of float
-        The quantity, one row for each of ``y``; nan where there is none.
-    x_log, y_log : bool
-        Whether an axis is logarithmic.
-    """
-
-    title: str
-    x_label: str
-    y_label: str
-    z_label: str
-    x: Sequence[float]
-    y: Sequence[float]
-    z: Sequence[Sequence[float]]
-    x_log: bool = False
-    y_log: bool = False
-
-
-@dataclass(frozen=True)
 class Table:
     """A table of texts; columns of numbers are aligned to the right.
 
@@ -206,7 +201,7 @@ class Page:
     title : str
     paragraphs : sequence of str
         Text before the items.
-    items : sequence of Figure, Bars, Table or HeatMap
+    items : sequence of Figure, Bars or Table
         In their order on the page.
     fine_print : sequence of (str, str)
         Names and values that describe the runs, as required to repeat them.
@@ -216,7 +211,7 @@ class Page:
 
     title: str
     paragraphs: Sequence[str] = ()
-    items: Sequence[Figure | Bars | Table | HeatMap] = field(default_factory=tuple)
+    items: Sequence[Figure | Bars | Table] = field(default_factory=tuple)
     fine_print: Sequence[tuple[str, str]] = ()
     looks: Mapping[str, Look] = field(default_factory=dict)
 

@@ -8,10 +8,10 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from mbdsl.plotting import bars, heat_maps, svg
+from mbdsl.plotting import bars, svg
 from mbdsl.plotting.escaping import escape, seen
 from mbdsl.plotting.figure_layout import Frame, lay_out, looks_of
-from mbdsl.plotting.figures import Bars, Figure, HeatMap, Page, Table
+from mbdsl.plotting.figures import Bars, Figure, Page, Table
 from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.storage.output_files import write_text
 
@@ -68,18 +68,17 @@ def height(page: Page, width: float) -> int:
     """The height of a page of figures at a width of at least 760 px [px], approximately."""
     known = {**looks_of([item for item in page.items if isinstance(item, Figure)]), **page.looks}
     pictures = [svg.Canvas(lay_out(item, known)).total for item in page.items if isinstance(item, Figure)]
-    pictures += [heat_maps.HEIGHT for item in page.items if isinstance(item, HeatMap)]
     # Measured in a browser: the title and the margins, the legend of a figure, lines of text.
     return round(90 + (width - 40) / svg.WIDTH * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
 
 
-def fragments(items: Sequence[Figure | Bars | Table | HeatMap], given: Mapping[str, Look]) -> tuple[str, list[str]]:
+def fragments(items: Sequence[Figure | Bars | Table], given: Mapping[str, Look]) -> tuple[str, list[str]]:
     """Figures and tables as parts of a page.
 
     Parameters
     ----------
-    items : sequence of Figure, Bars, Table or HeatMap
-        All figures, tables and maps of the page.
+    items : sequence of Figure, Bars or Table
+        All figures and tables of the page.
     given : mapping
         Name of a series -> its look; the others get theirs in order.
 
@@ -99,9 +98,7 @@ def fragments(items: Sequence[Figure | Bars | Table | HeatMap], given: Mapping[s
     small = max((svg.Canvas(_narrow(f, known)).left for f in panels), default=0.0)
     parts = []
     for k, item in enumerate(items):
-        if isinstance(item, HeatMap):
-            parts.append(heat_maps.figure(item))
-        elif isinstance(item, Bars):
+        if isinstance(item, Bars):
             parts.append("\n".join(bars.html(item, f"figure-{k}", classes, known)))
         else:
             part = _figure(item, f"figure-{k}", known, (left, small)) if isinstance(item, Figure) else _table(item)

@@ -1,215 +1,261 @@
-"""Figures drawn to PNG, SVG and PDF files by matplotlib, the same bytes for the same figure."""
+"""PNG and PDF files: the SVG of a picture drawn by matplotlib, the same bytes for the same picture.
+
+The layout of a picture is written once, as SVG. This is the part of SVG and CSS that the package's own pictures
+contain: paths of straight lines and cubic curves, rectangles, circles and texts, in groups and nested pictures; style
+sheets whose selectors are an element, classes and ``:not(.class)``, of which the last part counts.
+"""
 
 from __future__ import annotations
 
+import io
 import math
 import os
-import textwrap
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.etree import ElementTree
 
-from mbdsl.errors import UsageError
-from mbdsl.plotting import bars
-from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
-from mbdsl.plotting.figures import Bars, Figure
-from mbdsl.plotting.picture_files import written
-from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look
+from mbdsl.plotting.picture_files import drawn
+from mbdsl.storage.output_files import suffix_of, writing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.path import Path as Outline
 
 SUFFIXES = (".png", ".svg", ".pdf")
-SIZE = (9.0, 5.4)  #: [inch]
-INK, PALE, GRID, SHADE = "#1f2328", "#57606a", "#e4e7eb", "#f1f2f4"
-STYLE: dict[str, Any] = {
-    "font.family": ["DejaVu Sans"],  # a dependency of matplotlib
-    "font.size": 10.0,
-    "axes.edgecolor": PALE,
-    "axes.linewidth": 0.8,
-    "text.color": INK,
-    "axes.labelcolor": INK,
-    "xtick.color": PALE,
-    "ytick.color": PALE,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "lines.solid_capstyle": "round",
-}
-FIRST = 3.0  #: depth of the first series; guides and fronts lie behind
-ROW = 0.055  #: height of a row of outcomes over that of the frame
-MANY = 150  #: marks; beyond them they are dots
-LONG_NAME = 28  #: number of letters above which the legend is below the frame
+DPI = 150.0
+INCH = 96.0  #: CSS pixels of an inch
+LETTERS = 0.92  #: size of the letters over that in the style sheet: those of DejaVu Sans are wider than usual
+RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
+SELECTOR = re.compile(r"(\w*)((?:\.[\w-]+)*)((?::not\(\.[\w-]+\))*)")
+COMMAND = re.compile(r"([MLHVhvlmCZz])|(-?(?:\d+\.?\d*|\.\d+)(?:e-?\d+)?)")
+QUARTER = 0.5523  #: distance of the control points of a quarter of a circle, over its radius
+#: numbers of a command of a path
+NUMBERS = {"M": 2, "m": 2, "L": 2, "l": 2, "H": 1, "h": 1, "V": 1, "v": 1, "C": 6}
+SKIPPED = ("title", "desc", "style", "clipPath")
+SIDES = {"start": "left", "middle": "center", "end": "right"}
+#: properties that an element does not hand on to those within it
+OWN = ("x", "y", "class", "d", "clip-path", "opacity", "visibility")
 
 
-def draw(
-    figure: Figure | Bars,
-    path: str | os.PathLike,
-    *,
-    size: tuple[float, float] = SIZE,
-    dpi: float = 150.0,
-    known: Mapping[str, Look] | None = None,
-) -> None:
-    """Draw a figure to a PNG, SVG or PDF file.
+def draw(svg: str, path: str | os.PathLike, dpi: float = DPI, instead: str = ".svg and .html") -> None:
+    """Write a picture to a file.
 
     Parameters
     ----------
-    figure : Figure or Bars
-        The figure.
+    svg : str
+        The picture.
     path : path
-        The file; its suffix chooses the format.
-    size : (float, float), optional [inch]
-        Width and height.
+        The file; its suffix selects the format: .svg, or .png and .pdf, which require matplotlib.
     dpi : float, optional
         Pixels per inch of a PNG.
-    known : mapping, optional
-        Name of a series -> its look; the others get theirs in order.
+    instead : str, optional
+        Formats that need no matplotlib, for the error message.
 
     Raises
     ------
     UsageError
         If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
     """
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        hint = f"known suffixes are {', '.join(SUFFIXES)}"
-        raise UsageError(f"unknown suffix `{path.suffix}` of picture `{path}`", hint=hint)
-    looks = {**looks_of([figure]), **(known or {})}
-    if isinstance(figure, Bars):
-        size = size[0], max(2.0, 1.1 + bars.ROW * len(figure.bars))
-    with written(path, size, dpi, STYLE, layout="constrained") as picture:
-        ax = picture.add_subplot()
-        picture.suptitle(_wrapped(figure.title, 90), fontsize=12, fontweight="bold", x=0.01, ha="left")
-        if isinstance(figure, Bars):
-            bars.fill(ax, figure, looks)
+    suffix = suffix_of(path, SUFFIXES)
+    content = svg.encode() if suffix == ".svg" else converted(svg, suffix, dpi, instead)
+    with writing(Path(path)) as stream:
+        stream.write(content)
+
+
+def converted(svg: str, suffix: str, dpi: float = DPI, instead: str = ".svg and .html") -> bytes:
+    """A picture as PNG or PDF.
+
+    Parameters
+    ----------
+    svg, dpi, instead
+        As for :func:`draw`.
+    suffix : {".png", ".pdf"}
+        The format.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
+    root = ElementTree.fromstring(svg)
+    width, height = (float(x) for x in root.attrib["viewBox"].split()[2:])
+    content = io.BytesIO()
+    fonts = {"font.family": ["DejaVu Sans"]}  # a dependency of matplotlib
+    with drawn(content, suffix, (width / INCH, height / INCH), dpi, fonts, instead) as figure:
+        ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        ax.set(xlim=(0.0, width), ylim=(height, 0.0))
+        ax.set_axis_off()
+        _Drawing(ax, root, (width, height)).children(root, {}, (0.0, 0.0))
+    return content.getvalue()
+
+
+class _Rule(NamedTuple):
+    """A rule of a style sheet."""
+
+    tag: str
+    classes: frozenset[str]
+    without: frozenset[str]
+    properties: dict[str, str]
+
+    def fits(self, tag: str, classes: frozenset[str]) -> bool:
+        return self.tag in ("", tag) and self.classes <= classes and not self.without & classes
+
+
+def _rules(sheet: str) -> Iterator[_Rule]:
+    for selectors, body in RULE.findall(sheet):
+        properties = {name.strip(): value.strip() for name, _, value in (d.partition(":") for d in body.split(";"))}
+        for selector in selectors.split(","):
+            if (found := SELECTOR.fullmatch(selector.split()[-1])) is not None:
+                without = re.findall(r"\(\.([\w-]+)", found[3])
+                yield _Rule(found[1], frozenset(found[2].split(".")[1:]), frozenset(without), properties)
+
+
+class _Drawing:
+    """The elements of a picture in axes of matplotlib whose units are those of the picture."""
+
+    def __init__(self, ax: Axes, root: ElementTree.Element, size: tuple[float, float]) -> None:
+        self.ax, self.order, self.size = ax, 1, size
+        sheet = "".join(e.text or "" for e in root.iter() if _tag(e) == "style")
+        # of rules that fit, the one with the most classes counts, then the last one
+        rules = enumerate(_rules(sheet))
+        self.rules = [rule for _, rule in sorted(rules, key=lambda r: (len(r[1].classes) + len(r[1].without), r[0]))]
+        self.clips = {e.attrib["id"]: e[0].attrib for e in root.iter() if _tag(e) == "clipPath"}
+
+    def children(self, parent: ElementTree.Element, given: Mapping[str, str], at: tuple[float, float]) -> None:
+        """Draw what is within an element, with the properties that it hands on, relative to a point."""
+        for element in parent:
+            tag = _tag(element)
+            if tag in SKIPPED or element.get("visibility") == "hidden":
+                continue
+            p = {name: value for name, value in given.items() if name not in OWN} | element.attrib
+            classes = frozenset(p.get("class", "").split())
+            for rule in self.rules:
+                if rule.fits(tag, classes):
+                    p |= rule.properties
+            self.order += 1
+            if tag == "text":
+                self.text(element, p, at)
+            elif tag in ("g", "svg"):
+                x, y = (float(p.get(name, 0.0)) for name in ("x", "y")) if tag == "svg" else (0.0, 0.0)
+                self.children(element, p, (at[0] + x, at[1] + y))
+            else:
+                self.shape(_outline(tag, element.attrib, at, self.size), p, at)
+
+    def shape(self, outline: Outline, p: Mapping[str, str], at: tuple[float, float]) -> None:
+        from matplotlib.patches import PathPatch, Rectangle
+
+        width = float(p.get("stroke-width", 1.0))
+        patch = PathPatch(
+            outline,
+            facecolor=_colour(p, "fill", "#000000"),
+            edgecolor=_colour(p, "stroke", "none"),
+            linewidth=width * 72.0 / INCH,
+            capstyle=p.get("stroke-linecap", "butt"),  # type: ignore[arg-type]
+            joinstyle=p.get("stroke-linejoin", "miter"),  # type: ignore[arg-type]
+            zorder=self.order,
+        )
+        if dash := p.get("stroke-dasharray"):
+            patch.set_linestyle((0, [float(x) / width for x in dash.split()]))
+        self.ax.add_patch(patch)
+        if clip := p.get("clip-path"):
+            x, y, w, h = (float(self.clips[clip[5:-1]][name]) for name in ("x", "y", "width", "height"))
+            patch.set_clip_path(Rectangle((at[0] + x, at[1] + y), w, h, transform=self.ax.transData))
+
+    def text(self, element: ElementTree.Element, p: Mapping[str, str], at: tuple[float, float]) -> None:
+        """A text; a title within it is not drawn."""
+        from matplotlib.patheffects import withStroke
+
+        text = (element.text or "") + "".join(child.tail or "" for child in element)
+        size = float(re.sub("px.*", "", p.get("font-size", p.get("font", "13px")))) * LETTERS
+        if longest := p.get("textLength"):
+            size *= float(longest) / (7.2 * len(text))
+        weight = "bold" if float(p.get("font-weight", 400)) >= 600 else "normal"
+        x, y, side = at[0] + float(p["x"]), at[1] + float(p["y"]), SIDES[p.get("text-anchor", "start")]
+        halo = {}
+        if p.get("stroke", "none") != "none":
+            halo["path_effects"] = [withStroke(linewidth=float(p["stroke-width"].removesuffix("px")) * 0.75,
+                                               foreground=p["stroke"])]  # fmt: skip
+        self.ax.text(x, y, text, fontsize=size * 72.0 / INCH, ha=side, va="baseline", weight=weight,
+                     color=_colour(p, "fill", "#000000"), zorder=self.order, **halo)  # type: ignore[arg-type]  # fmt: skip
+
+
+def _tag(element: ElementTree.Element) -> str:
+    return element.tag.rpartition("}")[2]
+
+
+def _colour(p: Mapping[str, str], name: str, default: str) -> Any:
+    """The colour of an area or a line, with its opacity."""
+    colour = p.get(name, default)
+    if colour == "currentColor":
+        colour = p.get("color", "#000000")
+    return "none" if colour == "none" else (colour, float(p.get(f"{name}-opacity", 1.0)) * float(p.get("opacity", 1.0)))
+
+
+def _outline(tag: str, p: Mapping[str, str], at: tuple[float, float], size: tuple[float, float]) -> Outline:
+    """The path of an element, relative to a point; lengths may be parts of the size of the picture."""
+
+    def number(name: str, whole: float = 0.0) -> float:
+        text = p.get(name, "0")
+        return whole * float(text[:-1]) / 100.0 if text.endswith("%") else float(text)
+
+    from matplotlib.path import Path as Outline
+
+    if tag == "rect":
+        x, y, w, h = number("x"), number("y"), number("width", size[0]), number("height", size[1])
+        words = f"M{x} {y}h{w}v{h}h{-w}z"
+    elif tag == "circle":
+        x, y, r = number("cx"), number("cy"), number("r")
+        words, near = f"M{x + r} {y}", [(math.cos(k * math.pi / 2), math.sin(k * math.pi / 2)) for k in range(5)]
+        for (a, b), (c, d) in pairwise(near):
+            first, second = (a - QUARTER * b, b + QUARTER * a), (c + QUARTER * d, d - QUARTER * c)
+            words += "C" + " ".join(f"{x + r * u:.4f} {y + r * v:.4f}" for u, v in (first, second, (c, d)))
+    else:
+        words = p["d"]
+    points, codes = _points(words)
+    if not points:
+        return Outline([(math.nan, math.nan)])
+    return Outline([(at[0] + x, at[1] + y) for x, y in points], codes)
+
+
+def _points(words: str) -> tuple[list[tuple[float, float]], list[int]]:
+    """The points of a path and their codes in matplotlib: 1 moves, 2 is a line, 4 a cubic curve, 79 closes."""
+    points: list[tuple[float, float]] = []
+    codes: list[int] = []
+    x = y = x0 = y0 = 0.0
+    tokens = COMMAND.findall(words)
+    k, command = 0, "M"
+    while k < len(tokens):
+        if tokens[k][0]:
+            command, k = tokens[k][0], k + 1
+        if command in "Zz":
+            x, y = x0, y0
+            points.append((x, y))
+            codes.append(79)
+            continue
+        n = [float(number) for _, number in tokens[k : k + NUMBERS[command]]]
+        k += len(n)
+        if command == "C":
+            points += [(n[0], n[1]), (n[2], n[3])]
+            codes += [4, 4]
+            x, y = n[4:]
+        elif command in "Hh":
+            x = n[0] + x * (command == "h")
+        elif command in "Vv":
+            y = n[0] + y * (command == "v")
         else:
-            frame = lay_out(figure, looks, letter=0.009 * SIZE[0] / size[0])
-            fill(ax, frame)
-            more = f"{frame.unplaced} more outcomes are not shown." if frame.unplaced else ""
-            if frame.left_out or more:
-                picture.supxlabel(_wrapped(f"{frame.left_out} {more}", 130), fontsize=8, color=PALE)
-            _legend(picture, ax)
-
-
-def fill(ax: Axes, frame: Frame) -> None:
-    """Draw a figure into axes of matplotlib."""
-    _axes(ax, frame)
-    for zorder, drawn in enumerate(frame.drawn):
-        _SHOW.get(drawn.series.style, _series)(ax, drawn, FIRST + 0.01 * zorder)
-    _outcomes(ax, frame)
-
-
-def _axes(ax: Axes, frame: Frame) -> None:
-    """Frame, ticks, grid and floors, in the coordinates of the layout, so that all renderers have the same ticks."""
-    top = 1.0 + ROW * len(frame.rows)
-    ax.set(xlim=(0.0, 1.0), ylim=(0.0, top))
-    if frame.figure.equal:
-        ax.set_box_aspect(frame.aspect * top)
-        ax.set_anchor("N")
-    for axis, ticks, side in ((ax.xaxis, frame.x, "bottom"), (ax.yaxis, frame.y, "left")):
-        axis.set_ticks([p for p, _ in ticks.ticks], [label for _, label in ticks.ticks])
-        axis.set_ticks(list(ticks.minor), minor=True)
-        ax.spines[side].set_bounds(0.0, 1.0)
-    grid: dict[str, Any] = dict(color=GRID, linewidth=0.8, zorder=1.0)
-    ax.vlines([p for p, _ in frame.x.ticks], 0.0, 1.0, **grid)
-    ax.hlines([p for p, _ in frame.y.ticks], 0.0, 1.0, **grid)
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.set_xlabel(frame.x.titled(frame.figure.x_label))
-    ax.set_title(frame.y.titled(frame.figure.y_label), loc="left", fontsize=10)
-    for place, _ in frame.floors[-1:]:
-        ax.axhspan(0.0, place, color=SHADE, zorder=0.5)
-    for k, (place, text) in enumerate(frame.floors):
-        ax.axhline(place, color=PALE, linewidth=1.0, dashes=(5, 3), zorder=1.5)
-        at, side = (0.995, "right") if k % 2 == 0 else (0.005, "left")
-        box = dict(facecolor=SHADE, linewidth=0.0, pad=1.0)
-        ax.text(at, place - 0.015, text, ha=side, va="top", fontsize=8.5, color=PALE, bbox=box, zorder=2.9)
-
-
-def _series(ax: Axes, drawn: Drawn, zorder: float) -> None:
-    look, style = drawn.look, drawn.series.style
-    line = style in ("both", "line")
-    if drawn.high and style == "line":
-        ax.fill_between(drawn.x, drawn.low, drawn.high, color=look.light, alpha=0.18, linewidth=0, zorder=zorder - 1)
-    elif drawn.high:
-        ax.vlines(drawn.x, drawn.low, drawn.high, color=look.light, linewidth=1.2, zorder=zorder)
-    ax.plot(
-        drawn.x,
-        drawn.y,
-        color=look.light,
-        linewidth=1.4 if line else 0.0,
-        linestyle=(0, look.dash) if look.dash and line else "-",
-        zorder=zorder,
-        label=drawn.series.name,
-        **(_mark(look, len(drawn.x)) if style != "line" else {}),
-    )
-
-
-def _behind(ax: Axes, drawn: Drawn, zorder: float) -> None:
-    """A front or a guide, which may extend beyond the frame."""
-    front = drawn.series.style == "front"
-    look: dict[str, Any] = (
-        dict(alpha=0.3, linewidth=9.0) if front else dict(linewidth=0.9, linestyle=(0, drawn.look.dash))
-    )
-    zorder -= 1.5 if front else 1.0
-    (line,) = ax.plot(drawn.x, drawn.y, color=drawn.look.light, label=drawn.series.name, zorder=zorder, **look)
-    from matplotlib.transforms import Bbox, TransformedBbox
-
-    line.set_clip_box(TransformedBbox(Bbox.unit(), ax.transData))
-
-
-_SHOW = {"front": _behind, "guide": _behind}
-
-
-def _mark(look: Look, count: int, size: float = 7.0) -> dict[str, Any]:
-    if count > MANY:
-        return dict(marker=".", markersize=2.5, markeredgewidth=0.0)
-    corners = MARKS[look.mark]
-    # matplotlib scales the corners to its unit square; the size compensates this
-    widest = max((max(abs(a), abs(b)) for a, b in corners), default=1.0)
-    return dict(
-        marker=[(a, -b) for a, b in (*corners, corners[0])] if corners else "o",
-        markersize=size * widest,
-        markerfacecolor=look.light if look.filled else LIGHT_PAPER,
-        markeredgewidth=1.2,
-    )
-
-
-def _outcomes(ax: Axes, frame: Frame) -> None:
-    for k, row in enumerate(frame.rows):
-        height = 1.0 + ROW * (k + 0.6)
-        for group in row:
-            places = [p for p in group.x if not math.isnan(p)]
-            ax.plot(
-                places,
-                [height] * len(places),
-                linestyle="",
-                marker="x",
-                markersize=6,
-                markeredgewidth=2.0,
-                color=group.look.light,
-                clip_on=False,
-            )
-            side = "right" if group.to_left else "left"
-            ax.text(group.text_x, height, group.text, ha=side, va="center", fontsize=8.5, color=PALE)
-    if frame.rows:
-        ax.axhline(1.0, color=PALE, linewidth=0.8)
-
-
-def _wrapped(text: str, width: int) -> str:
-    return "\n".join(textwrap.wrap(text, width))
-
-
-def _legend(picture: Any, ax: Axes) -> None:
-    """The legend next to the frame, or below it if names are long; guides and fronts last."""
-    shown = [line for line in ax.get_lines() if not str(line.get_label()).startswith("_") and line.get_label()]
-    if not shown:
-        return
-    shown.sort(key=lambda line: line.get_zorder() < FIRST)
-    labels = [_wrapped(str(line.get_label()), 60) for line in shown]
-    longest = max(map(len, labels))
-    place: dict[str, Any] = dict(loc="outside right center")
-    if longest > LONG_NAME:
-        place = dict(loc="outside lower center", ncols=max(1, min(len(labels), 110 // (longest + 6))))
-    legend = picture.legend(shown, labels, frameon=False, fontsize=9.5, handlelength=2.6, **place)
-    for handle in legend.legend_handles:
-        if handle.get_marker() == ".":
-            handle.set_markersize(9.0)
+            x, y = n[0] + x * command.islower(), n[1] + y * command.islower()
+        if command in "Mm":
+            x0, y0 = x, y
+        elif command in "hl" and points and (x, y) == points[-1]:
+            x += 0.01  # a dot: matplotlib leaves out lines without a length
+        points.append((x, y))
+        codes.append({"M": 1, "m": 1, "C": 4}.get(command, 2))
+        command = {"M": "L", "m": "l"}.get(command, command)
+    return points, codes

@@ -58,15 +58,10 @@ class Plot(Panels):
             from mbdsl.plotting.pages import write
 
             write(self.page(), path)
-        elif suffix == ".svg":
-            from mbdsl.plotting.panels_svg import svg
-            from mbdsl.storage.output_files import write_text
-
-            write_text(path, svg(self))
         else:
-            from mbdsl.plotting.panels_picture import draw
+            from mbdsl.plotting.pictures import draw
 
-            draw(self, path)
+            draw(self._repr_svg_(), path)
 
     def page(self) -> Page:
         """Return the plot as a page.
@@ -79,6 +74,7 @@ class Plot(Panels):
 
     def __repr__(self) -> str:
         names = dict.fromkeys(series.name for panel in self.panels for series in panel.series)
+        names |= dict.fromkeys(panel.cells.label for panel in self.panels if panel.cells is not None)
         return f"<Plot of {self.title}: {few(names)}>"
 
     def __str__(self) -> str:
@@ -93,9 +89,9 @@ class Plot(Panels):
         return html_tables.frame(pages.html(page), min(pages.height(page, WIDE), TALLEST), WIDE)
 
     def _repr_svg_(self) -> str:
-        from mbdsl.plotting.panels_svg import svg
+        from mbdsl.plotting.sheets import sheet
 
-        return svg(self)
+        return sheet(self.title, self.panels, self.looks, self.notes)
 
 
 def suffix_of(path: str | os.PathLike) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
+from mbdsl.plotting import cells
 from mbdsl.plotting.axes import number
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figure_layout import Drawn, Frame
@@ -20,6 +21,8 @@ from mbdsl.plotting.series_styles import MARKS
 WIDTH = 860.0  #: size of the picture [px]; the page may scale it
 NARROW = 400.0  #: the same of the picture for narrow windows
 RIGHT, BOTTOM, ROW, HEAD = 22.0, 46.0, 19.0, 26.0
+SCALE = 112.0  #: in place of RIGHT: the colour bar of cells with its labels
+FIRST, SECOND = 15.0, 34.0  #: base lines of labels above the frame
 TICK = 20.0  #: space below a frame that labels of ticks need
 TALLEST = 560.0  #: frame of equal axes
 LETTER = 6.7  #: width of a letter of the small text
@@ -41,11 +44,14 @@ class Canvas:
         self.full = full
         self.left = max(left, 16.0 + 7.5 * max((len(label) for _, label in frame.y.ticks), default=1))
         self.bottom = bottom
-        self.width = full - self.left - RIGHT
+        cells = frame.figure.cells
+        self.width = full - self.left - (RIGHT if cells is None else SCALE)
         self.height = self.width * frame.aspect
         if self.height > TALLEST:
             self.width, self.height = TALLEST / frame.aspect, TALLEST
-        self.top = HEAD + ROW * len(frame.rows)
+        #: base line of the label of the cells, in a line of its own if it would meet that of the vertical axis
+        self.label = FIRST if cells is None or LABEL * len(cells.label + frame.figure.y_label) < full - 24.0 else SECOND
+        self.top = HEAD + ROW * len(frame.rows) + self.label - FIRST
         self.total = self.top + self.height + bottom
 
     def x(self, place: float) -> float:
@@ -102,7 +108,11 @@ def description(frame: Frame) -> str:
     kinds = {(True, True): "Both axes are logarithmic.", (True, False): "The horizontal axis is logarithmic."}
     kinds[False, True] = "The vertical axis is logarithmic."
     texts = [f"{figure.y_label} against {figure.x_label}.", kinds.get((figure.x_log, figure.y_log), "")]
-    texts.append("Series: " + ", ".join(s.name for s in figure.series if s.name) + "." if figure.series else "Empty.")
+    if figure.cells is not None:
+        texts[0] = f"{figure.cells.label} against {figure.x_label} and {figure.y_label}."
+    else:
+        names = ", ".join(s.name for s in figure.series if s.name)
+        texts.append(f"Series: {names}." if figure.series else "Empty.")
     texts += [f"Without a point: {o.name}: {o.text}." for o in figure.outcomes[:20]]
     return " ".join(filter(None, (*texts, figure.note)))
 
@@ -224,8 +234,10 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
             f'<rect class="floor" x="{left:.1f}" y="{c.y(place):.1f}" width="{c.width:.1f}" '
             f'height="{bottom - c.y(place):.1f}"/>'
         )
-    lines = [f"M{c.x(p):.1f} {top:.1f}V{bottom:.1f}" for p, _ in frame.x.ticks]
-    lines += [f"M{left:.1f} {c.y(p):.1f}H{right:.1f}" for p, _ in frame.y.ticks]
+    if figure.cells is not None:
+        yield from cells.drawn(frame, c)
+    lines = [f"M{c.x(p):.1f} {top:.1f}V{bottom:.1f}" for p, _ in frame.x.ticks if figure.cells is None]
+    lines += [f"M{left:.1f} {c.y(p):.1f}H{right:.1f}" for p, _ in frame.y.ticks if figure.cells is None]
     yield f'<path class="grid" d="{"".join(lines)}"/>'
     ticks = [f"M{c.x(p):.1f} {bottom:.1f}v5" for p, _ in frame.x.ticks]
     ticks += [f"M{left:.1f} {c.y(p):.1f}h-5" for p, _ in frame.y.ticks]
@@ -242,7 +254,7 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
         half = 0.5 * LABEL * len(label)
         middle = min(c.x(0.5), c.full - 4.0 - half) if 2.0 * half < c.full - 8.0 else 0.5 * c.full
         yield _text(middle, c.total - 6.0, label, "label", "middle", c.full - 8.0)
-    yield _text(2.0, 15.0, frame.y.titled(figure.y_label), "label", "start", c.full - 4.0)
+    yield _text(2.0, FIRST, frame.y.titled(figure.y_label), "label", "start", c.full - 4.0)
     for place, _ in frame.floors:
         yield f'<path class="floor-line" d="M{left:.1f} {c.y(place):.1f}H{right:.1f}"/>'
 

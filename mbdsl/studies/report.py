@@ -298,10 +298,11 @@ def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICT
     paths = [Path(folder) / f"{study.kind}-{figure.key}.{suffix}" for figure, suffix in each]
     if paths:
         from mbdsl.plotting import pictures as drawing
+        from mbdsl.plotting.sheets import sheet
 
         known = study.looks()
         for (figure, _), path in zip(each, paths, strict=True):
-            drawing.draw(figure, path, known=known)
+            drawing.draw(sheet(figure.title, [figure], known), path)
     return paths
 
 

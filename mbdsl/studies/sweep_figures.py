@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -15,12 +13,10 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import count
-from mbdsl.plotting import heat_maps
-from mbdsl.plotting.figures import Figure, HeatMap, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Cells, Figure, Outcome, Page, Series, Table
 from mbdsl.plotting.series_styles import looks
 from mbdsl.plotting.signal_panels import ASPECTS, FLAT, labelled
-from mbdsl.plotting.signal_plots import Plot, suffix_of
-from mbdsl.storage.output_files import write_text
+from mbdsl.plotting.signal_plots import Plot
 from mbdsl.studies.sweep_values import Varied
 
 if TYPE_CHECKING:
@@ -33,75 +29,9 @@ PANELS = 12  #: largest number of frames
 MANY = 60  #: number of points above which curves have no marks
 MARGIN = 0.03  #: space between the ends of a curve and the frame, relative to its width
 ROWS = 500  #: largest number of rows of the table of a page
-NOTE = 120  #: letters of a line of the notes
 
 
-@dataclass(frozen=True, repr=False)
-class SweepPlot(Plot):
-    """The picture of a sweep. ``print(plot)`` shows curves in characters.
-
-    Attributes
-    ----------
-    title : str
-    panels : tuple of Figure
-        One for each measure, from the top; empty if maps are drawn.
-    looks : mapping
-        Name of a series -> its look.
-    notes : tuple of str
-        Sentences on what is shown.
-    maps : tuple of HeatMap
-        Measures over two parameters; empty if curves are drawn.
-    """
-
-    maps: tuple[HeatMap, ...] = ()
-
-    def save(self, path: str | os.PathLike) -> None:
-        """Write the picture.
-
-        Parameters
-        ----------
-        path : path
-            The file. Its suffix selects the format: .svg, .html, or .png and .pdf, which require matplotlib.
-
-        Raises
-        ------
-        UsageError
-            If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
-        """
-        suffix = suffix_of(path)
-        if not self.maps or suffix == ".html":
-            return super().save(path)
-        if suffix == ".svg":
-            return write_text(path, self._repr_svg_())
-        return heat_maps.draw(self.maps, path, self.title, self._lines())
-
-    def page(self) -> Page:
-        """Return the picture as a page.
-
-        Returns
-        -------
-        Page
-        """
-        return Page(self.title, self.notes, self.maps or self.panels, looks=self.looks)
-
-    def __repr__(self) -> str:
-        return f"<SweepPlot of {self.title}: {count(len(self.maps), 'map')}>" if self.maps else super().__repr__()
-
-    def __str__(self) -> str:
-        if not self.maps:
-            return super().__str__()
-        shown = [(m, f", {m.title}" if m.title else "") for m in self.maps]
-        each = (f"map of {m.z_label} over {m.x_label} and {m.y_label}{where}" for m, where in shown)
-        return "\n".join([self.title, *each, *self.notes])
-
-    def _repr_svg_(self) -> str:
-        return heat_maps.svg(self.maps, self.title, self._lines()) if self.maps else super()._repr_svg_()
-
-    def _lines(self) -> list[str]:
-        return [line for note in self.notes for line in textwrap.wrap(note, NOTE)]
-
-
-def plot(sweep: Sweep) -> SweepPlot:
+def plot(sweep: Sweep) -> Plot:
     """The picture of a sweep: see :meth:`mbdsl.studies.sweep_results.Sweep.plot`."""
     if not sweep.measures:
         raise UsageError("a sweep without measures has no picture")
@@ -109,11 +39,9 @@ def plot(sweep: Sweep) -> SweepPlot:
     layout = _Layout(sweep)
     frames = list(product(sweep.measures, layout.panels()))
     notes = list(layout.notes(len(frames)))
-    if layout.second is None:
-        figures = tuple(layout.figure(measure, fixed, k) for k, (measure, fixed) in enumerate(frames[:PANELS]))
-        names = dict.fromkeys(s.name for figure in figures for s in figure.series)
-        return SweepPlot(title, figures, looks(names), tuple(notes))
-    return SweepPlot(title, (), {}, tuple(notes), tuple(layout.map(*frame) for frame in frames[:PANELS]))
+    of = layout.curves if layout.second is None else layout.cells
+    figures = tuple(of(measure, fixed, k) for k, (measure, fixed) in enumerate(frames[:PANELS]))
+    return Plot(title, figures, looks(dict.fromkeys(s.name for figure in figures for s in figure.series)), tuple(notes))
 
 
 class _Layout:
@@ -154,7 +82,7 @@ class _Layout:
     def _said(self, at: dict[int, int]) -> str:
         return ", ".join(self.sweep.varied[j].said(k) for j, k in at.items())
 
-    def figure(self, measure: Measure, fixed: dict[int, int], k: int) -> Figure:
+    def curves(self, measure: Measure, fixed: dict[int, int], k: int) -> Figure:
         """Curves of a measure."""
         p = self.sweep.varied[self.x]
         x, (column, unit) = _places(p), self.sweep.shown(measure)
@@ -185,18 +113,15 @@ class _Layout:
             aspect=ASPECTS.get(min(frames, PANELS), FLAT),
         )
 
-    def map(self, measure: Measure, fixed: dict[int, int]) -> HeatMap:
+    def cells(self, measure: Measure, fixed: dict[int, int], k: int) -> Figure:
         """A measure over two parameters."""
         assert self.second is not None
         p, q = self.sweep.varied[self.x], self.sweep.varied[self.second]
         x, y, (column, unit) = _places(p), _places(q), self.sweep.shown(measure)
         along, up = sorted(range(len(p)), key=x.__getitem__), sorted(range(len(q)), key=y.__getitem__)
         z = [[column[self._row({**fixed, self.x: i, self.second: j})] for i in along] for j in up]
-        title = self._said(fixed)
-        head = labelled(str(measure), unit)
-        return HeatMap(
-            title, _label(p), _label(q), head, [x[i] for i in along], [y[j] for j in up], z, _log(p), _log(q)
-        )
+        cells = Cells(labelled(str(measure), unit), [x[i] for i in along], [y[j] for j in up], z)
+        return Figure(f"map-{k}", self._said(fixed), _label(p), _label(q), (), _log(p), _log(q), cells=cells)
 
     def notes(self, frames: int) -> Iterator[str]:
         """Sentences on what is shown."""

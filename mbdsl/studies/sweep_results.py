@@ -25,7 +25,7 @@ from mbdsl.studies.sweep_values import Varied
 if TYPE_CHECKING:
     import pandas
 
-    from mbdsl.studies.sweep_figures import SweepPlot
+    from mbdsl.plotting.signal_plots import Plot
 
 Array = NDArray[np.float64]
 TROUBLES = 8  #: reasons of failures that are listed
@@ -336,12 +336,12 @@ class Sweep:
 
         save(self, path)
 
-    def plot(self) -> SweepPlot:
+    def plot(self) -> Plot:
         """Return the measures as curves over the parameter with the most values, or as maps over two.
 
         Returns
         -------
-        SweepPlot
+        Plot
             ``plot.save(path)`` writes it.
         """
         from mbdsl.studies.sweep_figures import plot

@@ -41,6 +41,7 @@ from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Table
 from mbdsl.plotting.figures import Series as Drawn
 from mbdsl.plotting.pictures import draw
+from mbdsl.plotting.sheets import sheet
 from mbdsl.studies.report import as_text, number
 from mbdsl.studies.runner import SHORT, TRIES
 
@@ -282,7 +283,8 @@ def written(chain: Chain, folder: Path) -> dict[str, str]:
     """Write the picture and the numbers; the part of the page."""
     folder.mkdir(parents=True, exist_ok=True)
     read_out, name = table(chain), f"chain_{chain.links}"
-    draw(picture(chain.links, points(chain)), folder / f"{name}.png")
+    figure = picture(chain.links, points(chain))
+    draw(sheet(figure.title, [figure]), folder / f"{name}.png")
     cells = [list(row) for row in read_out.rows]
     numbers = {"columns": list(read_out.columns), "table": cells, "points": points(chain)}
     (folder / f"{name}.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")

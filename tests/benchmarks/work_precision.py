@@ -39,6 +39,7 @@ from mbdsl.plotting.figure_layout import looks_of
 from mbdsl.plotting.figures import Figure, Page, Series, Table
 from mbdsl.plotting.pages import write
 from mbdsl.plotting.pictures import draw
+from mbdsl.plotting.sheets import sheet
 from mbdsl.studies.figure_parts import on_front, parts
 from mbdsl.studies.report import as_text, number
 from mbdsl.studies.runner import SHORT, TRIES
@@ -231,7 +232,7 @@ def numbers(study: WorkPrecision, theirs: list[Their]) -> dict:
 def draw_best(points: Sequence[dict], path: Path) -> None:
     """The picture of docs/work-precision.md."""
     drawn = pictures(points)
-    draw(drawn[0], path, known=looks_of(drawn))
+    draw(sheet(drawn[0].title, drawn[:1], looks_of(drawn)), path)
 
 
 def main(arguments: argparse.Namespace) -> None:

@@ -9,7 +9,6 @@ import pytest
 
 from mbdsl.errors import UsageError
 from mbdsl.plotting.default_signals import default_signals
-from mbdsl.plotting.panels_svg import svg
 from mbdsl.plotting.signal_plots import plot
 from mbdsl.results.stored import USUAL_UNITS, of_columns
 
@@ -33,6 +32,10 @@ def unit(name):
 
 def result(label="r.csv", columns=COLUMNS):
     return of_columns(label, list(columns), unit, columns.__getitem__)
+
+
+def svg(plot):
+    return plot._repr_svg_()
 
 
 def panels(plot):
@@ -253,14 +256,6 @@ def test_the_page_shares_its_axis_and_shows_values():
     assert all(float(x) + float(width) < full for (x, width), full in zip(rects, [860.0, 400.0] * 2, strict=True))
     assert '"names":["crank.phi"]' in text
     assert "default-src 'none'" in text
-
-
-def test_legend_of_a_picture_reads_row_by_row():
-    from mbdsl.plotting.panels_picture import _by_rows
-
-    # matplotlib fills columns: in 3 columns, 7 entries are 3 + 2 + 2
-    assert _by_rows([0, 1, 2, 3, 4, 5, 6], 3) == [0, 3, 6, 1, 4, 2, 5]
-    assert _by_rows([0, 1, 2, 3], 2) == [0, 2, 1, 3]
 
 
 def test_names_are_only_text():

@@ -441,16 +441,16 @@ def test_a_map_has_the_values_of_the_grid(tmp_path):
     runs[3] = Computed(case, problem="it failed")
     found = Sweep("M", vary, [Measure("max", "x", "m")], indices, runs)
     plot = found.plot()
-    assert [m.title for m in plot.maps] == ["c = 5", "c = 6"]
-    shown = plot.maps[1]
-    assert (shown.x_label, shown.y_label, shown.z_label, shown.y_log) == ("a", "b", "max(x) [m]", True)
-    z = np.array(shown.z)
+    assert [m.title for m in plot.panels] == ["c = 5", "c = 6"]
+    shown = plot.panels[1]
+    assert (shown.x_label, shown.y_label, shown.cells.label, shown.y_log) == ("a", "b", "max(x) [m]", True)
+    z = np.array(shown.cells.z)
     assert z.shape == (10, 9) and np.isnan(z).sum() == 1 and np.isnan(z[1, 0])
     assert z[9, 8] == pytest.approx(9.0 + 600.0 + 3.0)
     for suffix in (".svg", ".pdf", ".html"):
         plot.save(tmp_path / f"map{suffix}")
     root = ET.parse(tmp_path / "map.svg").getroot()
-    assert "map of max(x) [m] over a and b, c = 6" in str(plot) and "2 maps" in repr(plot)
+    assert "map of max(x) [m] over a and b, c = 6" in str(plot) and "max(x) [m]" in repr(plot)
     texts = list(root.itertext())
     assert texts.count("max(x) [m]") == 2 and "no value" in texts and "10²" in texts
     assert b"/FontFile2" in (tmp_path / "map.pdf").read_bytes()
