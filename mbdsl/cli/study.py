@@ -12,8 +12,6 @@ from mbdsl.cli import _values as values
 from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, install, visible
-from mbdsl.storage import output_files
-from mbdsl.storage.output_files import write_text
 
 if TYPE_CHECKING:
     from mbdsl.studies.effects import EffectsStudy
@@ -67,20 +65,6 @@ def register(subparsers) -> argparse.ArgumentParser:
     effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
     values.add_table(effects)
-    hard = kinds.add_parser(
-        "hard",
-        help="hard cases with known answers, by every method",
-        description="Run the hard cases of a folder by every method, at fixed steps and with tolerances, compare them "
-        "with independent answers, and print tables in Markdown: errors and energies, or why a run stopped. The exit "
-        "code is 4 if a run was wrong without an error message.",
-    )
-    hard.add_argument("folder", metavar="FOLDER", nargs="?", default="models/hard",
-                      help="folder of models and their answers, or one model; default models/hard")  # fmt: skip
-    values.add_methods(hard, "all of our own")
-    hard.add_argument("--cases", metavar="GLOB", default="*", help="which cases to run; default all")
-    hard.add_argument("--budget", metavar="S", type=values.positive_seconds, default=20.0,
-                      help="time budget of one run; default 20 s")  # fmt: skip
-    hard.add_argument("--output", metavar="FILE", help="file for the tables, instead of printing them")
     return parser
 
 
@@ -121,8 +105,7 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    known = {"effects": _effects, "hard": _hard}
-    return known.get(args.kind, _methods)(args)
+    return _effects(args) if args.kind == "effects" else _methods(args)
 
 
 def _methods(args: argparse.Namespace) -> int:
@@ -239,21 +222,3 @@ def _effects(args: argparse.Namespace) -> int:
     print(study)
     _table(study, args)
     return 0
-
-
-def _hard(args: argparse.Namespace) -> int:
-    from mbdsl.integrators import compiled
-    from mbdsl.studies.cases import chosen
-    from mbdsl.studies.hard import hard, read
-
-    models = {case.model for case in read(args.folder, args.cases)}
-    output_files.check([args.output], [path.with_suffix(suffix) for path in models for suffix in (".mbd", ".json")])
-    say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
-    suite = hard(args.folder, chosen(args.methods or compiled()), args.cases, args.budget, say)
-    if args.output:
-        write_text(args.output, suite.page())
-    else:
-        print(suite)
-    for run in suite.wrong:
-        print(f"wrong without an error message: {run}", file=sys.stderr)
-    return 4 if suite.wrong else 0
