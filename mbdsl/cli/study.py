@@ -13,8 +13,6 @@ from mbdsl.cli._options import Command
 from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, install, visible
-from mbdsl.storage import output_files
-from mbdsl.storage.output_files import write_text
 
 if TYPE_CHECKING:
     from mbdsl.studies.effects import EffectsStudy
@@ -113,14 +111,78 @@ KINDS = {
         budget={"default": 20.0},
     ),
 }
+<<<<<<< HEAD
 COMMAND = Command(
     "measure errors, run times and effects by several runs", "Studies of a model by several runs.", kinds=KINDS
 )
+=======
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "study",
+        help="measure errors, run times and effects by several runs",
+        description="Studies of a model by several runs.",
+    )
+    kinds = parser.add_subparsers(title="studies", metavar="KIND", dest="kind", required=True)
+    for kind, (help_, description) in METHODS.items():
+        _add_methods(kinds.add_parser(kind, help=help_, description=description), kind)
+    effects = kinds.add_parser(
+        "effects",
+        help="the effects that a result depends on",
+        description="Run the model without each effect in turn (friction, damping, flexibility, gravity), and print "
+        "the change of a signal and the run time of the effect.",
+    )
+    values.add_model(effects)
+    effects.add_argument("--signal", metavar="NAME", required=True, help="name of a signal, such as crank.phi or O.fx")
+    effects.add_argument("--tol", metavar="E", help="allowed change: 1mm, or relative to its range, 1%%")
+    values.add_method_name(effects)
+    effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
+    effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
+    effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
+    values.add_table(effects)
+    return parser
+
+
+def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
+    """The arguments of studies of methods."""
+    values.add_model(parser)
+    values.add_methods(parser)
+    parser.add_argument(
+        "--steps", metavar="H,...", type=values.list_of(values.positive_seconds), help="fixed steps: 4ms,2ms,1ms"
+    )
+    parser.add_argument(
+        "--tols", metavar="TOL,...", type=values.list_of(values.tolerance), help="tolerances of error-controlled steps"
+    )
+    if kind in ("convergence", "work-precision"):
+        parser.add_argument("--signals", metavar="PATTERN,...", help="further signals (globs)")
+    if kind in ("convergence", "work-precision", "energy"):
+        parser.add_argument(
+            "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
+        )
+    if kind in ("runtime", "work-precision"):
+        parser.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
+    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
+    parser.add_argument(
+        "--budget",
+        metavar="S",
+        type=values.positive_seconds,
+        default=120.0,
+        help="time budget of all runs, compilation included; default 120 s",
+    )
+    parser.add_argument("--output", metavar="DIR", help=f"output folder; default: MODEL-{kind}")
+    parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
+                        help="formats of pictures: png, svg, pdf; default png,svg; none: the page alone")  # fmt: skip
+    values.add_table(parser)
+    parser.add_argument("--fresh", action="store_true", help="compute everything again")
+    talk = parser.add_mutually_exclusive_group()
+    talk.add_argument("--quiet", action="store_true", help="print nothing")
+    talk.add_argument("--verbose", action="store_true", help="print long tables, too")
+>>>>>>> help32B
 
 
 def run(args: argparse.Namespace) -> int:
-    known = {"effects": _effects, "hard": _hard}
-    return known.get(args.kind, _methods)(args)
+    return _effects(args) if args.kind == "effects" else _methods(args)
 
 
 def _methods(args: argparse.Namespace) -> int:
@@ -237,21 +299,3 @@ def _effects(args: argparse.Namespace) -> int:
     print(study)
     _table(study, args)
     return 0
-
-
-def _hard(args: argparse.Namespace) -> int:
-    from mbdsl.integrators import compiled
-    from mbdsl.studies.cases import chosen
-    from mbdsl.studies.hard import hard, read
-
-    models = {case.model for case in read(args.folder, args.cases)}
-    output_files.check([args.output], [path.with_suffix(suffix) for path in models for suffix in (".mbd", ".json")])
-    say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
-    suite = hard(args.folder, chosen(args.methods or compiled()), args.cases, args.budget, say)
-    if args.output:
-        write_text(args.output, suite.page())
-    else:
-        print(suite)
-    for run in suite.wrong:
-        print(f"wrong without an error message: {run}", file=sys.stderr)
-    return 4 if suite.wrong else 0

@@ -145,7 +145,7 @@ def test_other_processes_of_a_study_get_what_was_read(folders):
 
 
 def test_shipped_models():
-    """Models of models/hard that vary a model of models/ need it; `mbdsl study hard` allows them that folder."""
+    """Models of models/hard that vary a model of models/ need it."""
     shipped = Path(__file__).parents[3] / "models"
     for path in sorted(shipped.rglob("*.mbd")):
         outside = 'import "../' in path.read_text(encoding="utf-8")

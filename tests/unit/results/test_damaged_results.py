@@ -132,11 +132,3 @@ def test_what_an_archive_says_about_itself(about, tmp_path, capsys, monkeypatch)
     if "units" not in about:
         assert "damaged" in tell(tmp_path / "r.npz", (tmp_path / "r.npz").read_bytes())
     assert [path.name for path in tmp_path.iterdir()] == ["r.npz"]
-
-
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"cases": 3}', '{"cases": [{}], "group": "1", "answer": ""}'])
-def test_answers_of_hard_cases(text, tmp_path, capsys):
-    (tmp_path / "m.mbd").write_text("model M Ground ground; end M;")
-    (tmp_path / "m.json").write_text(text)
-    assert main(["study", "hard", str(tmp_path)]) == 2
-    assert "m.json does not hold the answers of hard cases" in capsys.readouterr().err

@@ -260,15 +260,6 @@ def test_imported_files_are_inputs_too(say, tmp_path):
     assert code == 2 and err.startswith("error: cannot write `part.mbd`: it is an input of this command\n")
 
 
-def test_a_hard_case_is_not_overwritten(say, model, tmp_path):
-    case = '{"name": "", "stop": 0.1, "step": 0.01}'
-    (tmp_path / "m.json").write_text(f'{{"group": "1. one", "answer": "known", "cases": [{case}]}}', encoding="utf-8")
-    for name in ("m.mbd", "m.json"):
-        code, _, err = say("study", "hard", ".", "--output", name)
-        assert code == 2 and "it is an input of this command" in err
-    assert model.read_text(encoding="utf-8") == MODEL
-
-
 @posix
 def test_of_a_link_the_missing_folder_is_named(say, model, tmp_path):
     (tmp_path / "r.csv").symlink_to("missing/r.csv")

@@ -1,6 +1,6 @@
 """The hard cases: answers are reproduced, the default method is right or gives the reason, and verdicts can fail.
 
-``mbdsl study hard`` runs the whole matrix, which takes an hour; these tests run the cases that share a few structures.
+``hard_page.py`` runs the whole matrix, which takes an hour; these tests run the cases that share a few structures.
 """
 
 import importlib
@@ -13,12 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+import hard_page
+from hard_case import Check, Stop
+from hard_page import HEAD
+from hard_runs import POINTS, measure, read
+
 from mbdsl import cli
 from mbdsl.integrators import compiled
-from mbdsl.studies import hard
-from mbdsl.studies.hard import measure, read
-from mbdsl.studies.hard_case import Check, Stop
-from mbdsl.studies.hard_page import HEAD
 
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "models" / "hard"
@@ -43,11 +46,7 @@ SLOW_ANSWERS = {"stiff_knee", "bushing_joint", "million_steps", "stick_slip"}
 
 @pytest.fixture(scope="module")
 def answers():
-    sys.path.insert(0, str(Path(__file__).parent))
-    try:
-        return importlib.import_module("answers")
-    finally:
-        sys.path.remove(str(Path(__file__).parent))
+    return importlib.import_module("answers")
 
 
 def case(name):
@@ -137,7 +136,7 @@ def test_a_run_that_takes_too_long_is_left():
     assert measure(case("million_steps"), "hht-si2", budget=1e-9).verdict == "slow"
 
 
-# -- divergence, the command and the page ---------------------------------------------------------------------------
+# -- divergence, the program and the page ---------------------------------------------------------------------------
 
 
 def test_divergence_is_told_and_results_are_kept(tmp_path, capsys):
@@ -154,28 +153,26 @@ def test_divergence_is_told_and_results_are_kept(tmp_path, capsys):
     assert output.with_name("pole.csv.incomplete").exists()
 
 
-def test_the_command(tmp_path, capsys):
+def test_the_program(tmp_path):
     page = tmp_path / "page.md"
-    argv = ("study", "hard", str(FOLDER), "--cases", "any_size: 1 m", "--methods", "hht-si2")
-    assert cli.main((*argv, "--output", str(page))) == 0
+    argv = (str(FOLDER), "--cases", "any_size: 1 m", "--methods", "hht-si2")
+    assert hard_page.main(*argv, "--output", str(page)) == 0
     text = page.read_text(encoding="utf-8")
     assert text.startswith("# Hard cases") and "| any_size: 1 m | h = 0.001 s | 2.9e-05 |" in text
     assert "2 runs of hht-si2: 2 right" in text
-    assert cli.main(("study", "hard", str(FOLDER), "--cases", "nothing")) == 2
-    assert "no hard cases named nothing" in capsys.readouterr().err
 
 
-def test_the_command_fails_where_a_run_is_wrong(tmp_path, capsys):
+def test_the_program_fails_where_a_run_is_wrong(tmp_path, capsys):
     said = json.loads((FOLDER / "any_size.json").read_text(encoding="utf-8"))
     said["cases"] = [{"name": "", "stop": 1.0, "step": 1e-3, "checks": [{"signal": "rod.phi", "values": 0.0}]}]
     (tmp_path / "any_size.json").write_text(json.dumps(said), encoding="utf-8")
     (tmp_path / "any_size.mbd").write_text((FOLDER / "any_size.mbd").read_text(encoding="utf-8"), encoding="utf-8")
-    assert cli.main(("study", "hard", str(tmp_path / "any_size.mbd"), "--methods", "hht-si2")) == 4
+    assert hard_page.main(str(tmp_path / "any_size.mbd"), "--methods", "hht-si2") == 4
     assert "wrong without an error message: any_size, h = 0.001 s, hht-si2" in capsys.readouterr().err
 
 
 def test_the_page_shows_the_cases_that_there_are():
-    """Made by ``mbdsl study hard --output docs/hard-cases.md``; numbers differ from machine to machine."""
+    """Made by ``hard_page.py --output docs/hard-cases.md``; numbers differ from machine to machine."""
     text = PAGE.read_text(encoding="utf-8")
     assert text.startswith(HEAD)
     lines = [line for line in text.splitlines() if line.startswith("| ")]
@@ -189,4 +186,4 @@ def test_the_page_shows_the_cases_that_there_are():
 def test_every_group_of_the_issue_is_there():
     groups = sorted({int(c.group.split(".")[0]) for c in CASES})
     assert groups == list(range(1, 12))
-    assert hard.POINTS >= 100
+    assert POINTS >= 100

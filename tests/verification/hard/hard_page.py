@@ -1,19 +1,33 @@
-"""The results of the suite of hard cases, as tables in Markdown."""
+"""The page of the hard cases, and the program that makes it by runs of every case with every method, in an hour.
+
+``python tests/verification/hard/hard_page.py --output docs/hard-cases.md``; without ``--output`` it prints the tables.
+Its exit code is 4 if a run was wrong without an error message.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from mbdsl.studies.hard_case import Case, Cell
+sys.path.insert(0, str(Path(__file__).parent))
+
+from hard_case import Case, Cell
+from hard_runs import BUDGET, measure, read
+
+from mbdsl.integrators import compiled
+
+ROOT = Path(__file__).parents[3]
 
 HEAD = """# Hard cases
 
 Models chosen to break an integrator (`models/hard/`), each with an independent answer: a closed form, equations in
-minimal coordinates solved by SciPy to 1e-13, published data, or the expected reason to stop. `mbdsl study hard` runs
-them, at the step and with the tolerance of each case, and prints this page, with a column for each method that was run.
-It ends with exit code 4 if a run was wrong without an error message. `tests/verification/hard/answers.py` computes the
-answers without mbdsl.
+minimal coordinates solved by SciPy to 1e-13, published data, or the expected reason to stop.
+`tests/verification/hard/hard_page.py` runs them, at the step and with the tolerance of each case, and prints this page,
+with a column for each method that was run. It ends with exit code 4 if a run was wrong without an error message.
+`tests/verification/hard/answers.py` computes the answers without mbdsl.
 
 A cell shows the largest error, scaled: angles in radians, lengths relative to the mechanism's size, velocities relative
 to the largest one. `E` is the change of the total energy relative to the energy exchanged. An error in parentheses is
@@ -93,3 +107,39 @@ def _numbered(cell: Cell | None, notes: dict[str, int]) -> str:
     if not cell.reason:
         return str(cell)
     return f"{cell} [{notes.setdefault(cell.reason, len(notes) + 1)}]"
+
+
+def suite(cases: Sequence[Case], methods: Sequence[str], budget: float, tell: Callable[[str], None]) -> Suite:
+    """Run every case by every method, at its step and with its tolerance, within ``budget`` [s] a run."""
+    rows = []
+    for case in cases:
+        for tol, size in ((False, case.step), (True, case.tol)):
+            if size is not None:
+                tell(str(case))
+                cells = tuple(measure(case, method, tol, budget) for method in methods)
+                rows.append((case, f"tol {size:g}" if tol else f"h = {size:g} s", cells))
+    return Suite(tuple(methods), tuple(rows))
+
+
+def main(*arguments: str) -> int:
+    parser = argparse.ArgumentParser(description="Run the hard cases by every method.")
+    parser.add_argument("folder", nargs="?", default=ROOT / "models" / "hard", help="models and answers, or one model")
+    parser.add_argument("--cases", default="*", help="glob of the cases")
+    parser.add_argument("--methods", nargs="+", default=list(compiled()))
+    parser.add_argument("--budget", type=float, default=BUDGET, help="time limit of a run [s]")
+    parser.add_argument("--output", type=Path, help="file for the page")
+    asked = parser.parse_args(arguments)
+    found = suite(
+        read(asked.folder, asked.cases), asked.methods, asked.budget, lambda text: print(text, file=sys.stderr)
+    )
+    if asked.output:
+        asked.output.write_text(found.page(), encoding="utf-8")
+    else:
+        print(found)
+    for run in found.wrong:
+        print(f"wrong without an error message: {run}", file=sys.stderr)
+    return 4 if found.wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
