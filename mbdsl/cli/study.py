@@ -94,91 +94,10 @@ KINDS = {
         tol={"type": None},
         repeats={"type": int, "default": 5},
     ),
-    "hard": Command(
-        "hard cases with known answers, by every method",
-        "Run the hard cases of a folder by every method, at fixed steps and with tolerances, compare them with "
-        "independent answers, and print tables in Markdown: errors and energies, or why a run stopped. The exit code "
-        "is 4 if a run was wrong without an error message.",
-        """
-        folder [FOLDER]  folder of models and their answers, or one model; default models/hard
-        --methods NAME,...  integrators, or Python files (NAME.py); default: all of our own
-        --cases GLOB  which cases to run; default all
-        --budget S  time budget of one run; default 20 s
-        --output FILE  file for the tables, instead of printing them
-        """,
-        folder={"const": None, "default": "models/hard"},
-        cases={"default": "*"},
-        budget={"default": 20.0},
-    ),
 }
-<<<<<<< HEAD
 COMMAND = Command(
     "measure errors, run times and effects by several runs", "Studies of a model by several runs.", kinds=KINDS
 )
-=======
-
-
-def register(subparsers) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser(
-        "study",
-        help="measure errors, run times and effects by several runs",
-        description="Studies of a model by several runs.",
-    )
-    kinds = parser.add_subparsers(title="studies", metavar="KIND", dest="kind", required=True)
-    for kind, (help_, description) in METHODS.items():
-        _add_methods(kinds.add_parser(kind, help=help_, description=description), kind)
-    effects = kinds.add_parser(
-        "effects",
-        help="the effects that a result depends on",
-        description="Run the model without each effect in turn (friction, damping, flexibility, gravity), and print "
-        "the change of a signal and the run time of the effect.",
-    )
-    values.add_model(effects)
-    effects.add_argument("--signal", metavar="NAME", required=True, help="name of a signal, such as crank.phi or O.fx")
-    effects.add_argument("--tol", metavar="E", help="allowed change: 1mm, or relative to its range, 1%%")
-    values.add_method_name(effects)
-    effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
-    effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
-    effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
-    values.add_table(effects)
-    return parser
-
-
-def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
-    """The arguments of studies of methods."""
-    values.add_model(parser)
-    values.add_methods(parser)
-    parser.add_argument(
-        "--steps", metavar="H,...", type=values.list_of(values.positive_seconds), help="fixed steps: 4ms,2ms,1ms"
-    )
-    parser.add_argument(
-        "--tols", metavar="TOL,...", type=values.list_of(values.tolerance), help="tolerances of error-controlled steps"
-    )
-    if kind in ("convergence", "work-precision"):
-        parser.add_argument("--signals", metavar="PATTERN,...", help="further signals (globs)")
-    if kind in ("convergence", "work-precision", "energy"):
-        parser.add_argument(
-            "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
-        )
-    if kind in ("runtime", "work-precision"):
-        parser.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
-    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
-    parser.add_argument(
-        "--budget",
-        metavar="S",
-        type=values.positive_seconds,
-        default=120.0,
-        help="time budget of all runs, compilation included; default 120 s",
-    )
-    parser.add_argument("--output", metavar="DIR", help=f"output folder; default: MODEL-{kind}")
-    parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
-                        help="formats of pictures: png, svg, pdf; default png,svg; none: the page alone")  # fmt: skip
-    values.add_table(parser)
-    parser.add_argument("--fresh", action="store_true", help="compute everything again")
-    talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="print nothing")
-    talk.add_argument("--verbose", action="store_true", help="print long tables, too")
->>>>>>> help32B
 
 
 def run(args: argparse.Namespace) -> int:

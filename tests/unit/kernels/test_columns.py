@@ -16,9 +16,9 @@ def test_columns_follow_each_other(C, pose, rate, lever):
     for columns in (frames, [*gradients, (C.GRADIENT_COLUMNS, 0)]):
         for (start, size), (after, _) in zip(columns, columns[1:], strict=False):
             assert start + size == after
-    assert (C.POSE, C.PAIR_POSE, C.LEVERS, C.CARRIED) == (rate, pair, lever, pose + rate)
-    assert (C.SQUARE, C.HALF, C.BLOCK_SIZE, C.TANGENT_SCRATCH) == (pair**2, pair**2 // 2, rate**2, 2 * pair**2)
-    assert (C.LEAF, C.MOVED) == (1 + pair, 1 + pose + rate + rate)
+    assert (rate, pair, lever, pose + rate) == (C.POSE, C.PAIR_POSE, C.LEVERS, C.CARRIED)
+    assert (pair**2, pair**2 // 2, rate**2, 2 * pair**2) == (C.SQUARE, C.HALF, C.BLOCK_SIZE, C.TANGENT_SCRATCH)
+    assert (1 + pair, 1 + pose + rate + rate) == (C.LEAF, C.MOVED)
     assert columns_of(C is SPACE) is C
 
 
