@@ -1,6 +1,6 @@
 """Motion of frames at a point mass in space, with its position x as coordinates; the frames do not rotate.
 
-    r = x,   r' = v,   B = [I; 0]
+r = x,   r' = v,   B = [I; 0]
 """
 
 from mbdsl.kernels import buffer_layout as L
