@@ -36,6 +36,9 @@ OF_TWO = ("hypot", "atan2", "arctan2")
 
 @translates(ast.Call)
 def _call(code: Code, node: ast.Call) -> Value:
+    match node:
+        case ast.Call(ast.Name("tuple"), [ast.GeneratorExp(element, [generator])], []):
+            return _tuple_of(code, element, generator)
     function = code.value(node.func)
     arguments = [code.value(x) for x in node.args]
     named = {x.arg: code.value(x.value) for x in node.keywords}
@@ -51,6 +54,19 @@ def _call(code: Code, node: ast.Call) -> Value:
     if named or not callable(called):
         raise Untranslatable(f"`{ast.unparse(node)}`")
     return builtin_call(code, called, arguments, node)
+
+
+def _tuple_of(code: Code, element: ast.expr, generator: ast.comprehension) -> Value:
+    """``tuple(element for name in items)``, the items of a tuple."""
+    over = code.value(generator.iter)
+    if not isinstance(over.type, Group) or not isinstance(generator.target, ast.Name) or generator.ifs:
+        raise Untranslatable(f"a tuple from `{ast.unparse(generator).strip()}`")
+    outside, found = dict(code.bound), []
+    for item in over.items:
+        code.bound[generator.target.id] = item
+        found.append(code.value(element))
+    code.bound = outside
+    return group(found)
 
 
 def kernel_call(code: Code, called: Callable, arguments: list[Value], named: dict) -> Value:

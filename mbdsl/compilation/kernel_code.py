@@ -101,6 +101,7 @@ class Code:
         self.block = "entry"
         self.loops: list[tuple[str, str]] = []  # labels for continue and break
         self.memory: dict[str, list[str]] = {}
+        self.bound: dict[str, Value] = {}  # variables of generators
         names = [a.arg for a in self.tree.args.args]
         self.given = {
             name: Value(kind, tuple(f"%in.{k}.{i}" for i in range(len(kind.leaves))))
@@ -172,6 +173,8 @@ class Code:
             self.lines.append(f"  store {leaf} {x}, ptr {place}")
 
     def read_name(self, name: str) -> Value:
+        if name in self.bound:
+            return self.bound[name]
         if name in self.assigned:
             if name not in self.types:
                 raise Untranslatable(f"`{name}` is read before it is assigned")

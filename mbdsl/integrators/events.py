@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import dropwhile
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,6 +109,12 @@ class Events:
         self._cut: list[float] = []
         self._hidden: list[Switch] = []
         self._found: list[float] = []  # times of the last events that were not known in advance
+
+    def saved(self) -> dict[str, Any]:
+        """What a checkpoint keeps, by name."""
+        return {name: getattr(self, name).copy() for name in ("times", "rounding", "_cut", "_recent")} | {
+            "_fastest": self._fastest
+        }
 
     @property
     def changing(self) -> list[Switch]:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.integrators.loop.run_data import CHANGED
 from mbdsl.integrators.loop.switch_location import MIDDLE
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.close_approaches import Approach, Approaches
@@ -147,7 +148,7 @@ class Landings:
         most, batch = self._together
         while steps > 0 and status == S.RUNNING and self._looks.spent - begun < PAUSE:
             spent = self._looks.spent
-            before, t = _copied(run), run.time
+            before, t = {name: getattr(run, name).copy() for name in CHANGED}, run.time
             first = np.concatenate([[t], *run.state()])
             run.integers[S.NOTED] = 0
             status = call(min(steps, batch))
@@ -156,7 +157,8 @@ class Landings:
             zones = self._unseen(states)
             if zones:
                 passed = int((rows[:, 0] <= zones[0].start).sum())  # steps that are taken again as they were
-                _restore(run, before)
+                for name, kept in before.items():
+                    getattr(run, name)[...] = kept
                 if zones[0].start - self._from > PLACE * (run.stop - run.start):
                     self._tries, self._from = 0, zones[0].start
                 self._tries += 1
@@ -229,15 +231,3 @@ class Landings:
         if len(states[0]) > 1 and self._approaches.arguments:
             run.synchronise()
             self._approaches.add(run.approaches, run.approaching, states, self._inputs, run.left_out)
-
-
-BUFFERS = ("memory", "reals", "integers", "vectors", "frames", "gradients", "numbers", "layout", "matrices", "pivots")
-
-
-def _copied(run: RunState) -> dict[str, np.ndarray]:
-    return {name: getattr(run, name).copy() for name in BUFFERS}
-
-
-def _restore(run: RunState, before: dict[str, np.ndarray]) -> None:
-    for name, kept in before.items():
-        getattr(run, name)[...] = kept

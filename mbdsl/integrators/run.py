@@ -18,7 +18,7 @@ from mbdsl.integrators.events import PRECISE, Events
 from mbdsl.integrators.loop import linear_solve, step_control
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
-from mbdsl.integrators.loop.run_data import RunData
+from mbdsl.integrators.loop.run_data import CHANGED, RunData
 from mbdsl.integrators.loop.step_times import representable
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.missed_peaks import Overlooked
@@ -502,22 +502,8 @@ class Integration(RunState):
 
     def data(self) -> RunData:
         """The arguments of the step loop's kernels."""
-        return RunData(
-            self.evaluate,
-            self.tangent,
-            self.inertia,
-            self.coefficients,
-            self.memory,
-            self.reals,
-            self.integers,
-            self.vectors,
-            self.frames,
-            self.gradients,
-            self.numbers,
-            self.layout,
-            self.matrices,
-            self.pivots,
-        )
+        buffers = (getattr(self, name) for name in ("coefficients", *CHANGED))
+        return RunData(self.evaluate, self.tangent, self.inertia, *buffers)
 
     def _call(self, steps: int) -> int:
         return int(self._advance(steps, self.times, self.out, *self.data()))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,11 @@ from mbdsl.system.peaks_along_motion import Turns, not_searched
 Array = NDArray[np.float64]
 
 
+def copied(value: Any) -> Any:
+    """A copy of an array or a list; other values do not change."""
+    return value.copy() if isinstance(value, np.ndarray | list) else value
+
+
 def _pattern(system: System) -> sparse_lu.Pattern:
     return sparse_lu.analyse(system.unknowns, *system.tables.pattern, system.elimination_order())
 
@@ -33,9 +39,13 @@ def _pattern(system: System) -> sparse_lu.Pattern:
 RECORDED = 20_000
 
 
+#: mark of the fields that change during a run, without which it cannot be continued
+KEPT = {"kept": True}
+
+
 @dataclass
 class RunState:
-    """Settings and buffers of one run.
+    """Settings and buffers of one run; the fields with the mark KEPT are in checkpoints and saved states.
 
     ``h`` is the step size, a whole fraction of stop - start. With a tolerance ``tol`` it is stop - start at first, and
     the size of the first step after the start. With ``every``, each step is output, and ``times`` are the steps' ends.
@@ -43,25 +53,50 @@ class RunState:
 
     system: System
     method: str
-    h: float
+    h: float = field(metadata=KEPT)
     start: float
     stop: float
-    times: Array  #: output times after the start
+    times: Array = field(metadata=KEPT)  #: output times after the start
     options: Mapping[str, float | None] | None = None  #: all options of the method, completed; None: the defaults
     left_out: tuple[int, ...] = ()
     tol: float | None = None
     every: bool = False
     longest: float = np.inf  #: largest allowed size of controlled steps
     rows: OutputTimes | None = None  #: the output times, of a run that has a window of them only in ``times``
-    pivoting_from: float | None = None  #: time since which the dense solver with pivoting replaces the sparse one
+    #: time since which the dense solver with pivoting replaces the sparse one
+    pivoting_from: float | None = field(default=None, metadata=KEPT)
     keeps: bool = False  #: whether the states at the ends of all steps are kept, for extremes of signals
 
+    # -- buffers of the compiled loop; see :class:`mbdsl.integrators.loop.run_data.RunData` --------------------------
+    memory: Array = field(init=False, metadata=KEPT)
+    reals: Array = field(init=False, metadata=KEPT)
+    integers: NDArray[np.int64] = field(init=False, metadata=KEPT)
+    vectors: Array = field(init=False, metadata=KEPT)
+    frames: Array = field(init=False, metadata=KEPT)
+    gradients: Array = field(init=False, metadata=KEPT)
+    numbers: Array = field(init=False, metadata=KEPT)
+    layout: NDArray[np.int64] = field(init=False, metadata=KEPT)
+    matrices: Array = field(init=False, metadata=KEPT)
+    pivots: NDArray[np.int64] = field(init=False, metadata=KEPT)
+    solver: int = field(init=False, metadata=KEPT)  #: DENSE or SPARSE_LU
+    # -- output ------------------------------------------------------------------------------------------------------
+    out: Array = field(init=False, metadata=KEPT)  #: (times, n + unknowns)
+    released: int = field(init=False, metadata=KEPT)  #: rows of output that were taken from the run
+    # -- searches for peaks ------------------------------------------------------------------------------------------
+    seen: Array = field(init=False, metadata=KEPT)  #: largest values so far of the terms searched for peaks
+    searched: Array = field(init=False, metadata=KEPT)
+    missed: list[float] = field(init=False, metadata=KEPT)
+    approaches: list[Approach] = field(init=False, metadata=KEPT)
+    approaching: Array = field(init=False, metadata=KEPT)  #: see Approaches.add
+
     def __post_init__(self) -> None:
-        self.seen = np.zeros(0)  # largest values so far of the terms searched for peaks
-        self.searched = not_searched()
-        self.missed: list[float] = []
-        self.approaches: list[Approach] = []
-        self.approaching = np.zeros((5, 0))  # see Approaches.add
+        self.seen, self.searched, self.approaching = np.zeros(0), not_searched(), np.zeros((5, 0))
+        self.missed, self.approaches = [], []
+
+    def saved(self, *shared: str) -> dict[str, Any]:
+        """What is kept of the run, by name: copies, but for the arrays that are ``shared``."""
+        found = {each.name: getattr(self, each.name) for each in fields(self) if each.metadata.get("kept")}
+        return {name: copied(x) if name not in shared else x for name, x in found.items()}
 
     @property
     def controlled(self) -> bool:
@@ -78,7 +113,7 @@ class RunState:
         self.memory = np.zeros(0)  # set when the run begins
         self.reals = reals = np.zeros(S.REALS)
         self.integers = integers = np.zeros(S.INTEGERS, np.int64)
-        self.released = 0  #: rows of output that were taken from the run
+        self.released = 0
         self.ends: list[Array] = []  #: the parts of ``kept``
         if self.rows is not None:
             self.times = self.rows.visible(0)

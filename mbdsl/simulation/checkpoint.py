@@ -41,11 +41,6 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 EVERY = 60.0  #: default time between two checkpoints [s]
-#: attributes of a run that belong to the model or are recomputed
-NOT_KEPT = set(
-    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows "
-    "standstill ends keeps".split()
-) | {"_advance", "_known", "_rates"}
 Snapshot = dict[str, Any]
 
 
@@ -262,21 +257,15 @@ def _snapshot(motion: Motion, status: int | None) -> Snapshot:
     for p in motion.parts:
         run = p.integration
         assert isinstance(run, Integration)
-        kept = _kept(run)
-        there = run.written - run.released
-        kept["out"], kept["times"] = run.out[:there].copy(), run.times.copy()
+        kept, there = run.saved("out"), run.written - run.released
+        kept["out"] = run.out[:there].copy()
         if run.every:
-            kept["times"] = run.times[:there].copy()
-        events = _kept(run.events) if hasattr(run, "events") else None
+            kept["times"] = kept["times"][:there]
+        events = run.events.saved() if hasattr(run, "events") else None
         parts.append({"run": kept, "events": events, "ends": run.kept})
     tables = [p.system.tables.numbers.copy() for p in motion.parts]
     gathered = None if motion.gathered is None else motion.gathered.state()
     return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken, "gathered": gathered}
-
-
-def _kept(thing: object) -> dict[str, Any]:
-    copied = {key: value for key, value in vars(thing).items() if key not in NOT_KEPT}
-    return {key: value.copy() if isinstance(value, np.ndarray | list) else value for key, value in copied.items()}
 
 
 def _restore(motion: Motion, known: Snapshot) -> None:

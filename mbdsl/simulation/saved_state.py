@@ -14,7 +14,6 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.saved_runs import checked
 from mbdsl.mechanism.scene import Scene
-from mbdsl.simulation.checkpoint import NOT_KEPT
 from mbdsl.simulation.mechanism_run import Motion
 
 Array = NDArray[np.float64]
@@ -72,7 +71,7 @@ class SavedState:
 
 def snapshot(motion: Motion) -> tuple[dict[str, Any], ...]:
     """A copy of the state of every run."""
-    return tuple(_kept(p.integration) for p in motion.parts)  # type: ignore[arg-type]
+    return tuple(p.integration.saved(*_SHARED) for p in motion.parts)  # type: ignore[attr-defined]
 
 
 def restore(motion: Motion, taken: int, runs: tuple[dict[str, Any], ...]) -> None:
@@ -93,16 +92,6 @@ def restore(motion: Motion, taken: int, runs: tuple[dict[str, Any], ...]) -> Non
         assert isinstance(p.integration, Integration)
         _put_back(p.integration, kept, made)
     motion._taken, motion.failed, motion._failure = taken, None, S.DONE
-
-
-def _kept(run: Integration) -> dict[str, Any]:
-    found = {}
-    for key, value in vars(run).items():
-        if key in _SHARED:
-            found[key] = value
-        elif key not in NOT_KEPT:
-            found[key] = value.copy() if isinstance(value, np.ndarray | list) else value
-    return found
 
 
 def _checked(run: Integration, kept: dict[str, Any]) -> dict[str, Any]:

@@ -262,9 +262,8 @@ NEAREST = {
     "mbdsl/integrators/loop/sparse_lu": ("tests/unit/system/test_reductions.py", *FULL),
     "mbdsl/integrators/methods/radau_newton": RADAU5,
     "mbdsl/integrators/methods/radau_step": RADAU5,
-    "mbdsl/integrators/methods/radau_stages": RADAU,
+    "mbdsl/integrators/methods/radau_stages": (*RADAU5, *RADAU),
     "mbdsl/integrators/methods/radau_coefficients": RADAU,
-    "mbdsl/integrators/methods/radau5_stages": RADAU5,
     "mbdsl/integrators/loop/switch_location": (
         "tests/unit/system/test_switches.py",
         "tests/unit/integrators/test_events.py",

@@ -8,7 +8,7 @@ from types import ModuleType
 from mbdsl.compilation import code_cache
 from mbdsl.integrators import method_files, modules
 from mbdsl.integrators.loop import driver, multistep, step_control
-from mbdsl.integrators.loop.run_data import Formulas, RunData, Stages, Step
+from mbdsl.integrators.loop.run_data import Formulas, RunData, Step
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
 #: advance(steps, times, out, *RunData)
@@ -57,8 +57,7 @@ def compiled(name: str, module: ModuleType) -> Callable:
     module = _with_kernels_of(module)
     short = module.__name__.rsplit(".", 1)[-1]
     if has_own_step(name):
-        staged = all(hasattr(module, f) for f in Stages._fields)
-        formulas = f"run_data.Stages({', '.join(f'method.{f}' for f in Stages._fields)})" if staged else "None"
+        formulas = "method.SCHEME" if hasattr(module, "SCHEME") else "None"
         whose, used = "method", [driver]
     else:
         of = {f: "method" if hasattr(module, f) or f not in CONTROL else "step_control" for f in Formulas._fields}

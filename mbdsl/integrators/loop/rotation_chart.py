@@ -33,39 +33,45 @@ from mbdsl.numerics.rotation import (
 
 
 @kernel
-def to_world(row, run):
-    """Turn the rotational entries of a row of ``vectors`` from body to world axes."""
-    layout, y = run.layout, run.vectors[row]
+def turn_axes(function, y, run):
+    """Apply ``function(R, ...)`` to the rotational entries of y, with the attitudes R of the bodies."""
+    layout = run.layout
     for k in range(layout[L.N_ROTATIONS]):
         d, at = layout[layout[L.ROTATIONS] + 2 * k], layout[layout[L.ROTATIONS] + 2 * k + 1]
-        y[d], y[d + 1], y[d + 2] = turned(run.numbers[at:], y[d], y[d + 1], y[d + 2])
+        y[d], y[d + 1], y[d + 2] = function(run.numbers[at:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def to_world(row, run):
+    """Turn the rotational entries of a row of ``vectors`` from body to world axes."""
+    turn_axes(turned, run.vectors[row], run)
 
 
 @kernel
 def to_body(row, run):
     """Turn the rotational entries of a row of ``vectors`` from world to body axes."""
-    layout, y = run.layout, run.vectors[row]
-    for k in range(layout[L.N_ROTATIONS]):
-        d, at = layout[layout[L.ROTATIONS] + 2 * k], layout[layout[L.ROTATIONS] + 2 * k + 1]
-        y[d], y[d + 1], y[d + 2] = turned_back(run.numbers[at:], y[d], y[d + 1], y[d + 2])
+    turn_axes(turned_back, run.vectors[row], run)
 
 
 @kernel
 def to_rates(row, run):
     """Convert small rotations in a row of ``vectors`` to changes of psi: multiply them by T(psi)^{-1}."""
-    layout, y = run.layout, run.vectors[row]
+    convert(untangled, run.vectors[L.POSITION], run.vectors[row], run)
+
+
+@kernel
+def convert(function, q, y, run):
+    """Apply ``function(psi, ...)`` to the rotational entries of y, with the rotation vectors psi in q."""
+    layout = run.layout
     for k in range(layout[L.N_ROTATIONS]):
         d = layout[layout[L.ROTATIONS] + 2 * k]
-        y[d], y[d + 1], y[d + 2] = untangled(run.vectors[L.POSITION, d:], y[d], y[d + 1], y[d + 2])
+        y[d], y[d + 1], y[d + 2] = function(q[d:], y[d], y[d + 1], y[d + 2])
 
 
 @kernel
 def from_rates(q, v, run):
     """In the velocities v at the coordinates q, replace psi' by the angular velocity T(psi) psi'."""
-    layout = run.layout
-    for k in range(layout[L.N_ROTATIONS]):
-        d = layout[layout[L.ROTATIONS] + 2 * k]
-        v[d], v[d + 1], v[d + 2] = tangled(q[d:], v[d], v[d + 1], v[d + 2])
+    convert(tangled, q, v, run)
 
 
 @kernel
@@ -93,19 +99,13 @@ def from_chart(run):
 @kernel
 def into_chart(row, run):
     """Convert generalised forces in a row of ``vectors`` to those on psi: multiply their torques by T(psi)^T."""
-    layout, y = run.layout, run.vectors[row]
-    for k in range(layout[L.N_ROTATIONS]):
-        d = layout[layout[L.ROTATIONS] + 2 * k]
-        y[d], y[d + 1], y[d + 2] = tangled_back(run.vectors[L.POSITION, d:], y[d], y[d + 1], y[d + 2])
+    convert(tangled_back, run.vectors[L.POSITION], run.vectors[row], run)
 
 
 @kernel
 def out_of_chart(row, run):
     """The inverse of ``into_chart``."""
-    layout, y = run.layout, run.vectors[row]
-    for k in range(layout[L.N_ROTATIONS]):
-        d = layout[layout[L.ROTATIONS] + 2 * k]
-        y[d], y[d + 1], y[d + 2] = untangled_back(run.vectors[L.POSITION, d:], y[d], y[d + 1], y[d + 2])
+    convert(untangled_back, run.vectors[L.POSITION], run.vectors[row], run)
 
 
 @kernel
@@ -117,10 +117,7 @@ def with_rates(q, v, other, run):
         return v
     for i in range(layout[L.N_Q]):
         vectors[other, i] = vectors[v, i]
-    for k in range(layout[L.N_ROTATIONS]):
-        d = layout[layout[L.ROTATIONS] + 2 * k]
-        y = vectors[other, d:]
-        y[0], y[1], y[2] = untangled(vectors[q, d:], y[0], y[1], y[2])
+    convert(untangled, vectors[q], vectors[other], run)
     return other
 
 

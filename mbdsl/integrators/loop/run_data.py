@@ -40,18 +40,6 @@ class Formulas(NamedTuple):
     change_step: Callable
 
 
-class Stages(NamedTuple):
-    """The kernels of a method with several stages that :mod:`mbdsl.integrators.methods.radau_step` calls."""
-
-    predict: Callable  #: (ratio, degree, h, run): the unknowns from those of the last step
-    residuals: Callable  #: (t, h, run): residuals of all stages of a step from t
-    constraint_size: Callable  #: (run): largest residual of the constraints on positions
-    matrices: Callable  #: (t, h, still, run): the iteration matrices, factorised; False if that failed
-    correct: Callable  #: (h, unit, run): Newton's correction, and its size
-    finish: Callable  #: (h, run): the end of the step
-    estimate: Callable  #: (h, speed, run): the error of the embedded formula
-
-
 class RunData(NamedTuple):
     """The compiled functions of the scene, and the buffers of a run.
 
@@ -73,6 +61,10 @@ class RunData(NamedTuple):
     layout: Integers  #: integer tables: positions of everything in the other buffers
     matrices: Floats  #: (matrices, entries) iteration matrices
     pivots: Integers  #: (matrices, entries) their pivots, or rows and columns of their entries
+
+
+#: the buffers that steps change
+CHANGED = RunData._fields[RunData._fields.index("memory") :]
 
 
 @kernel

@@ -13,20 +13,30 @@ EARLY, LATE = 0.3, 0.02
 
 
 @kernel
+def residual_one(of_position, of_velocity, run):
+    """RESIDUAL <- [M a - f; Phi/of_position; Gam/of_velocity] with a in UNKNOWN, from MX and FORCE; the divisors are
+    dq/da and dv/da of a method of index 3."""
+    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
+    r, f, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.UNKNOWN], y[L.MX]
+    for i in range(n):
+        r[i] = mass[i] * a[i] + Ma[i] - f[i]
+    for i in range(n, n + m):
+        r[i] = f[i] / of_position
+    for i in range(n + m, size):
+        r[i] = f[i] / of_velocity
+
+
+@kernel
 def correct_one(run):
     """Solve for the corrections and apply them; return the largest scaled correction of an acceleration.
 
     Reads RESIDUAL and the factorised matrix 0; writes CORRECTION and UNKNOWN.
     """
     vectors, layout = run.vectors, run.layout
-    residual, correction, unknown, scale = (
-        vectors[L.RESIDUAL],
-        vectors[L.CORRECTION],
-        vectors[L.UNKNOWN],
-        vectors[L.SCALE],
-    )
+    correction, unknown, scale = vectors[L.CORRECTION], vectors[L.UNKNOWN], vectors[L.SCALE]
     for i in range(layout[L.N_ALL]):
-        correction[i] = -residual[i]
+        correction[i] = -vectors[L.RESIDUAL, i]
     solve(0, L.CORRECTION, run)
     to_rates(L.CORRECTION, run)
     for i in range(layout[L.N_ALL]):
@@ -35,6 +45,15 @@ def correct_one(run):
     for i in range(layout[L.N_Q]):
         change = larger(abs(correction[i]) * scale[i], change)
     return change
+
+
+@kernel
+def scale_history(unknown, count, factor, run):
+    """Multiply the first ``count`` entries of UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) at the last steps."""
+    for k in range(L.PAST):
+        past = run.vectors[L.UNKNOWN0 + L.PAST * unknown + k]
+        for i in range(count):
+            past[i] *= factor
 
 
 @kernel

@@ -26,7 +26,7 @@ projection, with masses, is that of Negrut, Jay, Khude (2009), eq. (12).
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_correction import turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor
-from mbdsl.integrators.loop.split_correction import couple, couples
+from mbdsl.integrators.loop.split_correction import couple, couples, scale_history
 from mbdsl.integrators.loop.tangent_matrices import projection_matrix, stiffness_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.generalized_alpha_i3 import (
@@ -83,10 +83,7 @@ def change_step(h, run):
     h0 = run.reals[S.STEP_SIZE]
     if h != h0:
         shift(h, run)
-        for k in range(L.PAST):
-            abar = run.vectors[L.UNKNOWN0 + L.PAST + k]
-            for i in range(run.layout[L.N_ALL]):
-                abar[i] *= h / h0
+        scale_history(1, run.layout[L.N_ALL], h / h0, run)
 
 
 @kernel

@@ -30,7 +30,7 @@ for constrained mechanical systems, Multibody Syst. Dyn. 18 (2007) 185-202.
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.split_correction import correct_one
+from mbdsl.integrators.loop.split_correction import correct_one, residual_one
 from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
@@ -153,15 +153,7 @@ def motion(h, run):
 def residual(h, run):
     """RESIDUAL from UNKNOWN, MX and FORCE."""
     of_q, of_v = new_weights(run)
-    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
-    r, f, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.UNKNOWN], y[L.MX]
-    for i in range(n):
-        r[i] = mass[i] * a[i] + Ma[i] - f[i]
-    for i in range(n, n + m):
-        r[i] = f[i] / (of_q * h * h)
-    for i in range(n + m, size):
-        r[i] = f[i] / (of_v * h)
+    residual_one(of_q * h * h, of_v * h, run)
 
 
 @kernel

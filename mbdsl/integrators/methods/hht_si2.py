@@ -44,7 +44,7 @@ are misprinted there; the splitting is our own.
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_correction import block, copy_first, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
-from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
+from mbdsl.integrators.loop.split_correction import couple, couples, scale_history, solve_two
 from mbdsl.integrators.loop.tangent_matrices import (
     projection_matrix,
     stiffness_matrix,
@@ -101,10 +101,8 @@ def motion(h, run):
 def change_step(h, run):
     """Convert the history of abar and mu to the step size h."""
     h0 = run.reals[S.STEP_SIZE]
-    for k in range(L.PAST if h != h0 else 0):
-        abar = run.vectors[L.UNKNOWN0 + L.PAST + k]
-        for i in range(run.layout[L.N_ALL]):
-            abar[i] *= h / h0
+    if h != h0:
+        scale_history(1, run.layout[L.N_ALL], h / h0, run)
 
 
 @kernel

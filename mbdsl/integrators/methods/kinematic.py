@@ -14,6 +14,7 @@ Controlled steps end at output times, and no step moves a coordinate by more tha
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor, larger, solve
 from mbdsl.integrators.loop.rotation_chart import to_rates
+from mbdsl.integrators.loop.split_correction import scale_history
 from mbdsl.integrators.loop.tangent_matrices import projection_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import buffer_layout as L
@@ -61,10 +62,7 @@ def estimate(h, formulas, run):
 @kernel
 def change_step(h, run):
     """Convert the history of displacements to the step size h."""
-    for k in range(L.PAST):
-        d = run.vectors[L.UNKNOWN0 + k]
-        for i in range(run.layout[L.N_Q]):
-            d[i] *= h / run.reals[S.STEP_SIZE]
+    scale_history(0, run.layout[L.N_Q], h / run.reals[S.STEP_SIZE], run)
 
 
 @kernel

@@ -25,7 +25,7 @@ dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.split_correction import correct_one
+from mbdsl.integrators.loop.split_correction import correct_one, residual_one
 from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
@@ -140,15 +140,7 @@ def change_step(h, run):
 def residual(h, run):
     """RESIDUAL from UNKNOWN, MX and FORCE."""
     beta, gamma, _alpha, _past = weights(run)
-    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
-    r, f, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.UNKNOWN], y[L.MX]
-    for i in range(n):
-        r[i] = mass[i] * a[i] + Ma[i] - f[i]
-    for i in range(n, n + m):
-        r[i] = f[i] / (beta * h * h)
-    for i in range(n + m, size):
-        r[i] = f[i] / (gamma * h)
+    residual_one(beta * h * h, gamma * h, run)
 
 
 @kernel

@@ -26,7 +26,7 @@ integrator in ADAMS. The start is our own.
 
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.split_correction import correct_one
+from mbdsl.integrators.loop.split_correction import correct_one, residual_one
 from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method
@@ -124,15 +124,7 @@ def set_ratio(r, run):
 def residual(h, run):
     """RESIDUAL from UNKNOWN, MX and FORCE."""
     s = run.memory[S] * h
-    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
-    y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
-    r, f, a, Ma = y[L.RESIDUAL], y[L.FORCE], y[L.UNKNOWN], y[L.MX]
-    for i in range(n):
-        r[i] = mass[i] * a[i] + Ma[i] - f[i]
-    for i in range(n, n + m):
-        r[i] = f[i] / (s * s)
-    for i in range(n + m, size):
-        r[i] = f[i] / s
+    residual_one(s * s, s, run)
 
 
 @kernel

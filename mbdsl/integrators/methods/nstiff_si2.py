@@ -38,7 +38,7 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section o
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.coupled_correction import block, copy_first, factor_coupled, solve_coupled, turns_far
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
-from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
+from mbdsl.integrators.loop.split_correction import couple, couples, scale_history, solve_two
 from mbdsl.integrators.loop.tangent_matrices import stiffness_matrix, tangent_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.nstiff import P, S, begin, finish, local_error, memory, set_ratio
@@ -85,10 +85,8 @@ def change_step(h, run):
     """Set the weights for the step size h in ``memory``, and convert the history of q' - v and mu to it."""
     h0 = run.reals[loop_state.STEP_SIZE]
     set_ratio(h / run.reals[loop_state.LAST_H], run)
-    for k in range(L.PAST if h != h0 else 0):
-        drift = run.vectors[L.UNKNOWN0 + L.PAST + k]
-        for i in range(run.layout[L.N_ALL]):
-            drift[i] *= (h / h0) ** 2
+    if h != h0:
+        scale_history(1, run.layout[L.N_ALL], (h / h0) ** 2, run)
 
 
 @kernel

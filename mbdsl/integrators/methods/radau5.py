@@ -1,6 +1,6 @@
 """RADAU5: Radau IIA with three stages on the stabilised index-2 equations, order 5, with error-controlled steps.
 
-The equations and their solution: :mod:`mbdsl.integrators.methods.radau5_stages`; the loop over steps and the control of
+The equations and their solution: :mod:`mbdsl.integrators.methods.radau_stages`; the loop over steps and the control of
 their lengths: :mod:`mbdsl.integrators.methods.radau_step`.
 
 Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, on the equations of Gear,
@@ -11,36 +11,18 @@ from math import inf
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import from_rates, with_rates
-from mbdsl.integrators.methods.radau5_coefficients import NODES as STAGES
-from mbdsl.integrators.methods.radau5_stages import (
-    MATRICES,
-    OWN_ROWS,
-    PAST,
-    PAST2,
-    QB,
-    RATES,
-    STAGE,
-    STAGE2,
-    VB,
-    constraint_size,
-    correct,
-    estimate,
-    finish,
-    matrices,
-    motion,
-    predict,
-    residuals,
-)
+from mbdsl.integrators.methods import radau_stages
+from mbdsl.integrators.methods.radau_coefficients import QB, RATES, VB, scheme
 from mbdsl.integrators.methods.radau_newton import LAST
 from mbdsl.integrators.methods.radau_step import method, next_length, take, trial_length
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 
-__all__ = ["METHOD", "constraint_size", "correct", "estimate", "finish", "interpolate", "matrices", "next_length"]
-__all__ += ["predict", "residuals", "store", "take", "trial_length"]
+__all__ = ["METHOD", "SCHEME", "interpolate", "next_length", "store", "take", "trial_length"]
 
+SCHEME = scheme(3)
 #: the embedded formula, of order 3, is held to 0.1 tol^{4/5}
-METHOD = method(3, OWN_ROWS, MATRICES, lambda: (0.1, 0.8, 0.25, 100.0, inf))
+METHOD = method(SCHEME, 0.1, 0.8, 0.25, 100.0, inf)
 
 
 @kernel
@@ -61,7 +43,7 @@ def interpolate(k, x, h, out, run):
             b0 = off / g + b1 * r
         else:
             b0 = h * h / 2.0 * vectors[L.UNKNOWN0, i] - c2
-            b1 = h * h / 2.0 * vectors[STAGE + 2, i] - c2 - 3.0 * c3 - b0
+            b1 = h * h / 2.0 * vectors[SCHEME.STAGE + 2, i] - c2 - 3.0 * c3 - b0
         g, dg, b = (x * (1.0 - x)) ** 2, 2.0 * x * (1.0 - x) * (1.0 - 2.0 * x), b0 + b1 * x
         out[k, i] = q0 + x * (v0 + x * (c2 + x * c3)) + g * b
         out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3) + dg * b + g * b1) / h
@@ -70,24 +52,4 @@ def interpolate(k, x, h, out, run):
 
 @kernel
 def store(h, run):
-    """Store the step as the last one."""
-    reals, vectors, layout = run.reals, run.vectors, run.layout
-    for k in range(3):
-        row = STAGE + k
-        if layout[L.N_ROTATIONS] > 0:
-            motion(k, h, run)
-            row = L.UNKNOWN
-        for i in range(layout[L.N_ALL]):
-            vectors[PAST + k, i], vectors[PAST2 + k, i] = vectors[row, i], vectors[STAGE2 + k, i]
-    for i in range(layout[L.N_Q]):
-        vectors[QB, i], vectors[VB, i], vectors[L.POSITION0, i], vectors[L.VELOCITY0, i] = (
-            vectors[L.POSITION0, i],
-            vectors[L.VELOCITY0, i],
-            vectors[L.POSITION, i],
-            vectors[L.VELOCITY, i],
-        )
-    for i in range(layout[L.N_ALL]):
-        vectors[L.UNKNOWN0 + 1, i] = vectors[PAST + 1, i]
-        vectors[L.UNKNOWN0, i] = vectors[PAST + 2, i]
-    if reals[S.TOL] > 0.0:
-        reals[S.NODES], reals[S.NODES + 1] = reals[S.STEP_END], reals[S.NOW] + STAGES[1] * h
+    radau_stages.store(SCHEME, h, run)

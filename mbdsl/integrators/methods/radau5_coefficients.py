@@ -36,19 +36,23 @@ def eigenvectors(s):
     return tuple(x / size for x in L), R
 
 
-#: eigenvalues of A: the real one, and real and imaginary part of a complex one
-REAL = (6 + E - 9 ** (1 / 3)) / 30
-RE, IM = (12 - E + 9 ** (1 / 3)) / 60, (E + 9 ** (1 / 3)) * sqrt(3.0) / 60
-L_REAL, R_REAL = eigenvectors(REAL)
-_L, _R = eigenvectors(complex(RE, IM))
-L_RE, L_IM = tuple(x.real for x in _L), tuple(x.imag for x in _L)
-R_RE, R_IM = tuple(x.real for x in _R), tuple(x.imag for x in _R)
-#: A^2 and A^{-1}
-SQUARE = product(A, A)
-_M = tuple(cross(A[(i + 1) % 3], A[(i + 2) % 3]) for i in range(3))
-_DET = sum(x * y for x, y in zip(A[0], _M[0], strict=True))
-INVERSE = tuple(tuple(_M[j][i] / _DET for j in range(3)) for i in range(3))
-#: error = h (REAL f_0 + sum E1_i f_i) of the embedded formula, and E2 = E1 A
-_Z = tuple(REAL / 3 * x for x in (-13 - 7 * S6, -13 + 7 * S6, -1.0))
-E1 = tuple(sum(_Z[k] * A[k][j] for k in range(3)) for j in range(3))
-E2 = tuple(sum(E1[k] * A[k][j] for k in range(3)) for j in range(3))
+def tables():
+    """The coefficients by their names in :class:`mbdsl.integrators.methods.radau_coefficients.Scheme`."""
+    real = (6 + E - 9 ** (1 / 3)) / 30
+    re, im = (12 - E + 9 ** (1 / 3)) / 60, (E + 9 ** (1 / 3)) * sqrt(3.0) / 60
+    (L_real, R_real), (L, R) = eigenvectors(real), eigenvectors(complex(re, im))
+    minors = tuple(cross(A[(i + 1) % 3], A[(i + 2) % 3]) for i in range(3))
+    determinant = sum(x * y for x, y in zip(A[0], minors[0], strict=True))
+    z = tuple(real / 3 * x for x in (-13 - 7 * S6, -13 + 7 * S6, -1.0))
+    e1 = tuple(sum(z[k] * A[k][j] for k in range(3)) for j in range(3))
+    return {
+        "nodes": NODES,
+        "values": (real, re, im),
+        "e1": e1,
+        "e2": tuple(sum(e1[k] * A[k][j] for k in range(3)) for j in range(3)),
+        "A": A,
+        "square": product(A, A),
+        "inverse": tuple(tuple(minors[j][i] / determinant for j in range(3)) for i in range(3)),
+        "there": (L_real, tuple(x.real for x in L), tuple(x.imag for x in L)),
+        "back": tuple((x, 2.0 * y.real, -2.0 * y.imag) for x, y in zip(R_real, R, strict=True)),
+    }

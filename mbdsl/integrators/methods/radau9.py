@@ -1,28 +1,27 @@
 """RADAU9: Radau IIA with 5 stages on the stabilised index-2 equations, order 9, with error-controlled steps.
 
-The equations: :mod:`mbdsl.integrators.methods.radau5_stages`; their solution, and output within steps:
-:mod:`mbdsl.integrators.methods.radau_stages`; control of steps: :mod:`mbdsl.integrators.methods.radau_step`.
+The equations, their solution, and output within steps: :mod:`mbdsl.integrators.methods.radau_stages`; control of steps:
+:mod:`mbdsl.integrators.methods.radau_step`.
 
 Source: Hairer, Wanner, Stiff differential equations solved by Radau methods, J. Comput. Appl. Math. 111 (1999) 93-111.
 """
 
-from mbdsl.integrators.methods.radau_coefficients import coefficients
-from mbdsl.integrators.methods.radau_stages import (
-    constraint_size,
-    correct,
-    estimate,
-    finish,
-    interpolate,
-    matrices,
-    own_matrices,
-    own_rows,
-    predict,
-    residuals,
-    store,
-)
-from mbdsl.integrators.methods.radau_step import method, next_length, take, trial_length
+from mbdsl.integrators.methods import radau_stages
+from mbdsl.integrators.methods.radau_coefficients import scheme
+from mbdsl.integrators.methods.radau_step import LOOSER, NOISY, method, next_length, take, trial_length
+from mbdsl.kernels.marks import kernel
 
-__all__ = ["METHOD", "constraint_size", "correct", "estimate", "finish", "interpolate", "matrices", "next_length"]
-__all__ += ["predict", "residuals", "store", "take", "trial_length"]
+__all__ = ["METHOD", "SCHEME", "interpolate", "next_length", "store", "take", "trial_length"]
 
-METHOD = method(5, own_rows(5), own_matrices(5), lambda: coefficients(5))
+SCHEME = scheme(5)
+METHOD = method(SCHEME, LOOSER, 1.0, 1 / 6, NOISY, 0.0)
+
+
+@kernel
+def interpolate(k, x, h, out, run):
+    radau_stages.interpolate(SCHEME, k, x, h, out, run)
+
+
+@kernel
+def store(h, run):
+    radau_stages.store(SCHEME, h, run)

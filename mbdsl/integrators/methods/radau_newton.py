@@ -1,10 +1,11 @@
 """Newton's iteration for the stages of a step of Radau IIA.
 
-``stages`` are the kernels of :class:`mbdsl.integrators.loop.run_data.Stages`, for some number of stages.
+``R``: the coefficients and rows of a method (:class:`mbdsl.integrators.methods.radau_coefficients.Scheme`).
 """
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.newton import EPS, SINGULAR_NOISE, finite
+from mbdsl.integrators.methods.radau_stages import constraint_size, correct, matrices, predict, residuals
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 
@@ -46,19 +47,19 @@ def sizes(length, run):
 
 
 @kernel
-def renew_matrices(t, h, still, stages, run):
+def renew_matrices(R, t, h, still, run):
     """New matrices of the stages; a status."""
     memory, integers = run.memory, run.integers
     integers[S.MATRICES] += 1
     integers[S.FACTORISATIONS] += 1
-    if not stages.matrices(t, h, still, run):
+    if not matrices(R, t, h, still, run):
         return S.SINGULAR if finite(run) else S.NOT_FINITE
     integers[S.FRESH], memory[OF_MATRICES] = 1, h
     return S.RUNNING
 
 
 @kernel
-def newton(t, h, size, stages, run):
+def newton(R, t, h, size, run):
     """Solve the stages of a step from t; a status."""
     memory, reals, integers, length = run.memory, run.reals, run.integers, run.reals[S.STOP] - run.reals[S.START]
     spatial = run.layout[L.N_ROTATIONS] > 0
@@ -73,15 +74,15 @@ def newton(t, h, size, stages, run):
     integers[S.UNSEEN] += 1
     fresh = False
     for k in range(MAX_ITERATIONS):
-        stages.residuals(t, h, run)
+        residuals(R, t, h, run)
         integers[S.ITERATIONS] += 1
         if integers[S.FRESH] == 0:
-            status = renew_matrices(t, h, noise / unit, stages, run)
+            status = renew_matrices(R, t, h, noise / unit, run)
             if status != S.RUNNING:
                 return status
             fresh = True
-        held = k > 4 and stages.constraint_size(run) <= 1e3 * floor
-        change = stages.correct(h, unit, run)
+        held = k > 4 and constraint_size(R, run) <= 1e3 * floor
+        change = correct(R, h, unit, run)
         if not change < 1e100:
             return S.NOT_FINITE
         if k > 0:
@@ -106,7 +107,7 @@ def newton(t, h, size, stages, run):
 
 
 @kernel
-def solve_step(attempt, t, h, stages, run):
+def solve_step(R, attempt, t, h, run):
     """Predict and solve the stages of a step from t; a status.
 
     Attempts after the first start from constant accelerations, or in an attempt PARABOLIC from a parabola, with
@@ -120,5 +121,5 @@ def solve_step(attempt, t, h, stages, run):
     if integers[S.HISTORY] > 1 and (attempt == 0 or attempt == PARABOLIC):
         degree = FULL if attempt == 0 else 2
     integers[S.SOFT] = 1 if attempt == PARABOLIC else 0
-    stages.predict(h / memory[LAST] if integers[S.HISTORY] > 1 else 1.0, degree, h, run)
-    return newton(t, h, size, stages, run)
+    predict(R, h / memory[LAST] if integers[S.HISTORY] > 1 else 1.0, degree, h, run)
+    return newton(R, t, h, size, run)

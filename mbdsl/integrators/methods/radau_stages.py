@@ -1,84 +1,142 @@
-"""The stages of a step of Radau IIA with any odd number s of stages: iteration matrices, corrections, error estimate.
+"""The stages of a step of Radau IIA with an odd number s of stages: equations, matrices, corrections, error estimate.
 
-The equations are those of :mod:`mbdsl.integrators.methods.radau5_stages`, with i = 1 ... s, and one real and (s - 1)/2
-complex eigenvalues. With three stages, the kernels there take two thirds of the time of these.
+The unknowns of the stages i = 1 ... s at t_i are a_i = v', w_i = q' - v, lam_i, nu_i and mu_i. With the matrix A of
+Radau IIA and f = Q - Phi_q^T lam - Gam_v^T nu, their equations are
 
-v within a step is the polynomial of degree s of the stages, with an error of the order h^{s+1}. It is larger than the
-error at the ends of steps, and the tolerance of the embedded formula is proportional to that of the result.
+    V = v_n + h A a,   Q = q_n + h A (V + w)
+    R1:  M a_i - f_i = 0
+    R2:  G w_i + Phi_q^T mu_i = 0
+    R3:  Phi(Q_i, t_i) = 0
+    R4:  Phi_q V_i + Phi_t = 0
+    R5:  Gam(V_i, Q_i, t_i) = 0
+
+G is M, with a small positive entry for each coordinate without mass. Newton's equations are decoupled, so that no
+system of s or 2 s times the size is solved. Let e = (h A)^-2 dQ, so that da = e - (h A)^-1 dw, and
+kappa = dlam + (h A)^-1 dmu. In the eigenvectors of h A, for each eigenvalue s (one real, the others in complex pairs),
+with S = M + s^2 K' + s D and K' = K + (M a)_q:
+
+    R1 + R2/s:   S e + Phi_q^T kappa + Gam_v^T dnu = -R1 - R2/s + ...
+    R3:          Phi_q e = -R3/s^2
+    R5:          (Gam_v + s Gam_q) e = -R5/s + ...
+
+and then for every stage, with N = (Phi_q v)_q,
+
+    R2:          G dw + Phi_q^T dmu = -R2 + ...
+    R4, R3:      Phi_q dw = R4 - (h A)^-1 R3 + N dQ
+
+Because R2 is weighted with the mass, K and M drop out of the coupling, however stiff the forces. The dots stand for
+D dw and Gam_v dw/s, for which e is corrected afterwards if dampers are stiff or constraints nonholonomic; and for
+(M w)_q and (Phi_q^T mu)_q dQ, which are left to the next iteration, because w and mu vanish with the discretisation
+error.
+
+In space these formulas are those of the rotation vectors psi from the attitudes at the start of the step: v is psi',
+and a is psi''. Equations contain Omega = T(psi) v, Omega' and T(psi) w, and Newton's equations their products with T
+and T^T, of whose derivatives with respect to psi only those in N remain. Where stages are compared with those of
+another step, a is Omega'.
+
+``R``, the coefficients and rows of a method (:class:`mbdsl.integrators.methods.radau_coefficients.Scheme`), is a
+constant of the translation: sums over stages are unrolled.
+
+v within a step is the polynomial of degree s of the stages, with an error of the order h^{s+1}. With more than three
+stages it is larger than the error at the ends of steps, and the tolerance of the embedded formula is proportional to
+that of the result.
 """
 
 from __future__ import annotations
 
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.complex_lu import complex_factor
-from mbdsl.integrators.loop.linear_solve import compress, factor, has_entries, larger, multiply, solve
-from mbdsl.integrators.loop.rotation_chart import from_chart, from_rates, into_chart, to_second_rates
+from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
+from mbdsl.integrators.loop.linear_solve import clear, compress, factor, has_entries, larger, multiply, solve
+from mbdsl.integrators.loop.newton import EPS
+from mbdsl.integrators.loop.rotation_chart import (
+    from_chart,
+    from_rates,
+    into_chart,
+    out_of_chart,
+    to_body,
+    to_rates,
+    to_second_rates,
+    to_world,
+)
 from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
-from mbdsl.integrators.methods.radau5_stages import (
-    COMPLEX,
-    COUPLING,
-    DAMPING,
-    ERROR,
-    ERROR2,
-    METRIC,
-    PROJECTION,
-    QB,
-    VB,
-    prepare_damping,
-    solve_complex,
-    solve_in_chart,
-)
-from mbdsl.integrators.methods.radau_coefficients import (
-    BACK,
-    E1,
-    E2,
-    EIGENVALUES,
-    FIT,
-    INTEGRALS,
-    INVERSE,
-    MOST,
-    NODES,
-    SQUARE,
-    THERE,
-)
-from mbdsl.integrators.methods.radau_coefficients import A as W
+from mbdsl.integrators.methods.radau_coefficients import ERROR, ERROR2, METRIC, QB, VB
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
+from mbdsl.numerics.rotation import INVERSE_INERTIA
 
+#: matrices: that of the real s (0); the projection; [K'; N; Gam_q] in the columns of q; [D; 0; Gam_v], empty if
+#: negligible; real and imaginary part of that of each complex s
+PROJECTION, COUPLING, DAMPING, COMPLEX = 1, 2, 3, 4
+#: share of the dampers in the diagonal of the matrix above which [D; 0; Gam_v] is not negligible
+DAMPED = 0.02
+#: G of a coordinate without mass, relative to the largest mass
+MASSLESS = 1e-6
 #: flexibility of soft constraints, relative to the square of the motion in a step over the least mass
 SOFTNESS = 10.0
-#: rows of the first stage, those of the others follow at distances of STAGE_ROWS: unknowns [a; lam; nu] and
-#: [w; mu; 0], their residuals [R1; R3; R5] and [R2; R4; 0], corrections in the eigenvectors and of the stages,
-#: corrections of v, and the unknowns in the last step
-STAGE, STAGE2, RESIDUAL, RESIDUAL2, SPECTRUM, CHANGE, DV, PAST, PAST2 = range(L.ROWS + 5, L.ROWS + 14)
-STAGE_ROWS = 9
 
 
-def own_rows(stages):
-    """The number of own rows of ``vectors``."""
-    return 5 + STAGE_ROWS * stages
+@rare
+def set_metric(run):
+    """Set row METRIC: G of the coordinates without mass, and of the rotations of a body without inertia about some
+    axis, as a thin rod."""
+    vectors, numbers, layout = run.vectors, run.numbers, run.layout
+    largest = 0.0
+    for i in range(layout[L.N_Q]):
+        largest = max(largest, numbers[layout[L.MASS] + i] * vectors[L.SCALE, i] * vectors[L.SCALE, i])
+        vectors[METRIC, i] = 0.0
+    least = MASSLESS * (largest if largest > 0.0 else 1.0)
+    for i in range(layout[L.N_Q]):
+        if not numbers[layout[L.MASS] + i] > 0.0:
+            vectors[METRIC, i] = least / (vectors[L.SCALE, i] * vectors[L.SCALE, i])
+    for k in range(layout[L.N_ROTATIONS]):
+        d, at = layout[layout[L.ROTATIONS] + 2 * k], layout[layout[L.ROTATIONS] + 2 * k + 1]
+        if numbers[at + INVERSE_INERTIA] == 0.0:  # the same about all axes: matrices are in those of the world
+            for i in range(d, d + 3):
+                vectors[METRIC, i] = least / (vectors[L.SCALE, i] * vectors[L.SCALE, i])
 
 
-def own_matrices(stages):
-    """The number of matrices."""
-    return COMPLEX + stages - 1
+@rare
+def predict(R, ratio, degree, h, run):
+    """The stages extrapolated by the polynomials of the last step; ``ratio``: of the new to the last step length.
+
+    With ``degree`` 2 and more than three stages, accelerations and multipliers are those of the parabola that fits the
+    stages of the last step best: a polynomial of high degree magnifies what the iteration has left in them. Else with
+    ``degree`` 0 or 2 they are those at the start of the step; if it is negative, accelerations are zero.
+    """
+    vectors, layout, shrunk = run.vectors, run.layout, 1.0
+    for _ in R.each:
+        shrunk *= ratio
+    shrunk = shrunk if degree > 2 else 0.0
+    for k in range(R.stages):
+        x = 1.0 + R.nodes[k] * ratio
+        if degree > 2 or (degree == 2 and R.stages > 3):
+            weights = tuple(extrapolated(R, p, x) for p in R.each)
+            if degree == 2:
+                weights = tuple(R.fit[0][p] + x * (R.fit[1][p] + x * R.fit[2][p]) for p in R.each)
+            for i in range(layout[L.N_ALL]):
+                vectors[R.STAGE + k, i] = along(weights, R.PAST, i, vectors)
+                vectors[R.STAGE2 + k, i] = shrunk * vectors[R.PAST2 + k, i]
+        else:
+            for i in range(layout[L.N_ALL]):
+                vectors[R.STAGE + k, i], vectors[R.STAGE2 + k, i] = vectors[L.UNKNOWN0, i], 0.0
+            if degree < 0:
+                clear_row(R.STAGE + k, 0, layout[L.N_Q], run)
+    if layout[L.N_ROTATIONS] > 0:
+        for k in R.predicted:
+            motion(R, k, h, run)
+            to_second_rates(R.STAGE + k, run)
 
 
 @kernel
-def count(run):
-    """The number of stages, which is that of the matrices less three."""
-    return run.matrices.shape[0] - COMPLEX + 1
-
-
-@kernel
-def add(weights, up, down, source, target, first, last, run):
-    """Add the rows ``source`` of all stages, with their weights times ``up`` over ``down``, to row ``target``."""
-    vectors, c = run.vectors, run.coefficients
-    for j in range(count(run)):
-        weight, row = up * c[weights + j] / down, source + STAGE_ROWS * j
-        for i in range(first, last):
-            vectors[target, i] += weight * vectors[row, i]
+def extrapolated(R, p, x):
+    """The Lagrange polynomial of node p at x."""
+    top, bottom = 1.0, 1.0
+    for q in R.each:
+        if q != p:
+            top *= x - R.nodes[q]
+            bottom *= R.nodes[p] - R.nodes[q]
+    return top / bottom
 
 
 @kernel
@@ -89,71 +147,27 @@ def clear_row(row, first, last, run):
         vectors[row, i] = 0.0
 
 
-@rare
-def predict(ratio, degree, h, run):
-    """The stages extrapolated by the polynomials of the last step; ``ratio``: of the new to the last step length.
-
-    With ``degree`` 2, accelerations and multipliers are those of the parabola that fits the stages of the last step
-    best: a polynomial of high degree magnifies what the iteration has left in them. With 0 they are those at the start
-    of the step; if it is negative, accelerations are zero.
-    """
-    vectors, layout, c, stages = run.vectors, run.layout, run.coefficients, count(run)
-    shrunk = 1.0
-    for _ in range(stages):
-        shrunk *= ratio
-    for k in range(stages):
-        stage, stage2, past2 = STAGE + STAGE_ROWS * k, STAGE2 + STAGE_ROWS * k, PAST2 + STAGE_ROWS * k
-        if degree > 0:
-            x = 1.0 + c[NODES + k] * ratio
-            clear_row(stage, 0, layout[L.N_ALL], run)
-            for p in range(stages):
-                top, bottom = 1.0, 1.0
-                for q in range(stages):
-                    if q != p:
-                        top *= x - c[NODES + q]
-                        bottom *= c[NODES + p] - c[NODES + q]
-                weight, past = top / bottom, PAST + STAGE_ROWS * p
-                if degree == 2:
-                    weight = c[FIT + p] + x * (c[FIT + MOST + p] + x * c[FIT + 2 * MOST + p])
-                for i in range(layout[L.N_ALL]):
-                    vectors[stage, i] += weight * vectors[past, i]
-            for i in range(layout[L.N_ALL]):
-                vectors[stage2, i] = shrunk * vectors[past2, i] if degree > 2 else 0.0
-        else:
-            for i in range(layout[L.N_ALL]):
-                vectors[stage, i], vectors[stage2, i] = vectors[L.UNKNOWN0, i], 0.0
-            if degree < 0:
-                clear_row(stage, 0, layout[L.N_Q], run)
-    if layout[L.N_ROTATIONS] > 0:
-        for k in range(stages):
-            motion(k, h, run)
-            to_second_rates(STAGE + STAGE_ROWS * k, run)
-
-
 @kernel
-def motion(k, h, run):
+def motion(R, k, h, run):
     """q and v at stage k, and its unknowns in the rows that evaluations read."""
-    vectors, layout = run.vectors, run.layout
-    n, c, stage = layout[L.N_Q], h * run.coefficients[NODES + k], STAGE + STAGE_ROWS * k
-    for i in range(n):
-        vectors[L.VELOCITY, i] = vectors[L.VELOCITY0, i]
-        vectors[L.POSITION, i] = vectors[L.POSITION0, i] + c * vectors[L.VELOCITY0, i]
-        vectors[ERROR, i] = 0.0
-    add(W + MOST * k, h, 1.0, STAGE, L.VELOCITY, 0, n, run)
-    add(SQUARE + MOST * k, h * h, 1.0, STAGE, L.POSITION, 0, n, run)
-    add(W + MOST * k, h, 1.0, STAGE2, ERROR, 0, n, run)
-    for i in range(n):
-        vectors[L.POSITION, i] += vectors[ERROR, i]
+    vectors, layout, c = run.vectors, run.layout, h * R.nodes[k]
+    a, b = tuple(h * x for x in R.A[k]), tuple(h * h * x for x in R.square[k])
+    for i in range(layout[L.N_Q]):
+        v, q = vectors[L.VELOCITY0, i], vectors[L.POSITION0, i] + c * vectors[L.VELOCITY0, i]
+        for j in R.each:
+            v += a[j] * vectors[R.STAGE + j, i]
+            q += b[j] * vectors[R.STAGE + j, i]
+        vectors[L.VELOCITY, i], vectors[L.POSITION, i] = v, q + along(a, R.STAGE2, i, vectors)
     for i in range(layout[L.N_ALL]):
-        vectors[L.UNKNOWN, i], vectors[L.UNKNOWN2, i] = vectors[stage, i], vectors[stage + 1, i]
+        vectors[L.UNKNOWN, i], vectors[L.UNKNOWN2, i] = vectors[R.STAGE + k, i], vectors[R.STAGE2 + k, i]
     from_chart(run)
 
 
 @kernel
-def residual(k, run):
+def residual(R, k, run):
     """Residuals of stage k, as evaluated."""
-    vectors, numbers, layout = run.vectors, run.numbers, run.layout
-    n, m, first, second = layout[L.N_Q], layout[L.N_PHI], RESIDUAL + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
+    vectors, numbers, layout, first, second = run.vectors, run.numbers, run.layout, R.RESIDUAL + k, R.RESIDUAL2 + k
+    n, m = layout[L.N_Q], layout[L.N_PHI]
     for i in range(n):
         mass = numbers[layout[L.MASS] + i]
         vectors[first, i] = mass * vectors[L.UNKNOWN, i] + vectors[L.MX, i] - vectors[L.FORCE, i]
@@ -169,32 +183,31 @@ def residual(k, run):
 
 
 @kernel
-def residuals(t, h, run):
+def residuals(R, t, h, run):
     """Residuals of all stages of a step from t; the middle one last, as the matrices are evaluated there."""
-    stages = count(run)
-    for k in range(1, stages + 1):
-        stage = (stages // 2 + k) % stages
-        motion(stage, h, run)
+    for number in range(R.stages):
+        k = R.evaluated[number]
+        motion(R, k, h, run)
         run.layout[L.NEW_MASS] = 1
-        evaluate(t + run.coefficients[NODES + stage] * h, run)
-        residual(stage, run)
+        evaluate(t + R.nodes[k] * h, run)
+        residual(R, k, run)
 
 
 @rare
-def constraint_size(run):
+def constraint_size(R, run):
     """Largest violation of the constraints on positions, in all stages."""
     vectors, layout = run.vectors, run.layout
     value = 0.0
-    for k in range(count(run)):
+    for k in range(R.stages):
         for i in range(layout[L.N_Q], layout[L.N_Q] + layout[L.N_PHI]):
-            value = max(value, abs(vectors[RESIDUAL + STAGE_ROWS * k, i]))
+            value = max(value, abs(vectors[R.RESIDUAL + k, i]))
     return value
 
 
 @kernel
-def finish(h, run):
+def finish(R, h, run):
     """q and v at the end of the step, and its unknowns."""
-    motion(count(run) - 1, h, run)
+    motion(R, R.stages - 1, h, run)
 
 
 @rare
@@ -222,197 +235,221 @@ def soften(k, h, run):
 
 
 @rare
-def matrices(start, h, still, run):
+def matrices(R, start, h, still, run):
     """All matrices of a step from ``start``, at the state last evaluated, factorised; False if that failed. ``still``:
     acceptable error of scaled velocities."""
-    t = start + run.coefficients[NODES + count(run) // 2] * h
-    vectors, layout, matrices, c, good = run.vectors, run.layout, run.matrices, run.coefficients, True
-    s = c[EIGENVALUES] * h
+    vectors, layout, matrices, t = run.vectors, run.layout, run.matrices, start + R.nodes[R.stages // 2] * h
+    s, good = R.values[0] * h, True
     iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
     projection_matrix(PROJECTION, t, run, M=1.0)
     for i in range(layout[L.N_Q]):
         matrices[PROJECTION, layout[layout[L.SLOTS] + layout[L.MASS_SLOTS] + i]] += vectors[METRIC, i]
     tangent_matrix(COUPLING, t, run, K=1.0, Mx_q=1.0, N=1.0, Gam_q=1.0)
     compress(COUPLING, run)
-    for p in range(1, count(run), 2):
-        x, y, real, imag = c[EIGENVALUES + p] * h, c[EIGENVALUES + p + 1] * h, COMPLEX + p - 1, COMPLEX + p
+    for p in range(1, R.stages, 2):
+        x, y, real, imag = R.values[p] * h, R.values[p + 1] * h, COMPLEX + p - 1, COMPLEX + p
         k, l = x * x - y * y, 2.0 * x * y
         iteration_matrix(real, t, run, M=1.0, K=k, D=x, Mx_q=k, Gam_q=x)
         # the imaginary part is the difference of these two
         iteration_matrix(imag, t, run, M=1.0, K=k + l, D=x + y, Mx_q=k + l, Gam_q=x + y)
-        soften(real, h, run)
-        soften(imag, h, run)
+        if R.stages > 3:
+            soften(real, h, run)
+            soften(imag, h, run)
         for i in range(layout[L.SIZE]):
             matrices[imag, i] -= matrices[real, i]
         good = good and complex_factor(matrices[real], matrices[imag], run.pivots[real], layout)
-    soften(0, h, run)
-    soften(PROJECTION, h, run)
+    if R.stages > 3:
+        soften(0, h, run)
+        soften(PROJECTION, h, run)
     prepare_damping(t, s, still, run)
     return good and factor(0, run) and factor(PROJECTION, run)
 
 
-@kernel
-def transform(first, last, h, rank, run):
-    """SPECTRUM = -R/s^rank (rank 0: -R - R2/s) in the eigenvectors: the real, then real and imaginary part of complex
-    ones."""
-    vectors, c = run.vectors, run.coefficients
-    for j in range(count(run)):
-        row = SPECTRUM + STAGE_ROWS * j
-        clear_row(row, first, last, run)
-        add(THERE + MOST * j, 1.0, 1.0, RESIDUAL, row, first, last, run)
-    s = 1.0 / (c[EIGENVALUES] * h)
-    if rank > 0:
-        p = s if rank == 1 else s * s
-        for i in range(first, last):
-            vectors[SPECTRUM, i] = -(p * vectors[SPECTRUM, i])
+@rare
+def prepare_damping(t, s, still, run):
+    """The matrix of D and Gam_v, empty if negligible.
+
+    It matters for arbitrarily short steps, too: rounding of positions divided by h is in w, and D h times that in v.
+    """
+    layout, matrices = run.layout, run.matrices
+    tangent_matrix(DAMPING, t, run, D=1.0, Gam_v=1.0)
+    matters = layout[L.N_GAM] > 0
+    for i in range(layout[L.N_Q]):
+        slot = layout[layout[L.SLOTS] + layout[L.MASS_SLOTS] + i]
+        d, a = abs(matrices[DAMPING, slot]), abs(matrices[0, slot])
+        matters = matters or s * d > DAMPED * a or 10.0 * EPS * d > still * a
+    if matters:
+        compress(DAMPING, run)
     else:
-        clear_row(ERROR, first, last, run)
-        add(THERE, 1.0, 1.0, RESIDUAL2, ERROR, first, last, run)
-        for i in range(first, last):
-            vectors[SPECTRUM, i] = -(vectors[SPECTRUM, i] + s * vectors[ERROR, i])
-    for j in range(1, count(run), 2):
-        re, im, real = c[EIGENVALUES + j], c[EIGENVALUES + j + 1], SPECTRUM + STAGE_ROWS * j
-        imag, size = real + STAGE_ROWS, h * (re * re + im * im)
-        x, y = re / size, -im / size  # 1/s
-        if rank > 0:
-            q, r = (x, y) if rank == 1 else (x * x - y * y, 2.0 * x * y)
-            for i in range(first, last):
-                v, w = vectors[real, i], vectors[imag, i]
-                vectors[real, i], vectors[imag, i] = -(q * v - r * w), -(q * w + r * v)
-        else:
-            clear_row(ERROR, first, last, run)
-            clear_row(ERROR2, first, last, run)
-            add(THERE + MOST * j, 1.0, 1.0, RESIDUAL2, ERROR, first, last, run)
-            add(THERE + MOST * (j + 1), 1.0, 1.0, RESIDUAL2, ERROR2, first, last, run)
-            for i in range(first, last):
-                f, g = vectors[ERROR, i], vectors[ERROR2, i]
-                vectors[real, i] = -(vectors[real, i] + x * f - y * g)
-                vectors[imag, i] = -(vectors[imag, i] + x * g + y * f)
+        clear(DAMPING, run)
 
 
 @kernel
-def correct(h, unit, run):
+def transform(R, first, last, h, rank, run):
+    """CHANGE = -R/s^rank (rank 0: -R - R2/s) in the eigenvectors: the real, then real and imaginary part of complex
+    ones."""
+    vectors, s = run.vectors, 1.0 / (R.values[0] * h)
+    p = s if rank == 1 else s * s
+    for i in range(first, last):
+        u = along(R.there[0], R.RESIDUAL, i, vectors)
+        u = p * u if rank > 0 else u + s * along(R.there[0], R.RESIDUAL2, i, vectors)
+        vectors[R.CHANGE, i] = -u
+    for j in R.pairs:
+        size = h * (R.values[j] * R.values[j] + R.values[j + 1] * R.values[j + 1])
+        x, y = R.values[j] / size, -R.values[j + 1] / size  # 1/s
+        q, r = (x, y) if rank == 1 else (x * x - y * y, 2.0 * x * y)
+        for i in range(first, last):
+            v, w = along(R.there[j], R.RESIDUAL, i, vectors), along(R.there[j + 1], R.RESIDUAL, i, vectors)
+            if rank > 0:
+                v, w = q * v - r * w, q * w + r * v
+            else:
+                f, g = along(R.there[j], R.RESIDUAL2, i, vectors), along(R.there[j + 1], R.RESIDUAL2, i, vectors)
+                v, w = v + x * f - y * g, w + x * g + y * f
+            vectors[R.CHANGE + j, i], vectors[R.CHANGE + j + 1, i] = -v, -w
+
+
+@kernel
+def along(weights, row, i, vectors):
+    """The sum of entries i of the rows from ``row`` on, with their weights."""
+    value = 0.0
+    for weight in weights:
+        value += weight * vectors[row, i]
+        row += 1
+    return value
+
+
+@kernel
+def correct(R, h, unit, run):
     """Solve for the corrections, apply them; the largest scaled change of a position or ``unit`` times a velocity."""
-    vectors, layout, stages = run.vectors, run.layout, count(run)
+    vectors, layout = run.vectors, run.layout
     n, m, size = layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL]
-    solve_stages(h, run)
+    solve_stages(R, h, run)
     largest = 0.0
-    for k in range(stages):
-        row = RESIDUAL2 + STAGE_ROWS * k
-        clear_row(ERROR, 0, n + m, run)
-        clear_row(ERROR2, n, size, run)
-        add(SQUARE + MOST * k, h * h, 1.0, CHANGE, ERROR, 0, n, run)
-        add(INVERSE + MOST * k, 1.0, h, RESIDUAL, ERROR, n, n + m, run)
+    for k in range(R.stages):
+        a, b, row = tuple(x / h for x in R.inverse[k]), tuple(h * h * x for x in R.square[k]), R.RESIDUAL2 + k
         for i in range(n):
+            vectors[ERROR, i] = along(b, R.CHANGE, i, vectors)
             largest = larger(abs(vectors[ERROR, i]) * vectors[L.SCALE, i], largest)
+        clear_row(ERROR2, n, size, run)
         from_rates(vectors[L.POSITION], vectors[ERROR], run)
         multiply(COUPLING, ERROR, ERROR2, run)
         for i in range(n):
             vectors[row, i] = -vectors[row, i]
         for i in range(n, n + m):
             vectors[row, i] += vectors[ERROR2, i]
-            vectors[row, i] -= vectors[ERROR, i]
+            vectors[row, i] -= along(a, R.RESIDUAL, i, vectors)
         solve_in_chart(PROJECTION, row, run)
-    for k in range(stages):
-        stage, change, w = STAGE + STAGE_ROWS * k, CHANGE + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
-        dv = DV + STAGE_ROWS * k
-        clear_row(ERROR, 0, n + m, run)
-        clear_row(dv, 0, n, run)
-        add(INVERSE + MOST * k, 1.0, h, RESIDUAL2, ERROR, 0, n + m, run)
-        add(W + MOST * k, h, 1.0, CHANGE, dv, 0, n, run)
+    for k in range(R.stages):
+        a, b = tuple(x / h for x in R.inverse[k]), tuple(h * x for x in R.A[k])
         for i in range(n + m):
-            vectors[stage, i] += vectors[change, i] - vectors[ERROR, i]
-            vectors[stage + 1, i] += vectors[w, i]
+            vectors[R.STAGE + k, i] += vectors[R.CHANGE + k, i] - along(a, R.RESIDUAL2, i, vectors)
+            vectors[R.STAGE2 + k, i] += vectors[R.RESIDUAL2 + k, i]
         for i in range(n + m, size):
-            vectors[stage, i] += vectors[change, i]
+            vectors[R.STAGE + k, i] += vectors[R.CHANGE + k, i]
         for i in range(n):
-            vectors[dv, i] -= vectors[w, i]
+            vectors[R.DV + k, i] = along(b, R.CHANGE, i, vectors) - vectors[R.RESIDUAL2 + k, i]
     if has_entries(DAMPING, run):
-        couple(h, run)
-    for k in range(stages):
-        dv = DV + STAGE_ROWS * k
+        couple(R, h, run)
+    for k in range(R.stages):
         for i in range(n):
-            largest = larger(unit * abs(vectors[dv, i]) * vectors[L.SCALE, i], largest)
+            largest = larger(unit * abs(vectors[R.DV + k, i]) * vectors[L.SCALE, i], largest)
     return largest
 
 
 @kernel
-def solve_stages(h, run):
+def solve_in_chart(k, row, run):
+    """``solve`` for a row with forces on psi, which becomes a change of psi; T is that at POSITION."""
+    out_of_chart(row, run)
+    solve(k, row, run)
+    to_rates(row, run)
+
+
+@kernel
+def solve_complex(k, real, imag, run):
+    """The same with the complex matrix in the matrices k and k + 1, for the rows ``real`` + i ``imag``."""
+    vectors, matrices = run.vectors, run.matrices
+    for row in (real, imag):
+        out_of_chart(row, run)
+        to_world(row, run)
+    complex_solve(matrices[k], matrices[k + 1], run.pivots[k], run.layout, vectors[real], vectors[imag])
+    for row in (real, imag):
+        to_body(row, run)
+        to_rates(row, run)
+
+
+@kernel
+def solve_stages(R, h, run):
     """e and kappa of all stages, in CHANGE, from the residuals."""
-    layout = run.layout
+    vectors, layout = run.vectors, run.layout
     n, m, size = layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL]
-    transform(0, n, h, 0, run)
-    transform(n, n + m, h, 2, run)
-    transform(n + m, size, h, 1, run)
-    solve_in_chart(0, SPECTRUM, run)
-    for j in range(1, count(run), 2):
-        real, row = COMPLEX + j - 1, SPECTRUM + STAGE_ROWS * j
-        solve_complex(real, row, row + STAGE_ROWS, run)
-    for k in range(count(run)):
-        change = CHANGE + STAGE_ROWS * k
-        clear_row(change, 0, size, run)
-        add(BACK + MOST * k, 1.0, 1.0, SPECTRUM, change, 0, size, run)
+    transform(R, 0, n, h, 0, run)
+    transform(R, n, n + m, h, 2, run)
+    transform(R, n + m, size, h, 1, run)
+    solve_in_chart(0, R.CHANGE, run)
+    for j in range(1, R.stages, 2):
+        solve_complex(COMPLEX + j - 1, R.CHANGE + j, R.CHANGE + j + 1, run)
+    for i in range(size):
+        spectrum = tuple(vectors[R.CHANGE + j, i] for j in R.each)
+        for k in R.each:
+            total = 0.0
+            for j in R.each:
+                total += R.back[k][j] * spectrum[j]
+            vectors[R.CHANGE + k, i] = total
 
 
 @rare
-def couple(h, run):
+def couple(R, h, run):
     """Correct a for dw, in RESIDUAL2, by D and Gam_v."""
-    vectors, layout, stages = run.vectors, run.layout, count(run)
-    n = layout[L.N_Q]
-    for k in range(stages):
-        first, second = RESIDUAL + STAGE_ROWS * k, RESIDUAL2 + STAGE_ROWS * k
+    vectors, layout = run.vectors, run.layout
+    for k in range(R.stages):
+        first, second = R.RESIDUAL + k, R.RESIDUAL2 + k
         for i in range(layout[L.N_ALL]):
             vectors[ERROR, i], vectors[first, i], vectors[second, i] = -vectors[second, i], 0.0, 0.0
         from_rates(vectors[L.POSITION], vectors[ERROR], run)
         multiply(DAMPING, ERROR, first, run)
         into_chart(first, run)
-    solve_stages(h, run)
-    for k in range(stages):
-        stage, change, dv = STAGE + STAGE_ROWS * k, CHANGE + STAGE_ROWS * k, DV + STAGE_ROWS * k
+    solve_stages(R, h, run)
+    for k in range(R.stages):
+        b = tuple(h * x for x in R.A[k])
         for i in range(layout[L.N_ALL]):
-            vectors[stage, i] += vectors[change, i]
-        clear_row(ERROR, 0, n, run)
-        add(W + MOST * k, h, 1.0, CHANGE, ERROR, 0, n, run)
-        for i in range(n):
-            vectors[dv, i] += vectors[ERROR, i]
+            vectors[R.STAGE + k, i] += vectors[R.CHANGE + k, i]
+        for i in range(layout[L.N_Q]):
+            vectors[R.DV + k, i] += along(b, R.CHANGE, i, vectors)
 
 
 @rare
-def estimate(h, speed, run):
-    """The error of the embedded formula: the largest of scaled q, and of scaled v relative to ``speed``.
+def estimate(R, h, speed, run):
+    """The error of the embedded formula of order s: the largest of scaled q, and of scaled v relative to ``speed``.
 
     It is filtered by (1 - s J)^-1 with the real s and the Jacobian J of the constrained equations of motion, which
     removes stiff components.
     """
-    vectors, numbers, layout, real = run.vectors, run.numbers, run.layout, run.coefficients[EIGENVALUES]
-    n, s = layout[L.N_Q], real * h
+    vectors, numbers, layout, change = run.vectors, run.numbers, run.layout, R.CHANGE
+    n, s = layout[L.N_Q], R.values[0] * h
     for i in range(n):
-        vectors[ERROR, i], vectors[ERROR2, i], vectors[CHANGE, i] = 0.0, 0.0, real * vectors[L.UNKNOWN0, i]
-    add(E1, 1.0, 1.0, STAGE2, ERROR, 0, n, run)
-    add(E2, 1.0, 1.0, STAGE, ERROR2, 0, n, run)
-    add(E1, 1.0, 1.0, STAGE, CHANGE, 0, n, run)
-    for i in range(n):
-        vectors[ERROR, i] = h * (h * vectors[ERROR2, i] + vectors[ERROR, i])
-        vectors[CHANGE, i] = h * vectors[CHANGE, i]
+        of_w, of_a = along(R.e1, R.STAGE2, i, vectors), along(R.e2, R.STAGE, i, vectors)
+        of_v = R.values[0] * vectors[L.UNKNOWN0, i]
+        for j in R.each:
+            of_v += R.e1[j] * vectors[R.STAGE + j, i]
+        vectors[ERROR, i], vectors[change, i] = h * (h * of_a + of_w), h * of_v
     from_rates(vectors[L.POSITION], vectors[ERROR], run)
-    from_rates(vectors[L.POSITION], vectors[CHANGE], run)
-    for i in range(layout[L.N_ALL]):
-        vectors[ERROR2, i], vectors[L.MX, i] = 0.0, 0.0
+    from_rates(vectors[L.POSITION], vectors[change], run)
+    clear_row(ERROR2, 0, layout[L.N_ALL], run)
+    clear_row(L.MX, 0, layout[L.N_ALL], run)
     multiply(COUPLING, ERROR, ERROR2, run)
     if layout[L.MASS_KIND] > 0:
-        inertia(L.TIMES, CHANGE, L.MX, run)
+        inertia(L.TIMES, change, L.MX, run)
     for i in range(n):
-        vectors[CHANGE, i] = (
-            numbers[layout[L.MASS] + i] * vectors[CHANGE, i] + vectors[L.MX, i] - s * vectors[ERROR2, i]
+        vectors[change, i] = (
+            numbers[layout[L.MASS] + i] * vectors[change, i] + vectors[L.MX, i] - s * vectors[ERROR2, i]
         )
-    for i in range(n, n + layout[L.N_PHI]):
-        vectors[CHANGE, i] = 0.0
+    clear_row(change, n, n + layout[L.N_PHI], run)
     for i in range(n + layout[L.N_PHI], layout[L.N_ALL]):
-        vectors[CHANGE, i] = -vectors[ERROR2, i]
-    solve(0, CHANGE, run)
+        vectors[change, i] = -vectors[ERROR2, i]
+    solve(0, change, run)
     largest = 0.0
     for i in range(n):
-        of_q, of_v = vectors[ERROR, i] + s * vectors[CHANGE, i], vectors[CHANGE, i]
+        of_q, of_v = vectors[ERROR, i] + s * vectors[change, i], vectors[change, i]
         largest = larger(max(abs(of_q), abs(of_v) / speed) * vectors[L.SCALE, i], largest)
     return largest
 
@@ -421,35 +458,35 @@ def estimate(h, speed, run):
 
 
 @rare
-def interpolate(k, x, h, out, run):
+def interpolate(R, k, x, h, out, run):
     """q and v by the polynomials of the stages: v of degree s, q of degree s + 1."""
-    vectors, c, n, stages = run.vectors, run.coefficients, run.layout[L.N_Q], count(run)
+    vectors, n = run.vectors, run.layout[L.N_Q]
     for i in range(n):
         out[k, i] = vectors[L.POSITION0, i] + x * h * vectors[L.VELOCITY0, i]
         out[k, n + i] = vectors[L.VELOCITY0, i]
-    for j in range(stages):
-        once, twice = 0.0, 0.0
-        for p in range(stages - 1, -1, -1):
-            once = x * (once + c[INTEGRALS + MOST * j + p])
-            twice = x * (twice + c[INTEGRALS + MOST * j + p] / (p + 2))
-        once, twice, stage = h * once, h * h * x * twice, STAGE + STAGE_ROWS * j
+    for j in range(R.stages):
+        once, twice, weights = 0.0, 0.0, R.integrals[j]
+        for p in range(R.stages - 1, -1, -1):
+            once = x * (once + weights[p])
+            twice = x * (twice + weights[p] / (p + 2))
+        once, twice = h * once, h * h * x * twice
         for i in range(n):
-            out[k, n + i] += once * vectors[stage, i]
-            out[k, i] += twice * vectors[stage, i] + once * vectors[stage + 1, i]
+            out[k, n + i] += once * vectors[R.STAGE + j, i]
+            out[k, i] += twice * vectors[R.STAGE + j, i] + once * vectors[R.STAGE2 + j, i]
     from_rates(out[k], out[k, n:], run)
 
 
 @kernel
-def store(h, run):
+def store(R, h, run):
     """Store the step as the last one."""
-    reals, vectors, layout, stages = run.reals, run.vectors, run.layout, count(run)
-    for k in range(stages):
-        at, source = STAGE_ROWS * k, STAGE + STAGE_ROWS * k
+    reals, vectors, layout = run.reals, run.vectors, run.layout
+    for k in range(R.stages):
+        row = R.STAGE + k
         if layout[L.N_ROTATIONS] > 0:
-            motion(k, h, run)
-            source = L.UNKNOWN
+            motion(R, k, h, run)
+            row = L.UNKNOWN
         for i in range(layout[L.N_ALL]):
-            vectors[PAST + at, i], vectors[PAST2 + at, i] = vectors[source, i], vectors[STAGE2 + at, i]
+            vectors[R.PAST + k, i], vectors[R.PAST2 + k, i] = vectors[row, i], vectors[R.STAGE2 + k, i]
     for i in range(layout[L.N_Q]):
         vectors[QB, i], vectors[VB, i], vectors[L.POSITION0, i], vectors[L.VELOCITY0, i] = (
             vectors[L.POSITION0, i],
@@ -457,8 +494,8 @@ def store(h, run):
             vectors[L.POSITION, i],
             vectors[L.VELOCITY, i],
         )
-    last = PAST + STAGE_ROWS * (stages - 1)
+    last = R.PAST + R.stages - 1
     for i in range(layout[L.N_ALL]):
-        vectors[L.UNKNOWN0 + 1, i], vectors[L.UNKNOWN0, i] = vectors[last - STAGE_ROWS, i], vectors[last, i]
+        vectors[L.UNKNOWN0 + 1, i], vectors[L.UNKNOWN0, i] = vectors[last - 1, i], vectors[last, i]
     if reals[S.TOL] > 0.0:
-        reals[S.NODES], reals[S.NODES + 1] = reals[S.STEP_END], reals[S.NOW] + run.coefficients[NODES + stages - 2] * h
+        reals[S.NODES], reals[S.NODES + 1] = reals[S.STEP_END], reals[S.NOW] + R.nodes[R.stages - 2] * h

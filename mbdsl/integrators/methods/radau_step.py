@@ -1,8 +1,9 @@
 """The step of Radau IIA: the lengths of steps, and their repetition.
 
 The end of a step is its last stage, where both levels of constraints hold. The length of steps is controlled by an
-embedded formula and a digital filter. The equations: :mod:`mbdsl.integrators.methods.radau5_stages`. ``stages`` are the
-kernels of :class:`mbdsl.integrators.loop.run_data.Stages`.
+embedded formula and a digital filter. The equations: :mod:`mbdsl.integrators.methods.radau_stages`; ``R``, the
+coefficients and rows of a method: :class:`mbdsl.integrators.methods.radau_coefficients.Scheme`. They are the
+``formulas`` of the loop.
 
 Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8; controller: Soederlind, ACM
 Trans. Math. Softw. 29 (2003) 1-26.
@@ -14,7 +15,7 @@ from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.step_times import end_in_reach, end_of_step, representable
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.methods.radau5_stages import QB, set_metric
+from mbdsl.integrators.methods.radau_coefficients import QB
 from mbdsl.integrators.methods.radau_newton import (
     CONTRACTION,
     ERROR,
@@ -26,14 +27,15 @@ from mbdsl.integrators.methods.radau_newton import (
     solve_step,
     strict,
 )
+from mbdsl.integrators.methods.radau_stages import COMPLEX, estimate, finish, set_metric
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.system.switches import signature
 
 
-def method(stages, rows, matrices, coefficients):
-    """The declaration of the method with this number of stages, own rows and matrices."""
-    order = 2 * stages - 1
+def method(R, factor, power, exponent, measured, known):
+    """The declaration of the method with the scheme ``R``, and its coefficients from FACTOR to KNOWN."""
+    order = 2 * R.stages - 1
     return Method(
         f"radau{order}",
         doc=f"Radau IIA of order {order}, stabilised: positions and velocities on their constraints",
@@ -41,20 +43,23 @@ def method(stages, rows, matrices, coefficients):
         index=2,
         enforces=("Phi", "dPhi"),
         family="Radau IIA",
-        source="Hairer, Wanner (1996)" if stages == 3 else "Hairer, Wanner (1999)",
-        coefficients=lambda options: coefficients(),
+        source="Hairer, Wanner (1996)" if R.stages == 3 else "Hairer, Wanner (1999)",
+        coefficients=lambda options: (factor, power, exponent, measured, known),
         memory=lambda c, start: (0.0,) * 5,
         begin=lambda c, start: {L.UNKNOWN0: [*start.a, *start.lam]},
         sets=2,
-        matrices=matrices,
+        matrices=COMPLEX + R.stages - 1,
         own_reactions=False,
         steps=("controlled", "fixed"),
-        rows=rows,
+        rows=R.ROWS,
         past_positions=QB,
         second_rates=True,
     )
 
 
+#: the tolerance of the embedded formula with more than three stages, relative to that of the result; a contraction is
+#: measured there where changes are above so many times the smallest ones, as the eigenvectors magnify rounding
+LOOSER, NOISY = 5.0, 1e4
 #: contraction above which the next step starts with new matrices
 SLOW = 0.02
 #: contraction up to which steps become longer in space: the c with the least iterations for a time, 1/(c log(1/c))
@@ -167,7 +172,7 @@ def update_switches(run):
 
 
 @kernel
-def take_fixed(t0, h, stages, run):
+def take_fixed(R, t0, h, run):
     """Try a step of fixed length up to three times; a status."""
     reals, integers = run.reals, run.integers
     end = reals[S.STOP] if integers[S.STEP] == integers[S.LAST_STEP] - 1 else t0 + h
@@ -175,7 +180,7 @@ def take_fixed(t0, h, stages, run):
     reals[S.STEP_END] = end - early
     status = S.DIVERGED
     for attempt in range(3):
-        status = solve_step(attempt, t0 - early, h, stages, run)
+        status = solve_step(R, attempt, t0 - early, h, run)
         if status == S.RUNNING or (status == S.SINGULAR and run.layout[L.SOLVER] == SPARSE_LU):
             break
         integers[S.FRESH] = 0
@@ -183,19 +188,19 @@ def take_fixed(t0, h, stages, run):
 
 
 @kernel
-def take_controlled(t0, h, stages, run):
+def take_controlled(R, t0, h, run):
     """Try shorter and shorter steps until one is accepted; status, length and error."""
     memory, reals, integers = run.memory, run.reals, run.integers
     attempt, refused, error, former, allowed = 0, 0, 0.0, 0.0, strict(run)
     while True:
         h = fitted(t0, h, run)
         end_of_step(t0, h, run)
-        status = solve_step(attempt, t0, h, stages, run)
+        status = solve_step(R, attempt, t0, h, run)
         if status == S.SINGULAR and run.layout[L.SOLVER] == SPARSE_LU:
             return status, h, error  # the run continues with the dense solver
         if status == S.RUNNING:
-            stages.finish(h, run)
-            error = stages.estimate(h, memory[SPEED], run) / allowed
+            finish(R, h, run)
+            error = estimate(R, h, memory[SPEED], run) / allowed
         if integers[S.WATCHING]:
             part = before_switch(status, error, h, run)
             if part < 1.0:
@@ -223,11 +228,11 @@ def take(t0, h, formulas, run):
     """Take a step of about length h from t0; status, length and error relative to what is allowed."""
     status, error = S.RUNNING, 0.0
     if run.reals[S.TOL] > 0.0:
-        status, h, error = take_controlled(t0, h, formulas, run)
+        status, h, error = take_controlled(formulas, t0, h, run)
     else:
-        status = take_fixed(t0, h, formulas, run)
+        status = take_fixed(formulas, t0, h, run)
     if status == S.RUNNING:
-        formulas.finish(h, run)
+        finish(formulas, h, run)
         if run.integers[S.WATCHING]:
             update_switches(run)
     return status, h, error

@@ -295,7 +295,7 @@ text = "from mbdsl.system import emit"
     ("of", "imported"),
     [
         ("mbdsl.integrators.loop.driver", "mbdsl.integrators.loop.loop_state"),
-        ("mbdsl.integrators.methods.radau5", "mbdsl.integrators.methods.radau5_coefficients"),
+        ("mbdsl.integrators.methods.radau5", "mbdsl.integrators.methods.radau_coefficients"),
         ("mbdsl.integrators.methods.hht_si2", "mbdsl.integrators.loop.sparse_lu"),
         ("mbdsl.bodies.ancf_cable_kernels", "mbdsl.numerics.banded"),
     ],

@@ -16,15 +16,17 @@ import mbdsl
 from mbdsl.errors import IntegrationError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state, sparse_lu
-from mbdsl.integrators.methods import radau5_coefficients, radau5_stages
+from mbdsl.integrators.methods import radau13
+from mbdsl.integrators.methods.radau5 import SCHEME
+from mbdsl.integrators.methods.radau_coefficients import ERROR, ERROR2, METRIC, QB, RATES, VB
 from mbdsl.integrators.run import Integration
-from mbdsl.kernels import buffer_layout
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
 MODELS = Path(__file__).parents[3] / "models"
 SCRIPT = Path(__file__).with_name("uncompiled_stages.py")
-A, C = np.array(radau5_coefficients.A), np.array(radau5_coefficients.NODES)
+A, C = np.array(SCHEME.A), np.array(SCHEME.nodes)
 
 # -- coefficients ----------------------------------------------------------------------------------------------------
 
@@ -39,23 +41,20 @@ def test_collocation():
 
 
 def test_what_diagonalises_it():
-    s, z = radau5_coefficients.REAL, complex(radau5_coefficients.RE, radau5_coefficients.IM)
-    L = np.array(radau5_coefficients.L_RE) + 1j * np.array(radau5_coefficients.L_IM)
-    R = np.array(radau5_coefficients.R_RE) + 1j * np.array(radau5_coefficients.R_IM)
-    l, r = np.array(radau5_coefficients.L_REAL), np.array(radau5_coefficients.R_REAL)
-    assert s * np.outer(r, l) + 2 * (z * np.outer(R, L)).real == pytest.approx(A, abs=1e-14)
-    assert np.outer(r, l) + 2 * np.outer(R, L).real == pytest.approx(np.eye(3), abs=1e-14)
-    assert np.array(radau5_coefficients.INVERSE) @ A == pytest.approx(np.eye(3), abs=1e-14)
-    assert np.array(radau5_coefficients.SQUARE) == pytest.approx(A @ A, abs=1e-15)
+    (s, re, im), there, back = SCHEME.values, np.array(SCHEME.there), np.array(SCHEME.back)
+    assert back @ np.array([[s, 0, 0], [0, re, -im], [0, im, re]]) @ there == pytest.approx(A, abs=1e-14)
+    assert back @ there == pytest.approx(np.eye(3), abs=1e-14)
+    assert np.array(SCHEME.inverse) @ A == pytest.approx(np.eye(3), abs=1e-14)
+    assert np.array(SCHEME.square) == pytest.approx(A @ A, abs=1e-15)
 
 
 def test_the_embedded_formula_is_of_order_three():
     """With f at the start, the difference to the formula of order 5 vanishes for f of degree 2, not for f of degree
     3."""
-    errors = [radau5_coefficients.REAL * (k == 0) + np.array(radau5_coefficients.E1) @ C**k for k in range(4)]
+    errors = [SCHEME.values[0] * (k == 0) + np.array(SCHEME.e1) @ C**k for k in range(4)]
     assert errors[:3] == pytest.approx([0, 0, 0], abs=1e-15)
     assert abs(errors[3]) > 0.01
-    assert np.array(radau5_coefficients.E2) == pytest.approx(np.array(radau5_coefficients.E1) @ A, abs=1e-15)
+    assert np.array(SCHEME.e2) == pytest.approx(np.array(SCHEME.e1) @ A, abs=1e-15)
 
 
 # -- Newton's corrections --------------------------------------------------------------------------------------------
@@ -162,12 +161,12 @@ def test_a_step(model, done):
     assert not done or run.advance(done) == loop_state.RUNNING
     Y, n = run.vectors.copy(), S.n
     assert run.advance(1) == loop_state.RUNNING
-    q0, v0 = Y[buffer_layout.POSITION0, :n], Y[buffer_layout.VELOCITY0, :n]
-    a = np.zeros(n) if model == "double_pendulum" else Y[buffer_layout.UNKNOWN0, :n]  # its start is a transient
-    q, v = full_system(S, done * h, h, q0, v0, a, Y[buffer_layout.UNKNOWN0, n:])
+    q0, v0 = Y[L.POSITION0, :n], Y[L.VELOCITY0, :n]
+    a = np.zeros(n) if model == "double_pendulum" else Y[L.UNKNOWN0, :n]  # its start is a transient
+    q, v = full_system(S, done * h, h, q0, v0, a, Y[L.UNKNOWN0, n:])
     eps = 1e3 * np.finfo(float).eps * max(1.0, np.abs(q0).max())
-    assert np.abs(run.vectors[buffer_layout.POSITION0, :n] - q).max() < eps
-    assert np.abs(run.vectors[buffer_layout.VELOCITY0, :n] - v).max() < eps / h
+    assert np.abs(run.vectors[L.POSITION0, :n] - q).max() < eps
+    assert np.abs(run.vectors[L.VELOCITY0, :n] - v).max() < eps / h
     moved = np.abs(q - q0).max(), np.abs(v - v0).max()
     assert moved[0] > 1e8 * eps and moved[1] > 1e6 * eps / h  # the step is long enough for an error to show
 
@@ -181,7 +180,7 @@ def test_dense_and_sparse_elimination_agree(model):
         S, run = begun(model, STEPS[model])
         run.use_solver(solver)
         assert run.advance(20) == loop_state.RUNNING
-        found.append(run.vectors[buffer_layout.POSITION0, : S.n].copy())
+        found.append(run.vectors[L.POSITION0, : S.n].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-12)
 
 
@@ -300,16 +299,9 @@ def test_singular_poses_are_passed():
     assert max(np.abs(found[row]).max() for row in found.select(["*.Phi[*]"])) < 1e-8
 
 
-def test_stages_do_not_overlap():
-    rows = [
-        radau5_stages.STAGE,
-        radau5_stages.STAGE2,
-        radau5_stages.RESIDUAL,
-        radau5_stages.RESIDUAL2,
-        radau5_stages.CHANGE,
-    ]
-    rows += [radau5_stages.PAST, radau5_stages.PAST2, radau5_stages.DV]
-    rows = [row + k for row in rows for k in range(3)]
-    rows += [radau5_stages.ERROR, radau5_stages.ERROR2, radau5_stages.METRIC, radau5_stages.QB, radau5_stages.VB]
-    rows += [radau5_stages.RATES, radau5_stages.RATES + 1]
-    assert sorted(rows) == list(range(buffer_layout.ROWS, buffer_layout.ROWS + radau5_stages.OWN_ROWS))
+@pytest.mark.parametrize("scheme", [SCHEME, radau13.SCHEME])
+def test_rows_do_not_overlap(scheme):
+    names = ("STAGE", "STAGE2", "RESIDUAL", "RESIDUAL2", "CHANGE", "DV", "PAST", "PAST2")
+    rows = [getattr(scheme, name) + k for name in names for k in scheme.each]
+    rows += [ERROR, ERROR2, METRIC, QB, VB, RATES, RATES + 1]
+    assert sorted(rows) == list(range(L.ROWS, L.ROWS + scheme.ROWS))

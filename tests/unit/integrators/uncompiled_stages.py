@@ -15,8 +15,8 @@ import mbdsl
 from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import linear_solve, run_data
-from mbdsl.integrators.methods import radau5_stages
-from mbdsl.integrators.methods.radau5_coefficients import NODES
+from mbdsl.integrators.methods import radau_stages
+from mbdsl.integrators.methods.radau5 import SCHEME as R
 from mbdsl.integrators.run import Integration
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
@@ -40,27 +40,23 @@ class Stages:
         self.run = run = Integration(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
         run.use_solver(linear_solve.DENSE)  # a solver that finds any pivot
         run.begin(start.q, start.v, start.a, start.lam)
-        radau5_stages.set_metric(run.data())
+        radau_stages.set_metric(run.data())
         self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt
         rng, vectors, n, N = np.random.default_rng(3), run.vectors, system.n, system.unknowns
         vectors[L.POSITION0, :n] += rng.uniform(-0.1, 0.1, n)
         lam = rng.normal(size=N - n)
         for k in range(3):
-            vectors[radau5_stages.STAGE + k, n:] = (
+            vectors[R.STAGE + k, n:] = (
                 vectors[L.UNKNOWN0, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
             )
         if at_rest:
             vectors[L.VELOCITY0] = 0.0
         else:
             vectors[L.VELOCITY0, :n] += rng.normal(size=n)
-            vectors[radau5_stages.STAGE : radau5_stages.STAGE + 3, :n] = rng.normal(size=(3, n))
-            vectors[radau5_stages.STAGE2 : radau5_stages.STAGE2 + 3, : n + self.m] = (
-                0.01 * h**2 * rng.normal(size=(3, n + self.m))
-            )
+            vectors[R.STAGE : R.STAGE + 3, :n] = rng.normal(size=(3, n))
+            vectors[R.STAGE2 : R.STAGE2 + 3, : n + self.m] = 0.01 * h**2 * rng.normal(size=(3, n + self.m))
         if any(c.friction is not None for c in scene.components.values()):
-            vectors[radau5_stages.STAGE : radau5_stages.STAGE + 3, n:] += (
-                1e5  # far from where a normal force changes its sign
-            )
+            vectors[R.STAGE : R.STAGE + 3, n:] += 1e5  # far from where a normal force changes its sign
         # not unknowns: the second multipliers of nonholonomic constraints
         self.active = np.ones((6, N), bool)
         self.active[3:, n + self.m :] = False
@@ -68,14 +64,14 @@ class Stages:
     def residual(self):
         data = self.run.data()
         for k in (0, 2, 1):
-            radau5_stages.motion(k, self.h, data)
+            radau_stages.motion(R, k, self.h, data)
             data.layout[L.NEW_MASS] = 1
-            run_data.evaluate(NODES[k] * self.h, data)
-            radau5_stages.residual(k, data)
-        return data.vectors[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6].ravel().copy()
+            run_data.evaluate(R.nodes[k] * self.h, data)
+            radau_stages.residual(R, k, data)
+        return data.vectors[R.RESIDUAL : R.RESIDUAL + 6].ravel().copy()
 
     def unknowns(self):
-        return self.run.vectors[radau5_stages.STAGE : radau5_stages.STAGE + 6]
+        return self.run.vectors[R.STAGE : R.STAGE + 6]
 
     def jacobian(self):
         """d(residuals)/d(unknowns) by five-point differences."""
@@ -99,14 +95,14 @@ class Stages:
             self.run.tangent(t, cM, (1.01 if self.spoilt else 1.0) * cK, *more)
 
         data = self.run.data()._replace(tangent_at=tangent)
-        assert radau5_stages.matrices(0.0, self.h, 1e-12, data)
+        assert radau_stages.matrices(R, 0.0, self.h, 1e-12, data)
         x = self.unknowns()
         B, kept = np.zeros((x.size, x.size)), x.copy()
         for k in range(x.size):
             x[:] = 0.0
-            data.vectors[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6] = 0.0
-            data.vectors[radau5_stages.RESIDUAL + k // self.N, k % self.N] = 1.0
-            radau5_stages.correct(self.h, self.h, data)
+            data.vectors[R.RESIDUAL : R.RESIDUAL + 6] = 0.0
+            data.vectors[R.RESIDUAL + k // self.N, k % self.N] = 1.0
+            radau_stages.correct(R, self.h, self.h, data)
             B[:, k] = -x.ravel()
         x[:] = kept
         return B

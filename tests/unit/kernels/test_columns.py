@@ -1,6 +1,6 @@
 """The columns of the buffers: each entry has one meaning, and none is left out."""
 
-import itertools
+from itertools import pairwise
 
 import pytest
 
@@ -16,11 +16,12 @@ def test_columns_follow_each_other(C, pose, rate, lever):
     pair = 2 * rate
     gradients = [(0, pair), (C.VALUE, 1), (C.MAGNITUDE, 1), (C.GRADIENT_RATE, pair), (C.PAST_GRADIENT, pair)]
     for columns in (frames, [*gradients, (C.GRADIENT_COLUMNS, 0)]):
-        for (start, size), (after, _) in itertools.pairwise(columns):
+        for (start, size), (after, _) in pairwise(columns):
             assert start + size == after
-    assert (rate, pair, lever, pose + rate) == (C.POSE, C.PAIR_POSE, C.LEVERS, C.CARRIED)
-    assert (pair**2, pair**2 // 2, rate**2, 2 * pair**2) == (C.SQUARE, C.HALF, C.BLOCK_SIZE, C.TANGENT_SCRATCH)
-    assert (1 + pair, 1 + pose + rate + rate) == (C.LEAF, C.MOVED)
+    sizes = (C.POSE, C.PAIR_POSE, C.LEVERS, C.CARRIED, C.SQUARE, C.HALF, C.BLOCK_SIZE, C.TANGENT_SCRATCH)
+    assert sizes == (rate, pair, lever, pose + rate, pair**2, pair**2 // 2, rate**2, 2 * pair**2)
+    records = (C.LEAF, C.MOVED)
+    assert records == (1 + pair, 1 + pose + rate + rate)
     assert columns_of(C is SPACE) is C
 
 
