@@ -7,7 +7,7 @@ the generalised force on the coordinate b, up to its sign; ratio times the oppos
 mechanism without losses: their power is that of the offset alone.
 """
 
-from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal, power
+from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal, in_space, power
 
 DRAWING = "nothing"
 
@@ -37,3 +37,4 @@ KIND = JointKind(
     results=(power("force*der(offset)"),),
     check=check,
 )
+IN_SPACE = in_space(KIND)

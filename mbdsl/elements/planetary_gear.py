@@ -7,7 +7,7 @@ Relative to the carrier, the sun turns -ratio times as far as the ring, ratio = 
 Their sum is zero, so that no housing carries any. The planets have no mass here.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space
 
 DRAWING = "nothing"
 
@@ -40,3 +40,4 @@ KIND = JointKind(
     ),
     check=check,
 )
+IN_SPACE = in_space(KIND)

@@ -8,9 +8,10 @@ multiplier is the force between the teeth along the rack [N].
 
 from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements import prismatic, revolute, rolling_disc
+from mbdsl.elements import prismatic, rolling_disc
 from mbdsl.elements.coordinates import slide, slide_hessian
 from mbdsl.elements.kind import JointKind, Parameter, wrench
+from mbdsl.elements.motions import TURNING
 
 DRAWING = "rack"
 KIND = JointKind(
@@ -22,7 +23,7 @@ KIND = JointKind(
         Parameter("radius", "m", doc="pitch radius of the pinion", positive=True),
         Parameter("s0", "m", 0.0, "position of the pinion along the rack when frame_b is at the angle of frame_a"),
     ),
-    signals=(*prismatic.KIND.signals, *revolute.KIND.signals),
+    signals=(*prismatic.KIND.signals, *TURNING),
     reactions=wrench("-(cos(frame_a.phi)*lam[1])", "-(sin(frame_a.phi)*lam[1])", "-(radius*lam[1])"),
     touches=rolling_disc.BELOW,
     table=lambda v: (v["radius"], v["s0"]),

@@ -16,7 +16,8 @@ from types import ModuleType
 from typing import NamedTuple
 
 from mbdsl.compilation import buffer_layout, code_cache
-from mbdsl.system import expression_tape
+from mbdsl.elements import Declared
+from mbdsl.system import expression_tape, row_kernels
 from mbdsl.system.in_space import loops_of, relation_loops_of
 from mbdsl.system.structure import Block
 
@@ -278,24 +279,29 @@ def header(block: int) -> int:
 
 def emit_kind(block: Block) -> str:
     """The text of the module of one kind: its kernels within the loops, the same in every scene."""
-    name, rows = block.name, block.rows
+    name, rows, of = block.name, block.rows, block.module
+    assert isinstance(of, Declared)
+    kernels = row_kernels.module(of).__name__
+    package, _, file = kernels.rpartition(".")
+    imported = f"from {package} import {file}" if package else f"import {kernels}"
+    as_name, end = ("", of.suffix) if file == name else (f" as {name}", of.suffix)
     of_loops = "import mbdsl.system.loops_in_space as loops" if block.spatial else "from mbdsl.system import loops"
     curve = f"""
 
 @rare
 def curve(block, frames, gradients, numbers, layout):
-    loops.curve(block, {rows}, {name}.hessian, frames, gradients, numbers, layout)
+    loops.curve(block, {rows}, {name}.hessian{end}, frames, gradients, numbers, layout)
 """
     return f'''"""Emitted by mbdsl: the loops of {name}."""
 
-from {block.module.__package__} import {name}
+{imported}{as_name}
 from mbdsl.compilation.marks import rare
 {of_loops}
 
 
 @rare
 def fill(block, frames, gradients, numbers, layout):
-    loops.fill(block, {rows}, {name}.gradient, frames, gradients, numbers, layout)
+    loops.fill(block, {rows}, {name}.gradient{end}, frames, gradients, numbers, layout)
 {curve if block.curved else ""}'''
 
 
@@ -322,7 +328,10 @@ def _modules(blocks: list[Block]) -> list[ModuleType]:
     if any(b.related for b in blocks):
         loops.append(relation_loops_of(in_space(blocks)))
     loops_of_kinds = [code_cache.import_text(_kind_module(b), emit_kind(b)) for b in kinds]
-    return [*loops, expression_tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
+    declared = [b.module for b in blocks if isinstance(b.module, Declared)]
+    kernels = [b.module for b in blocks if isinstance(b.module, ModuleType)]
+    kernels += [file for x in declared for file in (x.file, row_kernels.module(x))]
+    return [*loops, expression_tape, *dict.fromkeys(kernels), *loops_of_kinds]
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ is the difference of the tensions of the strands [N].
 
 from mbdsl.elements import belt_drive
 from mbdsl.elements.in_space.gear_pair import REACTIONS, SIGNALS, gradient, hessian
-from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES
-from mbdsl.elements.in_space.revolute import AXIS
-from mbdsl.elements.in_space.vectors import both, direction
+from mbdsl.elements.kind import axis_given, in_space
+from mbdsl.elements.motions import AXIS_Z
+from mbdsl.elements.vectors import both
 
 __all__ = ["KIND", "gradient", "hessian"]  #: the kernels are those of a pair of gears
 
@@ -19,10 +19,10 @@ DRAWING = "belt"
 
 KIND = in_space(
     belt_drive.KIND,
-    parameters=(*belt_drive.KIND.parameters, AXIS),
+    parameters=(*belt_drive.KIND.parameters, AXIS_Z),
     signals=SIGNALS,
     reactions=REACTIONS,
-    check=lambda v: belt_drive.check(v) or direction(v),
+    check=lambda v: belt_drive.check(v) or axis_given(v),
     table=lambda v: (0.0, 0.0, 0.0, 0.0, *belt_drive.KIND.table(v)),
     axes=both("z"),
     counts_turns=True,

@@ -7,8 +7,8 @@ centre of mass in body axes. How frames move with it: :mod:`mbdsl.bodies.spatial
 from collections.abc import Mapping
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
-from mbdsl.elements.in_space.vectors import UNTURNED, least_minor
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
+from mbdsl.elements.vectors import UNTURNED, least_minor
 from mbdsl.expressions.spatial_coordinates import CARDAN, LOCAL, MEANINGS, QUATERNION, UNITS
 
 #: position of the centre of mass, and the rotation vector of the attitude

@@ -15,9 +15,7 @@ from collections.abc import Mapping
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import bushing
-from mbdsl.elements.in_space.coordinates import X, Y, Z, point, point_in_axes, point_in_axes_hessian
-from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.sliding_friction import turn, turn_hessian
+from mbdsl.elements.coordinates_in_space import X, Y, Z, point, point_in_axes, point_in_axes_hessian, turn, turn_hessian
 from mbdsl.elements.in_space.swing_twist import (
     RATE,
     TILT,
@@ -30,8 +28,8 @@ from mbdsl.elements.in_space.swing_twist import (
     twist,
     twist_hessian,
 )
-from mbdsl.elements.in_space.vectors import D, W, dot, total, wrench
-from mbdsl.elements.kind import Parameter, Signal, power, zero
+from mbdsl.elements.kind import Parameter, Signal, in_space, power, zero
+from mbdsl.elements.vectors import D, W, dot, total, wrench
 
 DRAWING = "bushing"
 NONE = (0.0, 0.0, 0.0)

@@ -10,7 +10,7 @@ contact force of a flat follower [N].
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import cam
-from mbdsl.elements.in_space.coordinates import (
+from mbdsl.elements.coordinates_in_space import (
     PHI_A,
     PHI_B,
     R_A,
@@ -22,12 +22,12 @@ from mbdsl.elements.in_space.coordinates import (
     angle_about,
     angle_hessian,
 )
-from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.line_of_centres import product
 from mbdsl.elements.in_space.rack_and_pinion import axes, right_angle
-from mbdsl.elements.in_space.revolute import GRADIENT, X_A, X_B, Y_A
-from mbdsl.elements.in_space.vectors import D, W, cross, dot, reactions, total
-from mbdsl.elements.kind import Parameter, Signal
+from mbdsl.elements.kind import Parameter, Signal, in_space
+from mbdsl.elements.motions import GRADIENT
+from mbdsl.elements.rows import X_A, X_B, Y_A
+from mbdsl.elements.vectors import D, W, cross, dot, reactions, total
 
 DRAWING = "cam"
 RATE = f"(-{dot(W, GRADIENT)})"

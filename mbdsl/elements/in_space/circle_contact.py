@@ -5,9 +5,9 @@ force = k d max(0, 1 + alpha d'),  d = r_a + r_b - |r_b - r_a| > 0     as of the
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import circle_contact
-from mbdsl.elements.in_space.coordinates import length, length_hessian
-from mbdsl.elements.in_space.distance import SIGNALS
-from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.coordinates_in_space import length, length_hessian
+from mbdsl.elements.kind import in_space
+from mbdsl.elements.motions import APART_IN_SPACE
 
 DRAWING = "circles"
 
@@ -15,7 +15,7 @@ KIND = in_space(
     circle_contact.KIND,
     doc="Contact of two balls about the frame origins, which push each other apart where they overlap; without "
     "friction.",
-    signals=(*SIGNALS, *circle_contact.KIND.signals[2:]),
+    signals=(*APART_IN_SPACE, *circle_contact.KIND.signals[2:]),
 )
 
 

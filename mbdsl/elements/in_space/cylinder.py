@@ -5,8 +5,8 @@ from math import hypot, pi
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
 from mbdsl.elements.in_space.solid import solid
-from mbdsl.elements.in_space.vectors import UNTURNED, direction
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.kind import Parameter, axis_given
+from mbdsl.elements.vectors import UNTURNED
 
 
 def along(v: Mapping) -> tuple[float, ...]:
@@ -22,7 +22,7 @@ def ends(v: Mapping) -> dict[str, tuple[float, ...]]:
 def check(v: Mapping) -> str | None:
     if v["bore"] >= v["radius"]:
         return "the radius of the bore is not smaller than the radius"
-    return direction(v)
+    return axis_given(v)
 
 
 def inertia(v: Mapping) -> tuple[tuple[float, ...], ...]:

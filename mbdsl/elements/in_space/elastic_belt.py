@@ -8,10 +8,10 @@ with the angles from the line of centres, see line_of_centres.py, and g_0 at the
 
 from mbdsl.elements import elastic_belt
 from mbdsl.elements.in_space.gear_pair import SIGNALS, gradient, hessian
-from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.line_of_centres import FIRST_ANGLES
-from mbdsl.elements.in_space.revolute import AXIS
-from mbdsl.elements.in_space.vectors import both, direction
+from mbdsl.elements.kind import axis_given, in_space
+from mbdsl.elements.motions import AXIS_Z
+from mbdsl.elements.vectors import both
 
 __all__ = ["KIND", "gradient", "hessian"]  #: the kernels are those of a pair of gears
 
@@ -19,9 +19,9 @@ DRAWING = "belt"
 
 KIND = in_space(
     elastic_belt.KIND,
-    parameters=(*elastic_belt.KIND.parameters, AXIS),
+    parameters=(*elastic_belt.KIND.parameters, AXIS_Z),
     signals=(*SIGNALS, *elastic_belt.along("r[1]*(phi_a - start(phi_a)) + r[2]*(phi_b - start(phi_b))")),
-    check=direction,
+    check=axis_given,
     table=lambda v: (0.0, 0.0, 0.0, 0.0, *v["r"], 0.0),
     axes=both("z"),
     counts_turns=True,

@@ -20,12 +20,11 @@ from math import atan2, floor, pi
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, X, Y, Z, add_cross
-from mbdsl.elements.in_space.prismatic import Y_B
-from mbdsl.elements.in_space.revolute import X_A, X_B, Y_A, Z_A, Z_B
-from mbdsl.elements.in_space.universal import product, unit
-from mbdsl.elements.in_space.vectors import W, dot, reactions, total, turned_to
+from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B, X, Y, Z, add_cross
 from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.rows import X_A, X_B, Y_A, Y_B, Z_A, Z_B
+from mbdsl.elements.universal import product, unit
+from mbdsl.elements.vectors import W, dot, reactions, total, turned_to
 
 DRAWING = "dashed"
 PARALLEL = 0.999  #: cosine of the axes in their own frames, from which on they do not define x

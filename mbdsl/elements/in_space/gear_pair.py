@@ -8,7 +8,6 @@ way. The multiplier is the force between the teeth along the common tangent of t
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import gear_pair
-from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.line_of_centres import (
     ANGLES,
     FIRST_ANGLES,
@@ -18,11 +17,12 @@ from mbdsl.elements.in_space.line_of_centres import (
     rolling,
     rolling_hessian,
 )
-from mbdsl.elements.in_space.revolute import AXIS, SIGNALS_OF_ANGLE
-from mbdsl.elements.in_space.vectors import D, both, cross, direction, reactions, total
+from mbdsl.elements.kind import axis_given, in_space
+from mbdsl.elements.motions import AXIS_Z, TURNING_ASKEW
+from mbdsl.elements.vectors import D, both, cross, reactions, total
 
 DRAWING = "gears"
-SIGNALS = (THETA, *SIGNALS_OF_ANGLE, *ANGLES)
+SIGNALS = (THETA, *TURNING_ASKEW, *ANGLES)
 REACTIONS = reactions(
     total(("lam[1]*r[1]", M_A), ("lam[1]*r[2]", M_B)),
     total(("lam[1]*r[2]", cross(M_B, D))),
@@ -30,10 +30,10 @@ REACTIONS = reactions(
 
 KIND = in_space(
     gear_pair.KIND,
-    parameters=(*gear_pair.KIND.parameters, AXIS),
+    parameters=(*gear_pair.KIND.parameters, AXIS_Z),
     signals=SIGNALS,
     reactions=REACTIONS,
-    check=lambda v: gear_pair.check(v) or direction(v),
+    check=lambda v: gear_pair.check(v) or axis_given(v),
     table=lambda v: (0.0, 0.0, 0.0, 0.0, *gear_pair.KIND.table(v)),
     axes=both("z"),
     counts_turns=True,

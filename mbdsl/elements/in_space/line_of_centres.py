@@ -15,10 +15,10 @@ from math import atan2, floor, pi
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, R_A, R_B, X, Y, Z
-from mbdsl.elements.in_space.vectors import D, Vector, axis, cross, dot, minus, spin, total
+from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B, R_A, R_B, X, Y, Z
 from mbdsl.elements.kind import Signal
 from mbdsl.elements.line_of_centres import FORMULA, TURN, nearest
+from mbdsl.elements.vectors import D, Vector, axis, cross, dot, minus, spin, total
 
 #: angles of both frames at the start, up to less than half a turn
 FIRST_ANGLES = {"phi_a": "frame_a.phi - theta", "phi_b": "frame_b.phi - theta"}

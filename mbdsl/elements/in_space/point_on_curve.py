@@ -9,9 +9,9 @@ reaction is normal to the curve. The gradients of f1 and f2 have to be independe
 
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements.in_space import point_on_surface
-from mbdsl.elements.in_space.kinds import in_space
 from mbdsl.elements.in_space.point_on_surface import COUNT, FRICTION, force, level, level_hessian, surface
-from mbdsl.elements.in_space.vectors import reactions
+from mbdsl.elements.kind import in_space
+from mbdsl.elements.vectors import reactions
 
 KIND = in_space(
     point_on_surface.KIND,

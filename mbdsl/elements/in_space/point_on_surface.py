@@ -12,12 +12,11 @@ the sliding, see friction.py and sliding_friction.py.
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements import friction
-from mbdsl.elements.in_space import sliding_friction
-from mbdsl.elements.in_space.coordinates import PHI_A, R_A, R_B, X, dot2_hessian
-from mbdsl.elements.in_space.prismatic import X_A, Y_A, Z_A
-from mbdsl.elements.in_space.vectors import D, Vector, dot, origin, reactions, total, wrench
+from mbdsl.elements import friction, sliding_friction
+from mbdsl.elements.coordinates_in_space import PHI_A, R_A, R_B, X, dot2_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.rows import X_A, Y_A, Z_A
+from mbdsl.elements.vectors import D, Vector, dot, origin, reactions, total, wrench
 
 AXES = (X_A, Y_A, Z_A)
 SIGNALS = (
@@ -49,15 +48,8 @@ KIND = JointKind(
     ),
     signals=SIGNALS,
     reactions=reactions(force(1), None),
-    friction=sliding_friction.size("hypot(hypot(fx, fy), fz)", "v", *RATES),
-    friction_along="sliding_in_space",
-    friction_rows=sliding_friction.components("v", *RATES),
+    **sliding_friction.against("hypot(hypot(fx, fy), fz)", "v", "sliding_in_space", RATES, AXES),
     touches=origin("frame_b"),
-    results=(sliding_friction.delivered("v", *RATES),),
-    exerts=wrench(sliding_friction.against("v", RATES, AXES), None),
-    check=friction.check,
-    derive=friction.derive,
-    effects=friction.EFFECTS,
     functions=(("f", ("x", "y", "z")),),
     table=lambda v: (0.0,) * COUNT,
     spatial=True,

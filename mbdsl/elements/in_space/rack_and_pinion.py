@@ -9,8 +9,7 @@ multiplier is the force between the teeth along the rack [N].
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import rack_and_pinion
-from mbdsl.elements.in_space import prismatic
-from mbdsl.elements.in_space.coordinates import (
+from mbdsl.elements.coordinates_in_space import (
     PHI_A,
     PHI_B,
     X,
@@ -19,12 +18,11 @@ from mbdsl.elements.in_space.coordinates import (
     dot2,
     dot2_hessian,
 )
-from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.prismatic import X_A, Y_A
-from mbdsl.elements.in_space.revolute import GRADIENT, SIGNALS_OF_ANGLE
-from mbdsl.elements.in_space.universal import product, unit
-from mbdsl.elements.in_space.vectors import origin, reactions, total
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.kind import Parameter, in_space
+from mbdsl.elements.motions import GRADIENT, SLIDING_IN_SPACE, TURNING_ASKEW
+from mbdsl.elements.rows import X_A, Y_A
+from mbdsl.elements.universal import product, unit
+from mbdsl.elements.vectors import origin, reactions, total
 
 DRAWING = "rack"
 RIGHT = 1e-9  #: cosine of two directions that counts as that of a right angle
@@ -54,7 +52,7 @@ KIND = in_space(
         Parameter("n", "1", (1.0, 0.0, 0.0), "direction of the rack", shape=(3,)),
         Parameter("axis", "1", (0.0, 0.0, 1.0), "axis of the pinion, at right angles to n", shape=(3,)),
     ),
-    signals=(*prismatic.SIGNALS, *SIGNALS_OF_ANGLE),
+    signals=(*SLIDING_IN_SPACE, *TURNING_ASKEW),
     reactions=reactions(total(("-lam[1]", X_A)), total(("(-lam[1]*radius)", GRADIENT))),
     check=lambda v: right_angle(v, "the axis of the pinion is not at right angles to the rack"),
     touches=total(("1", origin("frame_b")), ("(-radius)", Y_A)),

@@ -15,14 +15,11 @@ from math import sqrt
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements import rolling_disc
-from mbdsl.elements.in_space import universal
-from mbdsl.elements.in_space.coordinates import X, Z, dot1, dot1_hessian, dot2, dot2_hessian
-from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.in_space.prismatic import Y_A, Y_B
-from mbdsl.elements.in_space.revolute import X_B, Z_A, Z_B
-from mbdsl.elements.in_space.vectors import D, W, cross, dot, origin, reactions, slip, total
-from mbdsl.elements.kind import Parameter, Signal
+from mbdsl.elements import rolling_disc, universal
+from mbdsl.elements.coordinates_in_space import X, Z, dot1, dot1_hessian, dot2, dot2_hessian
+from mbdsl.elements.kind import Parameter, Signal, in_space
+from mbdsl.elements.rows import X_B, Y_A, Y_B, Z_A, Z_B
+from mbdsl.elements.vectors import D, W, cross, dot, origin, reactions, slip, total
 
 U = dot(Z_A, X_B)
 LOWEST = total((f"(-radius/sqrt(1 - {U}*{U}))", Z_A), (f"(radius*{U}/sqrt(1 - {U}*{U}))", X_B))

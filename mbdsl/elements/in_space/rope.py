@@ -9,12 +9,13 @@ from dataclasses import replace
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import rope
 from mbdsl.elements.in_space.disc_tangents import span_gradient, span_hessian
-from mbdsl.elements.in_space.distance import SIGNALS
-from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.kind import in_space
+from mbdsl.elements.motions import APART_IN_SPACE
 
 DRAWING = "rope"
 KIND = in_space(
-    rope.KIND, signals=(replace(SIGNALS[0], doc=rope.KIND.signals[0].doc), *SIGNALS[1:], *rope.KIND.signals[2:])
+    rope.KIND,
+    signals=(replace(APART_IN_SPACE[0], doc=rope.KIND.signals[0].doc), *APART_IN_SPACE[1:], *rope.KIND.signals[2:]),
 )
 
 

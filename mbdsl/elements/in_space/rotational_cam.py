@@ -9,8 +9,7 @@ follower [N.m].
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import rotational_cam
-from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B
-from mbdsl.elements.in_space.kinds import in_space
+from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B
 from mbdsl.elements.in_space.line_of_centres import (
     M_A,
     M_B,
@@ -23,16 +22,16 @@ from mbdsl.elements.in_space.line_of_centres import (
     product,
     rate_of,
 )
-from mbdsl.elements.in_space.revolute import AXIS
-from mbdsl.elements.in_space.vectors import D, both, cross, direction, reactions, total
-from mbdsl.elements.kind import Signal
+from mbdsl.elements.kind import Signal, axis_given, in_space
 from mbdsl.elements.line_of_centres import TURN, nearest
+from mbdsl.elements.motions import AXIS_Z
+from mbdsl.elements.vectors import D, both, cross, reactions, total
 
 DRAWING = "dashed"
 
 KIND = in_space(
     rotational_cam.KIND,
-    parameters=(*rotational_cam.KIND.parameters, AXIS),
+    parameters=(*rotational_cam.KIND.parameters, AXIS_Z),
     signals=(
         THETA,
         Signal("phi", "rad", angle_of("frame_a"), "angle of the cam, from the line of centres"),
@@ -44,7 +43,7 @@ KIND = in_space(
         total(("lam[1]", M_B), ("(-lam[1]*slope[1])", M_A)),
         total(("lam[1]", cross(M_B, D))),
     ),
-    check=direction,
+    check=axis_given,
     axes=both("z"),
     first_angles={"phi": "frame_a.phi - theta", "beta": "frame_b.phi - theta"},
 )

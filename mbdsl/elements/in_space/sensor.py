@@ -4,8 +4,7 @@
 """
 
 from mbdsl.elements import sensor
-from mbdsl.elements.in_space.kinds import in_space
-from mbdsl.elements.kind import Signal
+from mbdsl.elements.kind import Signal, in_space
 from mbdsl.elements.sensor import FELT, load
 
 DRAWING = "nothing"

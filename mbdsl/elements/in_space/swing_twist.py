@@ -18,8 +18,8 @@ from math import atan2, floor, pi, sqrt
 
 from mbdsl.compilation.buffer_layout_in_space import VALUE
 from mbdsl.compilation.marks import kernel
-from mbdsl.elements.in_space.coordinates import PHI_A, PHI_B, X, Y, Z, dot1_hessian
-from mbdsl.elements.in_space.vectors import W, axis, cross, dot, total
+from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B, X, Y, Z, dot1_hessian
+from mbdsl.elements.vectors import W, axis, cross, dot, total
 
 X_A, Y_A, Z_A, X_B, Y_B, Z_B = (axis(f"frame_{f}", i) for f in "ab" for i in "xyz")
 #: formulas of the twist and its rate

@@ -17,8 +17,8 @@ from math import hypot
 from typing import Any
 
 from mbdsl.elements import of_variant
-from mbdsl.elements.in_space.vectors import least_minor
 from mbdsl.elements.kind import BodyKind
+from mbdsl.elements.vectors import least_minor
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.mechanism import graph as mechanism
 from mbdsl.mechanism.edge import Edge

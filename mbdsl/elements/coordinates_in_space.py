@@ -181,6 +181,21 @@ def add_cross(x, y, z, H, i, j):
 
 
 @kernel
+def turn(frames, a, u, G, k):
+    """Row k of G is a rotation about the axis of frame a at column u; it has no value."""
+    for i in range(3):
+        G[k, PHI_A + i], G[k, PHI_B + i] = -frames[a, u + i], frames[a, u + i]
+
+
+@kernel
+def turn_hessian(frames, a, u, factor, H):
+    """H += factor * d(G^T)/dz."""
+    x, y, z = factor * frames[a, u], factor * frames[a, u + 1], factor * frames[a, u + 2]
+    add_cross(x, y, z, H, PHI_A, PHI_A)
+    add_cross(-x, -y, -z, H, PHI_B, PHI_A)
+
+
+@kernel
 def length(frames, a, b, G, k):
     """g = |d| [m]; at zero length the direction is undefined, and the force is zero."""
     dx, dy, dz = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1], frames[b, 2] - frames[a, 2]

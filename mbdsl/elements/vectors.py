@@ -25,6 +25,10 @@ def spin(port: str) -> Vector:
     return tuple(f"{port}.w{i}" for i in "xyz")  # type: ignore[return-value]
 
 
+def velocity(port: str) -> Vector:
+    return tuple(f"{port}.v{i}" for i in "xyz")  # type: ignore[return-value]
+
+
 def minus(a: Vector, b: Vector) -> Vector:
     return tuple(f"({x} - {y})" for x, y in zip(a, b, strict=True))  # type: ignore[return-value]
 
@@ -50,8 +54,7 @@ W = minus(spin("frame_b"), spin("frame_a"))
 
 def slip() -> Vector:
     """Velocity of the origin of frame_b relative to the point of frame_a's body at the same place."""
-    rate = minus(tuple(f"frame_b.v{i}" for i in "xyz"), tuple(f"frame_a.v{i}" for i in "xyz"))  # type: ignore[arg-type]
-    return minus(rate, cross(spin("frame_a"), D))
+    return minus(minus(velocity("frame_b"), velocity("frame_a")), cross(spin("frame_a"), D))
 
 
 def reactions(force: Vector | None, torque: Vector | None, about_n: str = "") -> tuple[Signal, ...]:
@@ -125,11 +128,6 @@ def about(n: Sequence[float], phi: float) -> tuple[float, ...]:
         d * x * y - s * z, c + d * y * y, d * y * z + s * x,
         d * x * z + s * y, d * y * z - s * x, c + d * z * z,
     )  # fmt: skip
-
-
-def direction(v) -> str | None:
-    """A ``check`` for the axis n."""
-    return "the axis n is zero, expected a direction such as {0, 0, 1}" if not any(v["n"]) else None
 
 
 def both(default: str):
