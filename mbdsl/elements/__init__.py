@@ -17,12 +17,11 @@ from types import ModuleType
 
 from mbdsl.elements.kind import Kind, PairKind
 
-_SPACE = os.path.join(__path__[0], "in_space")
 _found: dict[tuple[str, bool], Declared] = {}  #: (file, spatial) -> what it declares, of the files used so far
 
 
 class Declared:
-    """A kind with what its file has for it: kernels, ``motion``, ``DRAWING``. In space, names that end with
+    """A kind with what its file has for it: kernels and ``motion``. In space, names that end with
     ``_in_space`` come first. Kernels that are made from rows are those of :mod:`mbdsl.system.row_kernels`."""
 
     def __init__(self, kind: Kind, file: ModuleType) -> None:
@@ -61,21 +60,14 @@ def _package(spatial: bool) -> str:
 @cache
 def _declared(file: ModuleType, spatial: bool) -> Declared | None:
     """What a file declares; None if it declares nothing."""
-    kind = getattr(file, "IN_SPACE", None) if spatial else None
-    if kind is None:
-        kind = getattr(file, "KIND", None)
-    if not isinstance(kind, Kind) or kind.spatial != spatial:
-        return None
-    return Declared(kind, file)
+    kind = getattr(file, "IN_SPACE" if spatial else "KIND", None)
+    return Declared(kind, file) if isinstance(kind, Kind) else None
 
 
 @cache
 def modules(spatial: bool = False) -> dict[str, Declared]:
     """Kind name -> what its file declares, of models in the plane or in space."""
-    names = [f"{__name__}.{info.name}" for info in pkgutil.iter_modules(__path__)]
-    if spatial:
-        names += [f"{_package(True)}.{info.name}" for info in pkgutil.iter_modules([_SPACE])]
-    files = [importlib.import_module(name) for name in names if name != _package(True)]
+    files = [importlib.import_module(f"{__name__}.{info.name}") for info in pkgutil.iter_modules(__path__)]
     found = [x for file in files if (x := _declared(file, spatial)) is not None and not x.KIND.variant]
     return {x.KIND.name: x for x in sorted(found, key=lambda x: x.KIND.name)}
 
@@ -110,8 +102,8 @@ def of_variant(name: str) -> Declared:
 
         if name in sliding_friction.MOTIONS:
             return Declared(sliding_friction.MOTIONS[name], sliding_friction)
-        file = importlib.import_module(f"{_package(True)}.{name}")
-        return Declared(file.KIND, file)
+        file = importlib.import_module(f"{__name__}.{name}")
+        return Declared(file.IN_SPACE, file)
     found = loaded(f"{_package(True)}.{base}")
     return Declared(found.KIND.in_axes(name), found.file)  # type: ignore[attr-defined]
 
@@ -135,13 +127,11 @@ def _of_file(file: str, spatial: bool) -> Declared | None:
     """The declaration in the file of this name; None if there is none."""
     if (file, spatial) in _found:
         return _found[file, spatial]
-    for package, folders in ((__name__, __path__), (_package(True), [_SPACE])):
-        name, paths = f"{package}.{file}", [os.path.join(folder, f"{file}.py") for folder in folders]
-        if name in sys.modules or any(map(os.path.exists, paths)):
-            found = _declared(importlib.import_module(name), spatial)
-            if found is not None:
-                return _found.setdefault((file, spatial), found)
-    return None
+    name, paths = f"{__name__}.{file}", [os.path.join(folder, f"{file}.py") for folder in __path__]
+    if name not in sys.modules and not any(map(os.path.exists, paths)):
+        return None
+    found = _declared(importlib.import_module(name), spatial)
+    return found if found is None else _found.setdefault((file, spatial), found)
 
 
 def file_of(name: str) -> str:

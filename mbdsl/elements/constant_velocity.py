@@ -28,4 +28,5 @@ IN_SPACE = JointKind(
     moves=(("phi_x", "rx"), ("phi_y", "ry")),
     aligned=f"({dot(X_A, X_B)} + {dot(Y_A, Y_B)})",
     spatial=True,
+    drawing="ball",
 )

@@ -9,8 +9,6 @@ mechanism without losses: their power is that of the offset alone.
 
 from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal, in_space, power
 
-DRAWING = "nothing"
-
 
 def check(v):
     if v["ratio"] == 0.0:
@@ -36,5 +34,6 @@ KIND = JointKind(
     reactions=(Signal("force", "", "-lam[1]", "generalised force on b: a torque [N.m] on an angle, else a force [N]"),),
     results=(power("force*der(offset)"),),
     check=check,
+    drawing="nothing",
 )
 IN_SPACE = in_space(KIND)

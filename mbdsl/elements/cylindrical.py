@@ -55,4 +55,5 @@ IN_SPACE = JointKind(
     aligned=dot(X_A, X_B),
     free_axes={"rotation": "n", "translation": "n"},
     spatial=True,
+    drawing="sleeve",
 )

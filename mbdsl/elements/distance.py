@@ -16,5 +16,6 @@ KIND = JointKind(
     results=(AXIAL,),
     along=("s", "length"),
     size="length",
+    drawing="rod",
 )
 IN_SPACE = in_space(KIND, signals=APART_IN_SPACE)

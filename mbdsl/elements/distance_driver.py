@@ -16,5 +16,6 @@ KIND = JointKind(
     results=(AXIAL, power("-(force*v)")),
     driver="s",
     along=("s",),
+    drawing="actuator",
 )
 IN_SPACE = in_space(KIND, signals=APART_IN_SPACE)

@@ -38,6 +38,7 @@ KIND = JointKind(
     pose=lambda v, s: (0.0, 0.0, v["phi0"]),
     keeps_attitude=True,
     angle=("phi0",),
+    drawing="weld",
 )
 IN_SPACE = in_space(
     KIND,

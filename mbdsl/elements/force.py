@@ -31,6 +31,7 @@ KIND = ForceKind(
     reacts=False,
     laws=("fx", "fy"),
     sign=1.0,
+    drawing="nothing",
 )
 IN_SPACE = in_space(
     KIND,

@@ -16,6 +16,7 @@ KIND = JointKind(
         Signal("vy", "m/s", "der(y)"),
         Signal("w", "rad/s", "der(phi)"),
     ),
+    drawing="nothing",
 )
 IN_SPACE = in_space(
     KIND,

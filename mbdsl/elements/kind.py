@@ -7,6 +7,7 @@ there, with :mod:`mbdsl.compilation.marks`, and compiled later, by :mod:`mbdsl.c
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
@@ -71,6 +72,8 @@ def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
     return tuple(Signal(name, unit, formula, doc) for name, unit, formula, doc in given if formula)
 
 
+#: what velocity rows that exert forces and torques contain
+_VELOCITY, _SPIN = re.compile(r"frame_b\.v|der\(|\bv\b"), re.compile(r"frame_b\.w|\bw\b")
 #: ``touches`` of kinds in the plane that act on the body of frame_a at the origin of frame_b
 AT_B = ("frame_b.x", "frame_b.y")
 AT_B_IN_SPACE = (*AT_B, "frame_b.z")
@@ -109,6 +112,9 @@ class Kind:
     size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
     spatial: bool = False  #: whether it belongs to models in space
+    drawing: str = (
+        ""  #: its symbol in pictures, one of ``SYMBOLS`` of :mod:`mbdsl.viewing.symbols` or of the one in space
+    )
     variant: str = ""  #: the file of its kernels, if it is a variant of the kind that the language has by its name
     #: of kinds in space: values -> {port: axes (9 numbers)} of the frames that its kernels and formulas use instead of
     #: those of the ports, relative to them
@@ -263,8 +269,14 @@ class PairKind(Kind):
         if self.g:
             counted = 2 * sum(map(bool, self.row_kernels))
             names = self.row_parameters
+            reserved = counted + sum((n + 1) * (n + 2) // 2 for n in self._arguments)
             vars(self).update(rows=len(self.row_formulas), counts_turns=counted > 0)
-            vars(self)["table"] = lambda v: (*[0.0] * counted, *(_number(v, name) for name in names))
+            vars(self)["table"] = lambda v: (*[0.0] * reserved, *(_number(v, name) for name in names))
+
+    @property
+    def _arguments(self) -> tuple[int, ...]:
+        """Numbers of arguments of the functions of coordinates in its rows."""
+        return ()
 
     @cached_property
     def _rows(self) -> tuple[Row, ...]:
@@ -283,7 +295,8 @@ class PairKind(Kind):
     @cached_property
     def row_parameters(self) -> tuple[str, ...]:
         """The parameters in its rows."""
-        return tuple(dict.fromkeys(name for row in self._rows for name in row.parameters(self.spatial)))
+        names = [name for row in self._rows for name in row.parameters(self.spatial)]
+        return tuple(dict.fromkeys(name for name in names if not name.startswith("law[")))
 
     @property
     def rates(self) -> tuple[bool, ...]:
@@ -388,7 +401,7 @@ class JointKind(PairKind):
         """The components of the wrench of its rows, which are those of a force, a torque, or both."""
         rates = "".join(self.velocity_rows)
         acts = [row.acts(self.spatial) for row in self._rows]
-        acts.append(("frame_b.v" in rates or "der(" in rates, "frame_b.w" in rates))
+        acts.append((bool(_VELOCITY.search(rates)), bool(_SPIN.search(rates))))
         force, torque = (any(parts) for parts in zip(*acts, strict=True))
         if not self.spatial:
             known = {x.name: x for x in wrench(" ", " ", " ")}
@@ -411,6 +424,10 @@ class JointKind(PairKind):
         given = {x.name: getattr(self, x.name) for x in fields(self)}
         rows = tuple(row._replace(space=row.turned or row.space, turned="") for row in self.g)
         return JointKind(**{**given, "g": rows, "variant": variant})
+
+    @property
+    def _arguments(self) -> tuple[int, ...]:
+        return tuple(len(signals) for _, signals in self.couplings)
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:

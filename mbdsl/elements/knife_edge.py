@@ -24,6 +24,7 @@ KIND = JointKind(
     ),
     velocity_rows=(f"cos(frame_b.phi)*{_SIDEWARD} - sin(frame_b.phi)*{_FORWARD}",),
     touches=AT_B,
+    drawing="blade",
 )
 IN_SPACE = in_space(
     KIND,

@@ -27,6 +27,7 @@ IN_SPACE = JointKind(
         "angle": ("phi",),
         "moves": (*ON_PLANE.moves, ("phi", "rz")),
         "aligned": dot(Z_A, Z_B),
+        "drawing": "plate",
         "free_axes": {"rotation": "n", "translation": None},
     }
 )

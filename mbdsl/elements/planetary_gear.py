@@ -9,8 +9,6 @@ Their sum is zero, so that no housing carries any. The planets have no mass here
 
 from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space
 
-DRAWING = "nothing"
-
 
 def check(v):
     if not v["ratio"] > 1.0:
@@ -39,5 +37,6 @@ KIND = JointKind(
         Signal("tau_ring", "N.m", "-ratio*lam[1]", "torque on the ring"),
     ),
     check=check,
+    drawing="nothing",
 )
 IN_SPACE = in_space(KIND)

@@ -21,6 +21,7 @@ KIND = JointKind(
     touches=AT_B,
     angle=("phi",),
     along=("s",),
+    drawing="pin in slot",
 )
 IN_SPACE = in_space(
     KIND,
@@ -30,4 +31,5 @@ IN_SPACE = in_space(
     friction=friction.formula("hypot(lam[1], lam[2])", "v"),
     axes=both("x"),
     free_axes={"translation": "n"},
+    drawing="bead",
 )

@@ -30,4 +30,5 @@ IN_SPACE = JointKind(
     moves=(("s_x", "x"), ("s_y", "y")),
     free_axes={"translation": None},
     spatial=True,
+    drawing="point",
 )

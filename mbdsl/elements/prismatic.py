@@ -41,6 +41,7 @@ KIND = JointKind(
     keeps_attitude=True,
     angle=("phi0",),
     along=("s",),
+    drawing="slider",
 )
 IN_SPACE = in_space(
     KIND,

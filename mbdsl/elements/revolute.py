@@ -26,6 +26,7 @@ KIND = JointKind(
     pose=lambda v, s: (0.0, 0.0, s),
     free="phi",
     angle=("phi",),
+    drawing="pin",
 )
 IN_SPACE = in_space(
     KIND,
@@ -39,4 +40,5 @@ IN_SPACE = in_space(
     axes=both("z"),
     aligned=dot(Z_A, Z_B),
     free_axes={"rotation": "n"},
+    drawing="hinge",
 )

@@ -16,5 +16,6 @@ KIND = JointKind(
     results=(power("tau*w"),),
     driver="phi",
     angle=("phi",),
+    drawing="turning",
 )
 IN_SPACE = in_space(KIND, about_n, tau="-lam[1]")

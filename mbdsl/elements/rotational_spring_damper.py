@@ -25,5 +25,6 @@ KIND = ForceKind(
     laws=("torque",),
     effects={"damping": zero("c")},
     springs=lambda v: ((v["k"], v["c"], v["phi0"]),),
+    drawing="spiral",
 )
 IN_SPACE = in_space(KIND, about_n)

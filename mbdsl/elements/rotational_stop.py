@@ -9,7 +9,6 @@ from mbdsl.elements.motions import TURNING, about_n
 from mbdsl.elements.rows import ANGLE
 from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits
 
-DRAWING = "nothing"
 KIND = ForceKind(
     "RotationalStop",
     doc="Limits of an angle: beyond them a stiff torsional spring pushes back; it never pulls.",
@@ -23,5 +22,6 @@ KIND = ForceKind(
     derive=lambda v: {**bounds(v, "phi_min", "phi_max"), "alpha": (contact_law.rate(v, "w_0"),)},
     laws=("torque",),
     effects={"damping": contact_law.elastic},
+    drawing="nothing",
 )
 IN_SPACE = in_space(KIND, about_n)

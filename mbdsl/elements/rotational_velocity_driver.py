@@ -16,5 +16,6 @@ KIND = JointKind(
     signals=TURNING,
     velocity_rows=("frame_b.w - frame_a.w - w",),
     results=(power("tau*w"),),
+    drawing="turning",
 )
 IN_SPACE = in_space(KIND, about_n, velocity_rows=(f"{dot(W, GRADIENT)} - w",), tau="-lam[1]")

@@ -8,8 +8,8 @@ from typing import NamedTuple
 _PORT = re.compile(r"frame_[ab]\.\w+")
 _NAME = re.compile(r"[a-zA-Z_]\w*(?:\[\d+\])?(?![\w(\[])")
 _RATE = re.compile(r"frame_[ab]\.[vw]")
-_NONLINEAR = re.compile(r"[*/^]|\w\(")
-_ORIGIN = re.compile(r"frame_[ab]\.[xyz]\b")
+_NONLINEAR = re.compile(r"[*/^]|\w\(|law\[")
+_ORIGIN = re.compile(r"frame_[ab]\.[xyz]\b|law\[")
 _PLACE, _ATTITUDE = re.compile(r"frame_b\.[xyz]\b"), re.compile(r"frame_b\.([xyz][xyz]|phi)\b")
 
 
@@ -28,12 +28,13 @@ class Row(NamedTuple):
     plane: str = ""
     kernel: str = ""
     turned: str = ""
+    reacts: tuple[bool, bool] | None = None  #: whether it exerts a force, a torque, if the formula does not say it
 
     def formula(self, spatial: bool) -> str:
         return self.space if spatial else self.plane
 
     def curved(self, spatial: bool) -> bool:
-        """Whether its gradient is not constant: the formula contains more than sums."""
+        """Whether its gradient is not constant: the formula contains more than sums, or a function of coordinates."""
         return bool(_NONLINEAR.search(self.formula(spatial)))
 
     @property
@@ -49,6 +50,8 @@ class Row(NamedTuple):
     def acts(self, spatial: bool) -> tuple[bool, bool]:
         """Whether it exerts a force on frame_b, and a torque."""
         formula = self.formula(spatial)
+        if self.reacts is not None:
+            return self.reacts
         return bool(_PLACE.search(formula)), bool(_ATTITUDE.search(formula))
 
     def parameters(self, spatial: bool) -> tuple[str, ...]:

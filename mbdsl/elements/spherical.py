@@ -29,4 +29,5 @@ IN_SPACE = JointKind(
     ),
     moves=(("phi_x", "rx"), ("phi_y", "ry"), ("phi_z", "rz")),
     spatial=True,
+    drawing="ball",
 )

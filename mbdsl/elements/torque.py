@@ -26,6 +26,7 @@ KIND = ForceKind(
     resists=(("(-tau)", "phi"),),
     laws=("tau",),
     sign=1.0,
+    drawing="nothing",
 )
 IN_SPACE = in_space(
     KIND,

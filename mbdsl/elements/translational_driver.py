@@ -16,5 +16,6 @@ KIND = JointKind(
     results=(AXIAL, power("-(force*v)")),
     driver="s",
     along=("s",),
+    drawing="pushing",
 )
-IN_SPACE = in_space(KIND, along_n)
+IN_SPACE = in_space(KIND, along_n, drawing="actuator")

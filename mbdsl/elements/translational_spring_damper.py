@@ -25,5 +25,6 @@ KIND = ForceKind(
     laws=("force",),
     effects={"damping": zero("c")},
     springs=lambda v: ((v["k"], v["c"], v["s0"]),),
+    drawing="spring",
 )
 IN_SPACE = in_space(KIND, along_n)

@@ -8,8 +8,6 @@ from mbdsl.elements.kind import AT_B, ForceKind, Parameter, Signal, in_space, po
 from mbdsl.elements.motions import SLIDING, along_n
 from mbdsl.elements.rows import along
 
-DRAWING = "stop"
-
 
 def limits(low: str, high: str, unit: str) -> tuple[Parameter, ...]:
     """The parameters of a range."""
@@ -62,5 +60,6 @@ KIND = ForceKind(
     derive=lambda v: {**bounds(v, "s_min", "s_max"), "alpha": (contact_law.rate(v, "v_0"),)},
     laws=("force",),
     effects={"damping": contact_law.elastic},
+    drawing="stop",
 )
 IN_SPACE = in_space(KIND, along_n)

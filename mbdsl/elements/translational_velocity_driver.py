@@ -15,5 +15,6 @@ KIND = JointKind(
     signals=SLIDING,
     velocity_rows=("der(s) - v",),
     results=(AXIAL, power("-(force*v)")),
+    drawing="pushing",
 )
-IN_SPACE = in_space(KIND, along_n)
+IN_SPACE = in_space(KIND, along_n, drawing="actuator")

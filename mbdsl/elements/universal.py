@@ -56,4 +56,5 @@ IN_SPACE = JointKind(
     moves=(("phi_a", "rz"), ("phi_b", "rx")),
     free_axes={"rotation": None},
     spatial=True,
+    drawing="cross",
 )

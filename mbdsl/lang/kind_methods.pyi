@@ -900,7 +900,8 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``v`` [m/s]
             (velocity along the blade), ``phi`` [rad] (angle of frame_b relative to
             frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force
-            along x on frame_b), ``fy`` [N] (force along y on frame_b).
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``tau``
+            [N.m] (torque on frame_b).
 
         Raises
         ------
@@ -1034,6 +1035,53 @@ class KindMethods:
             The component; its attributes are its frames, and its signals ``x`` [m]
             (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (always 0),
             ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s] (always 0).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PointOnCircle(
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        radius: Number,
+        theta: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PointOnCircle: a pin in a circular slot: the origin of frame_b
+        stays on a circle about the origin of frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        radius : number or str [m]
+            Radius of the circle; positive.
+        theta, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the point from the x axis of frame_a), ``w`` [rad/s]
+            (its rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
+            along y on frame_b).
 
         Raises
         ------

@@ -828,6 +828,66 @@ class SpatialBuilder(Builder):
             If a value is wrong; the model does not change.
         """
 
+    def DoubleUniversal(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        length: Number,
+        n_a: Vector = (0.0, 0.0, 1.0),
+        n_b: Vector = (0.0, 0.0, 1.0),
+        psi: Number = 0.0,
+        s: Start | None = None,
+        v: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a DoubleUniversal: a shaft without mass with a Cardan joint at each
+        end, whose crosses have the axes n_a of frame_a and n_b of frame_b; the
+        other axes of the crosses enclose the angle psi about the shaft.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        length : number or str [m]
+            Length of the shaft between the centres of the crosses; positive.
+        n_a : (3,) numbers or str, optional
+            Axis of the cross in frame_a.
+        n_b : (3,) numbers or str, optional
+            Axis of the cross in frame_b.
+        psi : number or str, optional [rad]
+            Angle between the axes of the crosses in the shaft.
+        s, v : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``fz`` [N]
+            (force along z on frame_b), ``tx`` [N.m] (torque about x on frame_b),
+            ``ty`` [N.m] (torque about y on frame_b), ``tz`` [N.m] (torque about z
+            on frame_b), ``tau`` [N.m] (torque about the z axis of the world on
+            frame_b), ``force`` [N] (axial force, positive in tension).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
     def ElasticBelt(  # type: ignore[override]
         self,
         name: str,
@@ -1437,6 +1497,56 @@ class SpatialBuilder(Builder):
             (centre of mass), ``y`` [m] (centre of mass), ``z`` [m] (centre of
             mass), ``phi`` [rad] (always 0), ``vx`` [m/s], ``vy`` [m/s], ``vz``
             [m/s], ``w`` [rad/s] (always 0).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
+        """
+
+    def PointOnCircle(  # type: ignore[override]
+        self,
+        name: str,
+        *frames: Place,
+        frame_a: Place | None = None,
+        frame_b: Place | None = None,
+        radius: Number,
+        n: Vector = (0.0, 0.0, 1.0),
+        theta: Start | None = None,
+        w: Start | None = None,
+        doc: str = "",
+        replace: bool = False,
+    ) -> Handle:
+        """Add a PointOnCircle: a pin in a circular slot: the origin of frame_b
+        stays on a circle about the origin of frame_a.
+
+        Parameters
+        ----------
+        name : str
+            Name of the component.
+        *frames : Handle or str
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
+        frame_a, frame_b : Handle or str, optional
+            The same frames by name.
+        radius : number or str [m]
+            Radius of the circle; positive.
+        n : (3,) numbers or str, optional
+            Axis of the rotation, in frame_a.
+        theta, w : mapping, optional
+            Initial values of its signals: ``{"start": value, "fixed": True}``.
+        doc : str, optional
+            Description, one line.
+        replace : bool, optional
+            True: replaces the component of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the point from the x axis of frame_a), ``w`` [rad/s]
+            (its rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
+            along y on frame_b), ``fz`` [N] (force along z on frame_b).
 
         Raises
         ------

@@ -80,7 +80,10 @@ class Formulas:
                 return self.coordinate(*leaf.value)  # type: ignore[misc]
             if leaf.op == "multiplier":
                 return multiplier(self.name, leaf.value[1])  # type: ignore[index]
-            return expr(self.value(leaf.value)) if leaf.op == "input" else None  # type: ignore[arg-type]
+            if leaf.op == "input":
+                name, _, index = str(leaf.value).partition("[")
+                return expr(self.element(name, int(index[:-1])) if index else self.value(name))
+            return None
 
         assert isinstance(self.kind, JointKind)
         return substitute(row_derivatives.reactions(self.kind)[name], own)

@@ -16,7 +16,7 @@ from types import ModuleType
 from mbdsl.compilation import code_cache
 from mbdsl.elements import Declared, row_derivatives
 from mbdsl.elements.kind import PairKind
-from mbdsl.elements.row_derivatives import PORTS, by_motions, by_rates, rows
+from mbdsl.elements.row_derivatives import PORTS, by_motions, by_rates, functions, rows
 from mbdsl.expressions import formulas, spatial_coordinates, symbolic
 from mbdsl.expressions.symbolic import Expr, const, coordinate, is_const, walk
 from mbdsl.storage import cache_folder
@@ -36,7 +36,8 @@ def module(of: Declared) -> ModuleType:
 
 def text(kind: PairKind, name: str) -> str:
     """The text of the kernels of a kind, from the cache or made from its rows."""
-    asked = [str(kind.spatial), *kind.row_formulas, *kind.row_kernels, *kind.row_parameters, _own_digest()]
+    asked = [str(kind.spatial), repr(getattr(kind, "couplings", ())), *kind.row_formulas, *kind.row_kernels]
+    asked += [*kind.row_parameters, _own_digest()]
     key = f"rows/{hashlib.sha256(chr(0).join(asked).encode()).hexdigest()[:32]}.py"
     kept = cache_folder.read(key)
     if kept is None:
@@ -55,7 +56,9 @@ def _own_digest() -> str:
 def _text(kind: PairKind) -> str:
     layout = layout_of(kind.spatial)
     found, called, given = rows(kind), kind.row_kernels, kind.row_parameters
-    names = {symbolic.input_signal(x): f"p[{2 * sum(map(bool, called)) + k}]" for k, x in enumerate(given)}
+    links, numbers = functions(kind)
+    numbers = [*numbers, *map(symbolic.input_signal, given)]
+    names = {x: f"p[{2 * sum(map(bool, called)) + k}]" for k, x in enumerate(numbers)}
     keys = spatial_coordinates.POSITIONS if kind.spatial else symbolic.COORDINATES[:3]
     for port, frame in zip(PORTS, "ab", strict=True):
         names |= {coordinate(port, key): f"frames[{frame}, {i}]" for i, key in enumerate(keys)}
@@ -71,24 +74,24 @@ def _text(kind: PairKind) -> str:
         if kind.rates[k]:
             gradient = by_rates(row, kind.spatial)
         else:
-            entries[f"G[{k}, {layout.VALUE}]"], gradient = row, by_motions(row, kind.spatial)
+            entries[f"G[{k}, {layout.VALUE}]"], gradient = row, by_motions(row, kind.spatial, links)
         entries |= {f"G[{k}, {i}]": g for i, g in enumerate(gradient) if not is_const(g, 0.0)}
         total = [x + multipliers[k] * g for x, g in zip(total, gradient, strict=True)]
     second = {
         f"H[{i}, {j}]": h
         for i, g in enumerate(total)
-        for j, h in enumerate(by_motions(g, kind.spatial))
+        for j, h in enumerate(by_motions(g, kind.spatial, links))
         if not is_const(h, 0.0)
     }
     imports = [f"{x}, {x}_hessian" for x in dict.fromkeys(filter(None, called))]
-    functions = [_function("gradient", "p, G", entries, "=", names, calls)]
+    kernels = [_function("gradient", "p, G", entries, "=", names, calls)]
     if second or calls2:
-        functions.append(_function("hessian", "p, s, H", second, "+=", names, calls2))
-    math = sorted({x for x in ("atan2", "cos", "floor", "sin", "sqrt") if any(f"{x}(" in y for y in functions)})
+        kernels.append(_function("hessian", "p, s, H", second, "+=", names, calls2))
+    math = sorted({x for x in ("atan2", "cos", "floor", "sin", "sqrt") if any(f"{x}(" in y for y in kernels)})
     head = [f"from math import {', '.join(math)}"] if math else []
     head += ["from mbdsl.compilation.marks import kernel"]
     head += [f"from mbdsl.elements.coordinates_in_space import {', '.join(imports)}"] if imports else []
-    return "\n".join([*head, "", "", "\n\n\n".join(functions), ""])
+    return "\n".join([*head, "", "", "\n\n\n".join(kernels), ""])
 
 
 def _function(

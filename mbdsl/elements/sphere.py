@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from math import pi
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
-from mbdsl.elements.in_space.solid import solid
 from mbdsl.elements.kind import Parameter
+from mbdsl.elements.solid import solid
 
 
 def inertia(v: Mapping) -> tuple[float, float, float]:
@@ -15,7 +15,7 @@ def inertia(v: Mapping) -> tuple[float, float, float]:
     return J, J, J
 
 
-KIND = solid(
+IN_SPACE = solid(
     "Sphere",
     doc="A uniform ball or spherical shell.",
     parameters=(

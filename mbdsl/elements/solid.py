@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from mbdsl.elements.in_space import body
+from mbdsl.elements import body
 from mbdsl.elements.kind import BodyKind, Parameter
 
 MASS = (
@@ -39,7 +39,7 @@ def solid(
         name,
         doc=doc,
         parameters=(*MASS, *parameters, FRAMES),
-        signals=body.SIGNALS,
+        signals=body.SIGNALS_IN_SPACE,
         check=checked,
         derive=derive,
         coordinates=body.COORDINATES,

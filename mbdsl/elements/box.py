@@ -1,11 +1,11 @@
 """Box: a uniform cuboid with edges along its axes, and frames a and b in the middle of its ends."""
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
-from mbdsl.elements.in_space import body
-from mbdsl.elements.in_space.solid import solid
+from mbdsl.elements import body
 from mbdsl.elements.kind import Parameter
+from mbdsl.elements.solid import solid
 
-KIND = solid(
+IN_SPACE = solid(
     "Box",
     doc="A uniform cuboid; frames a and b are in the middle of its ends, at -length/2 and length/2 on its x axis.",
     parameters=(
@@ -20,5 +20,5 @@ KIND = solid(
         v["m"] * (v["length"] ** 2 + v["width"] ** 2) / 12,
     ),
     size="length",
-    frames=body.ends,
+    frames=body.ends_in_space,
 )

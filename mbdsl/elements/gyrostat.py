@@ -7,11 +7,11 @@ and the moment of inertia about it, of each; all in the axes of the body.
 from dataclasses import fields
 
 from mbdsl.bodies import gyrostat_kernels as motion
-from mbdsl.elements.in_space import body
+from mbdsl.elements import body
 from mbdsl.elements.kind import BodyKind
 
-_given = {x.name: getattr(body.KIND, x.name) for x in fields(body.KIND)}
-KIND = BodyKind(
+_given = {x.name: getattr(body.IN_SPACE, x.name) for x in fields(body.IN_SPACE)}
+IN_SPACE = BodyKind(
     **{
         **_given,
         "doc": "A rigid body in space with rotors.",
@@ -24,4 +24,4 @@ KIND = BodyKind(
     }
 )
 
-__all__ = ["KIND", "motion"]
+__all__ = ["IN_SPACE", "motion"]

@@ -26,7 +26,6 @@ from mbdsl.elements.rows import X_A, X_B, Y_A, Y_B, Z_A, Z_B
 from mbdsl.elements.universal import product, unit
 from mbdsl.elements.vectors import W, dot, reactions, total, turned_to
 
-DRAWING = "dashed"
 PARALLEL = 0.999  #: cosine of the axes in their own frames, from which on they do not define x
 TINY = 1e-12  #: least sin^2 of the angle between the axes; where they are parallel, the assembly is an error
 U = dot(Z_A, Z_B)
@@ -49,7 +48,7 @@ def check(v):
     return "its ratio is zero" if v["ratio"] == 0.0 else None
 
 
-KIND = JointKind(
+IN_SPACE = JointKind(
     "Gear",
     doc="Two shafts in mesh with axes that are not parallel, as of bevel and worm gears: the angles about n_a and n_b, "
     "relative to the plane of both axes, obey phi_a + ratio phi_b = phi0. Other joints hold the shafts, on the ground "
@@ -78,6 +77,7 @@ KIND = JointKind(
     counted=("phi_a", "phi_b"),
     crossing=True,
     spatial=True,
+    drawing="dashed",
 )
 
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from math import hypot, pi
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
-from mbdsl.elements.in_space.solid import solid
 from mbdsl.elements.kind import Parameter, axis_given
+from mbdsl.elements.solid import solid
 from mbdsl.elements.vectors import UNTURNED
 
 
@@ -33,7 +33,7 @@ def inertia(v: Mapping) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple((across if i == k else 0.0) + d * n[i] * n[k] for k in range(3)) for i in range(3))
 
 
-KIND = solid(
+IN_SPACE = solid(
     "Cylinder",
     doc="A uniform circular cylinder or tube; frames a and b are in the middle of its ends, b in the direction n.",
     parameters=(
