@@ -8,7 +8,7 @@ are computed once. The text is kept in the cache, by a digest of the rows.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -21,6 +21,7 @@ from mbdsl.expressions import formulas, spatial_coordinates, symbolic
 from mbdsl.expressions.symbolic import Expr, const, coordinate, is_const, walk
 from mbdsl.storage import cache_folder
 from mbdsl.system.in_space import layout_of
+from mbdsl.system.structure import Block
 
 PREFIX = "mbdsl_rows_"
 _OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -32,6 +33,12 @@ def module(of: Declared) -> ModuleType:
         return of.file
     name = f"{PREFIX}{'in_space_' if of.KIND.spatial else ''}{of.name}"
     return code_cache.import_text(name, text(of.KIND, of.name))  # type: ignore[arg-type]
+
+
+def texts_of(blocks: Iterable[Block]) -> list[str]:
+    """The texts of the kernels of a structure that are made from rows."""
+    declared = dict.fromkeys(b.module for b in blocks if isinstance(b.module, Declared) and b.module.made)
+    return [text(x.KIND, x.name) for x in declared]  # type: ignore[arg-type]
 
 
 def text(kind: PairKind, name: str) -> str:
