@@ -50,7 +50,7 @@ class Declared:
     @property
     def curved(self) -> bool:
         """Whether it has second derivatives."""
-        return self.KIND.curved if self.made else getattr(self, "hessian", None) is not None  # type: ignore[attr-defined]
+        return self.KIND.held.curved if self.made else getattr(self, "hessian", None) is not None  # type: ignore[attr-defined]
 
 
 def _package(spatial: bool) -> str:

@@ -1,21 +1,17 @@
-"""Scalar coordinates of two frames in space, from which joints, drivers and forces are made.
+"""Scalar coordinates of two frames in space, for written kernels; those of most kinds are made from rows.
 
 d = r_b - r_a; a is an axis of frame a, b one of frame b, given by their first columns in the frame table. Virtual
 motions are z = (dr_a, dphi_a, dr_b, dphi_b) in world axes. Each coordinate g has a function that fills row k of G with
 dg/dz and, in column VALUE, g itself, and one that adds factor * d(G^T)/dz to H. With a~ the matrix of a x:
 
     point   d (3 rows)   G = [-I, 0, I, 0]
-    dot1    a . b        G = [0, (a x b)^T, 0, -(a x b)^T]    H: b~ a~, -a~ b~; -b~ a~, a~ b~ in (phi_a, phi_b)
+    dot1    a . b                                             H: b~ a~, -a~ b~; -b~ a~, a~ b~ in (phi_a, phi_b)
     dot2    a . d        G = [-a^T, (a x d)^T, a^T, 0]        H: a~ in (r_a, phi_a), -a~ in (r_b, phi_a),
                                                                  -a~, d~ a~, a~ in the row of phi_a
-    length  |d|          G = [-u^T, 0, u^T, 0], u = d/|d|     H: +-(I - u u^T)/|d| in (r_a, r_b)
-    angle   of x_b about z_a: see ``angle``
 
 H is not symmetric, as rotations do not commute. Source: the gradients are classical; E. J. Haug, *Computer Aided
 Kinematics and Dynamics of Mechanical Systems* (1989), section 9.2.
 """
-
-from math import atan2, floor, pi, sqrt
 
 from mbdsl.compilation.buffer_layout_in_space import AXES, VALUE
 from mbdsl.compilation.marks import kernel
@@ -32,17 +28,6 @@ def point(frames, a, b, G, k):
     for i in range(3):
         G[k + i, VALUE] = frames[b, i] - frames[a, i]
         G[k + i, R_A + i], G[k + i, R_B + i] = -1.0, 1.0
-
-
-@kernel
-def dot1(frames, a, u, b, w, G, k):
-    """g = a . b of the axes at columns u of frame a and w of frame b."""
-    ax, ay, az = frames[a, u], frames[a, u + 1], frames[a, u + 2]
-    bx, by, bz = frames[b, w], frames[b, w + 1], frames[b, w + 2]
-    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    G[k, VALUE] = ax * bx + ay * by + az * bz
-    G[k, PHI_A], G[k, PHI_A + 1], G[k, PHI_A + 2] = x, y, z
-    G[k, PHI_B], G[k, PHI_B + 1], G[k, PHI_B + 2] = -x, -y, -z
 
 
 @kernel
@@ -106,70 +91,6 @@ def point_in_axes_hessian(frames, a, b, s, H):
 
 
 @kernel
-def angle(frames, a, b, p, G, k):
-    """g = atan2(y_a . x_b, x_a . x_b), the angle of x_b about z_a, which counts turns [rad].
-
-    p[0] is the angle at the end of the last accepted step, and p[1] becomes that of this evaluation.
-    """
-    g = angle_about(frames, a, b, X, Y, Z, G, k)
-    p[1] = g + 2.0 * pi * floor((p[0] - g) / (2.0 * pi) + 0.5)
-    G[k, VALUE] = p[1]
-
-
-@kernel
-def angle_about(frames, a, b, x, y, z, G, k):
-    """g = atan2(y_a . x_b, x_a . x_b), the angle of x_b about z_a, between -pi and pi; and its gradient.
-
-    The axes are those at columns x, y and z. With u = z_a . x_b and the projection e = x_b - u z_a,
-    dg = (z_a - u/e^2 e) . (dphi_b - dphi_a).
-    """
-    c, s, u = 0.0, 0.0, 0.0
-    for i in range(3):
-        c += frames[a, x + i] * frames[b, x + i]
-        s += frames[a, y + i] * frames[b, x + i]
-        u += frames[a, z + i] * frames[b, x + i]
-    e2 = c * c + s * s
-    for i in range(3):
-        m = frames[a, z + i] - u / e2 * (frames[b, x + i] - u * frames[a, z + i])
-        G[k, PHI_A + i], G[k, PHI_B + i] = -m, m
-    return atan2(s, c)
-
-
-@kernel
-def angle_hessian(frames, a, b, factor, H):
-    """H += factor * d(G^T)/dz."""
-    angle_about_hessian(frames, a, b, X, Z, factor, H)
-
-
-@kernel
-def angle_about_hessian(frames, a, b, x, z, factor, H):
-    """H += factor * d(G^T)/dz of the angle of x_b about z_a, axes at columns x and z."""
-    u, e2 = 0.0, 0.0
-    for i in range(3):
-        u += frames[a, z + i] * frames[b, x + i]
-    e2 = 1.0 - u * u
-    c, d = factor * u / e2, factor * (1.0 + u * u) / (e2 * e2)
-    zx, zy, zz = frames[a, z], frames[a, z + 1], frames[a, z + 2]
-    xx, xy, xz = frames[b, x], frames[b, x + 1], frames[b, x + 2]
-    # m = z - u/e^2 e: dm = (factor + c u) dz + (c z - d e) du - c dx, with dz = dphi_a x z, dx = dphi_b x x
-    t = factor + c * u
-    add_cross(t * zx, t * zy, t * zz, H, PHI_A, PHI_A)
-    add_cross(-t * zx, -t * zy, -t * zz, H, PHI_B, PHI_A)
-    add_cross(-c * xx, -c * xy, -c * xz, H, PHI_A, PHI_B)
-    add_cross(c * xx, c * xy, c * xz, H, PHI_B, PHI_B)
-    for j in range(3):
-        k, l = (j + 1) % 3, (j + 2) % 3
-        # du = (z x x) . (dphi_a - dphi_b)
-        n = frames[a, z + k] * frames[b, x + l] - frames[a, z + l] * frames[b, x + k]
-        for i in range(3):
-            w = (c * frames[a, z + i] - d * (frames[b, x + i] - u * frames[a, z + i])) * n
-            H[PHI_A + i, PHI_A + j] -= w
-            H[PHI_A + i, PHI_B + j] += w
-            H[PHI_B + i, PHI_A + j] += w
-            H[PHI_B + i, PHI_B + j] -= w
-
-
-@kernel
 def add_cross(x, y, z, H, i, j):
     """H[i : i + 3, j : j + 3] += (x, y, z)~."""
     H[i, j + 1] -= z
@@ -193,34 +114,3 @@ def turn_hessian(frames, a, u, factor, H):
     x, y, z = factor * frames[a, u], factor * frames[a, u + 1], factor * frames[a, u + 2]
     add_cross(x, y, z, H, PHI_A, PHI_A)
     add_cross(-x, -y, -z, H, PHI_B, PHI_A)
-
-
-@kernel
-def length(frames, a, b, G, k):
-    """g = |d| [m]; at zero length the direction is undefined, and the force is zero."""
-    dx, dy, dz = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1], frames[b, 2] - frames[a, 2]
-    l = sqrt(dx * dx + dy * dy + dz * dz)
-    G[k, VALUE] = l
-    if l > 0.0:
-        dx, dy, dz = dx / l, dy / l, dz / l
-    G[k, R_A], G[k, R_A + 1], G[k, R_A + 2] = -dx, -dy, -dz
-    G[k, R_B], G[k, R_B + 1], G[k, R_B + 2] = dx, dy, dz
-
-
-@kernel
-def length_hessian(frames, a, b, factor, H):
-    """H += factor * d(G^T)/dz."""
-    square = 0.0
-    for i in range(3):
-        square += (frames[b, i] - frames[a, i]) * (frames[b, i] - frames[a, i])
-    if square > 0.0:
-        c = factor / sqrt(square)
-        for i in range(3):
-            for j in range(3):
-                h = -c * (frames[b, i] - frames[a, i]) * (frames[b, j] - frames[a, j]) / square
-                if i == j:
-                    h += c
-                H[R_A + i, R_A + j] += h
-                H[R_A + i, R_B + j] -= h
-                H[R_B + i, R_A + j] -= h
-                H[R_B + i, R_B + j] += h

@@ -13,7 +13,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
 from typing import TypeVar
 
-from mbdsl.elements.row import Row
+from mbdsl.elements.row import Row, Rows
 
 #: effects that can be left out of a whole scene (levels of fidelity), and what a scene without them lacks
 EFFECTS = {
@@ -73,7 +73,7 @@ def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
 
 
 #: what velocity rows that exert forces and torques contain
-_VELOCITY, _SPIN = re.compile(r"frame_b\.v|der\(|\bv\b"), re.compile(r"frame_b\.w|\bw\b")
+_VELOCITY, _SPIN = re.compile(r"frame_b\.v|der\(|\bv\b"), re.compile(r"frame_b\.w|(?<!\.)\bw\b")
 #: ``touches`` of kinds in the plane that act on the body of frame_a at the origin of frame_b
 AT_B = ("frame_b.x", "frame_b.y")
 AT_B_IN_SPACE = (*AT_B, "frame_b.z")
@@ -267,46 +267,20 @@ class PairKind(Kind):
 
     def __post_init__(self) -> None:
         if self.g:
-            counted = 2 * sum(map(bool, self.row_kernels))
-            names = self.row_parameters
+            counted, names = 2 * self.held.counted, self.held.parameters
             reserved = counted + sum((n + 1) * (n + 2) // 2 for n in self._arguments)
-            vars(self).update(rows=len(self.row_formulas), counts_turns=counted > 0)
+            vars(self).update(rows=len(self.held.formulas), counts_turns=counted > 0)
             vars(self)["table"] = lambda v: (*[0.0] * reserved, *(_number(v, name) for name in names))
+
+    @cached_property
+    def held(self) -> Rows:
+        """Its rows by formulas, those that do not hold identically, in the plane or in space."""
+        return Rows(self.g, self.spatial)
 
     @property
     def _arguments(self) -> tuple[int, ...]:
         """Numbers of arguments of the functions of coordinates in its rows."""
         return ()
-
-    @cached_property
-    def _rows(self) -> tuple[Row, ...]:
-        return tuple(row for row in self.g if row.formula(self.spatial))
-
-    @cached_property
-    def row_formulas(self) -> tuple[str, ...]:
-        """The formulas of its rows, which do not hold identically, in the plane or in space."""
-        return tuple(row.formula(self.spatial) for row in self._rows)
-
-    @cached_property
-    def row_kernels(self) -> tuple[str, ...]:
-        """Of each row the function that is used in place of its derivatives, or ""."""
-        return tuple(row.kernel if self.spatial else "" for row in self._rows)
-
-    @cached_property
-    def row_parameters(self) -> tuple[str, ...]:
-        """The parameters in its rows."""
-        names = [name for row in self._rows for name in row.parameters(self.spatial)]
-        return tuple(dict.fromkeys(name for name in names if not name.startswith("law[")))
-
-    @property
-    def rates(self) -> tuple[bool, ...]:
-        """Of each row whether it is a rate, without a value."""
-        return tuple(row.is_rate(self.spatial) for row in self._rows)
-
-    @property
-    def curved(self) -> bool:
-        """Whether the gradient of its rows is not constant."""
-        return any(row.curved(self.spatial) for row in self._rows)
 
 
 @dataclass(eq=False, repr=False)
@@ -393,16 +367,15 @@ class JointKind(PairKind):
             if self.spatial:
                 looped = any(row.turned for row in self.g)
                 vars(self).update(
-                    curved_by_rotations=all(row.curved_by_rotations for row in self.g),
+                    curved_by_rotations=self.held.curved_by_rotations,
                     in_loops=f"{self.file}_in_axes" if looped else "",
                 )
 
     def _reactions(self) -> tuple[Signal, ...]:
         """The components of the wrench of its rows, which are those of a force, a torque, or both."""
         rates = "".join(self.velocity_rows)
-        acts = [row.acts(self.spatial) for row in self._rows]
-        acts.append((bool(_VELOCITY.search(rates)), bool(_SPIN.search(rates))))
-        force, torque = (any(parts) for parts in zip(*acts, strict=True))
+        force, torque = self.held.acts
+        force, torque = force or bool(_VELOCITY.search(rates)), torque or bool(_SPIN.search(rates))
         if not self.spatial:
             known = {x.name: x for x in wrench(" ", " ", " ")}
             return tuple(replace(known[key], formula="") for key in ("fx", "fy") * force + ("tau",) * torque)

@@ -8,16 +8,13 @@ angle of frame_b relative to frame_a about the axis of the pinion, so that the r
 guides the pinion.
 """
 
-from mbdsl.compilation.buffer_layout_in_space import VALUE
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B, X, angle, angle_hessian, dot2, dot2_hessian
 from mbdsl.elements.kind import JointKind, Parameter, in_space
-from mbdsl.elements.motions import GRADIENT, SLIDING, SLIDING_IN_SPACE, TURNING, TURNING_ASKEW
+from mbdsl.elements.motions import SLIDING, SLIDING_IN_SPACE, TURNING, TURNING_ASKEW
 from mbdsl.elements.rolling_disc import BELOW
 from mbdsl.elements.row import Row
-from mbdsl.elements.rows import TURN, X_A, Y_A, along
+from mbdsl.elements.rows import ANGLE, TURN, Y_A, along
 from mbdsl.elements.universal import product, unit
-from mbdsl.elements.vectors import origin, reactions, total
+from mbdsl.elements.vectors import origin, total
 
 RIGHT = 1e-9  #: cosine of two directions that counts as that of a right angle
 
@@ -41,7 +38,7 @@ KIND = JointKind(
     "RackAndPinion",
     doc="A pinion about the origin of frame_b rolls on a rack along the x axis of frame_a, above it. Other "
     "joints guide the rack and hold the pinion.",
-    g=(Row("", f"{along('x').plane} + radius*({TURN}) - s0"),),
+    g=(Row(f"{along('x').space} + radius*{ANGLE.space} - s0", f"{along('x').plane} + radius*({TURN}) - s0"),),
     parameters=(
         Parameter("radius", "m", doc="pitch radius of the pinion", positive=True),
         Parameter("s0", "m", 0.0, "position of the pinion along the rack when frame_b is at the angle of frame_a"),
@@ -52,8 +49,6 @@ KIND = JointKind(
 )
 IN_SPACE = in_space(
     KIND,
-    g=(),
-    rows=1,
     doc="A pinion about the origin of frame_b rolls on a rack along n of frame_a, on the side of axis x n. Other "
     "joints guide the rack and hold the pinion.",
     parameters=(
@@ -62,28 +57,7 @@ IN_SPACE = in_space(
         Parameter("axis", "1", (0.0, 0.0, 1.0), "axis of the pinion, at right angles to n", shape=(3,)),
     ),
     signals=(*SLIDING_IN_SPACE, *TURNING_ASKEW),
-    reactions=reactions(total(("-lam[1]", X_A)), total(("(-lam[1]*radius)", GRADIENT))),
     check=lambda v: right_angle(v, "the axis of the pinion is not at right angles to the rack"),
     touches=total(("1", origin("frame_b")), ("(-radius)", Y_A)),
-    table=lambda v: (0.0, 0.0, v["radius"], v["s0"]),
     axes=axes,
-    counts_turns=True,
 )
-
-
-@kernel
-def gradient_in_space(frames, a, b, p, G):
-    angle(frames, a, b, p, G, 0)
-    phi, x, y, z = G[0, VALUE], p[2] * G[0, PHI_B], p[2] * G[0, PHI_B + 1], p[2] * G[0, PHI_B + 2]
-    dot2(frames, a, X, b, G, 0)
-    G[0, VALUE] += p[2] * phi - p[3]
-    G[0, PHI_A] -= x
-    G[0, PHI_A + 1] -= y
-    G[0, PHI_A + 2] -= z
-    G[0, PHI_B], G[0, PHI_B + 1], G[0, PHI_B + 2] = x, y, z
-
-
-@kernel
-def hessian_in_space(frames, a, b, p, s, H):
-    dot2_hessian(frames, a, X, b, s[0], H)
-    angle_hessian(frames, a, b, p[2] * s[0], H)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import NamedTuple
 
 _PORT = re.compile(r"frame_[ab]\.\w+")
@@ -17,43 +18,55 @@ class Row(NamedTuple):
     """A row by its formulas in space and in the plane; "" where there is none.
 
     Formulas are those of :mod:`mbdsl.expressions.formulas`, over the frames and the parameters of a component; of
-    motions without a coordinate, the formula of the rate. ``turned`` is the formula in space in axes of frame_a, of
-    rows that hold components of r_b - r_a.
-
-    ``kernel`` names the functions of :mod:`mbdsl.elements.coordinates_in_space`, such as ``angle`` and
-    ``angle_hessian``, that are used in space in place of derivatives of the formula: of angles that count turns.
+    motions without a coordinate, the formula of the rate. ``angle`` counts turns. ``turned`` is the formula in space in
+    axes of frame_a, of rows that hold components of r_b - r_a.
     """
 
     space: str
     plane: str = ""
-    kernel: str = ""
     turned: str = ""
     reacts: tuple[bool, bool] | None = None  #: whether it exerts a force, a torque, if the formula does not say it
 
-    def formula(self, spatial: bool) -> str:
-        return self.space if spatial else self.plane
 
-    def curved(self, spatial: bool) -> bool:
-        """Whether its gradient is not constant: the formula contains more than sums, or a function of coordinates."""
-        return bool(_NONLINEAR.search(self.formula(spatial)))
+class Rows:
+    """What the formulas of the rows of a kind say, in the plane or in space."""
+
+    def __init__(self, rows: tuple[Row, ...], spatial: bool) -> None:
+        self._rows = [row for row in rows if (row.space if spatial else row.plane)]
+        self.formulas = tuple(row.space if spatial else row.plane for row in self._rows)
+
+    @property
+    def counted(self) -> int:
+        """The number of angles that count turns."""
+        return sum(x.count("angle(") for x in self.formulas)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names in the formulas that are not coordinates of frames: of parameters."""
+        names = [name for x in self.formulas for name in _NAME.findall(_PORT.sub("", x))]
+        return tuple(dict.fromkeys(name for name in names if not name.startswith("law[")))
+
+    @property
+    def rates(self) -> tuple[bool, ...]:
+        """Of each row whether it is a rate, as of rotations about an axis, which have no coordinate."""
+        return tuple(bool(_RATE.search(x)) for x in self.formulas)
+
+    @property
+    def curved(self) -> bool:
+        """Whether a gradient is not constant: a formula contains more than sums, or a function of coordinates."""
+        return any(map(_NONLINEAR.search, self.formulas))
 
     @property
     def curved_by_rotations(self) -> bool:
-        """Whether in space it has no second derivatives with respect to translations: it is linear, or a function of
-        axes alone."""
-        return not (self.kernel or (self.curved(True) and _ORIGIN.search(self.space)))
+        """Whether in space there are no second derivatives with respect to translations: each row is linear, or a
+        function of axes alone."""
+        return not any(_NONLINEAR.search(x) and _ORIGIN.search(x) for x in self.formulas) and not self.counted
 
-    def is_rate(self, spatial: bool) -> bool:
-        """Whether the formula is that of a rate, as of rotations about an axis, which have no coordinate."""
-        return bool(_RATE.search(self.formula(spatial)))
+    @property
+    def acts(self) -> tuple[bool, bool]:
+        """Whether they exert a force on frame_b, and a torque."""
+        found = [row.reacts or (bool(_PLACE.search(x)), bool(_ATTITUDE.search(x))) for row, x in self]
+        return any(force for force, _ in found), any(torque for _, torque in found)
 
-    def acts(self, spatial: bool) -> tuple[bool, bool]:
-        """Whether it exerts a force on frame_b, and a torque."""
-        formula = self.formula(spatial)
-        if self.reacts is not None:
-            return self.reacts
-        return bool(_PLACE.search(formula)), bool(_ATTITUDE.search(formula))
-
-    def parameters(self, spatial: bool) -> tuple[str, ...]:
-        """The names in the formula that are not coordinates of frames."""
-        return tuple(_NAME.findall(_PORT.sub("", self.formula(spatial))))
+    def __iter__(self) -> Iterator[tuple[Row, str]]:
+        return zip(self._rows, self.formulas, strict=True)

@@ -38,7 +38,7 @@ class Names:
 
 def rows(kind: PairKind) -> list[Expr]:
     """The rows of a kind as expressions over frames with the names of its ports."""
-    return [formulas.evaluate(x, Names(kind)) for x in kind.row_formulas]
+    return [formulas.evaluate(x, Names(kind)) for x in kind.held.formulas]
 
 
 #: a function of coordinates in rows -> its arguments and its derivatives with respect to them
@@ -132,7 +132,7 @@ class Freedom(NamedTuple):
 def freedom(kind: Kind) -> Freedom | None:
     """What a joint in space leaves free, where its frames have the same axes; None if its rows say more than that
     coordinates of frame_b along axes of frame_a, and angles of its axes with these, are constant."""
-    if not (isinstance(kind, JointKind) and kind.spatial and kind.g) or any(kind.row_kernels):
+    if not (isinstance(kind, JointKind) and kind.spatial and kind.g) or kind.held.counted:
         return None
     if kind.couplings or kind.driver or kind.velocity_rows:
         return None

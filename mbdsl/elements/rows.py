@@ -39,9 +39,9 @@ SAME_ATTITUDE = normal("x", "y", f"{TURN} - phi0"), normal("x", "z"), normal("y"
 SAME = f"({dot(X_A, X_B)} + {dot(Y_A, Y_B)} + {dot(Z_A, Z_B)})"
 LENGTH = Row(f"sqrt{dot(D, D)}", f"sqrt({_DX}*{_DX} + {_DY}*{_DY})")
 #: of x_b about z_a
-ANGLE = Row(f"angle({dot(Y_A, X_B)}, {dot(X_A, X_B)})", TURN, "angle")
+ANGLE = Row(f"angle({dot(Y_A, X_B)}, {dot(X_A, X_B)})", TURN)
 
 
 def less(row: Row, of: str) -> Row:
     """The row ``row - of``."""
-    return Row(f"{row.space} - {of}", f"{row.plane} - {of}", row.kernel)
+    return Row(f"{row.space} - {of}", f"{row.plane} - {of}")

@@ -43,8 +43,7 @@ def texts_of(blocks: Iterable[Block]) -> list[str]:
 
 def text(kind: PairKind, name: str) -> str:
     """The text of the kernels of a kind, from the cache or made from its rows."""
-    asked = [str(kind.spatial), repr(getattr(kind, "couplings", ())), *kind.row_formulas, *kind.row_kernels]
-    asked += [*kind.row_parameters, _own_digest()]
+    asked = [str(kind.spatial), repr(getattr(kind, "couplings", ())), *kind.held.formulas, _own_digest()]
     key = f"rows/{hashlib.sha256(chr(0).join(asked).encode()).hexdigest()[:32]}.py"
     kept = cache_folder.read(key)
     if kept is None:
@@ -62,23 +61,20 @@ def _own_digest() -> str:
 
 def _text(kind: PairKind) -> str:
     layout = layout_of(kind.spatial)
-    found, called, given = rows(kind), kind.row_kernels, kind.row_parameters
+    found, counted = rows(kind), 2 * kind.held.counted
     links, numbers = functions(kind)
-    numbers = [*numbers, *map(symbolic.input_signal, given)]
-    names = {x: f"p[{2 * sum(map(bool, called)) + k}]" for k, x in enumerate(numbers)}
+    numbers = [*numbers, *map(symbolic.input_signal, kind.held.parameters)]
+    names = {x: f"p[{counted + k}]" for k, x in enumerate(numbers)}
     keys = spatial_coordinates.POSITIONS if kind.spatial else symbolic.COORDINATES[:3]
     for port, frame in zip(PORTS, "ab", strict=True):
         names |= {coordinate(port, key): f"frames[{frame}, {i}]" for i, key in enumerate(keys)}
     multipliers = [symbolic.input_signal(f"s[{k}]") for k in range(len(found))]
     names |= {s: f"s[{k}]" for k, s in enumerate(multipliers)}
-    entries, calls, calls2 = {}, [], []
+    angles = {n: k for k, n in enumerate(n for n in walk(*found) if n.op == "angle")}
+    entries: dict[str, Expr] = {}
     total = [const(0.0)] * layout.PAIR_POSE
     for k, row in enumerate(found):
-        if called[k]:
-            calls.append(f"{called[k]}(frames, a, b, p, G, {k})")
-            calls2.append(f"{called[k]}_hessian(frames, a, b, s[{k}], H)")
-            continue
-        if kind.rates[k]:
+        if kind.held.rates[k]:
             gradient = by_rates(row, kind.spatial)
         else:
             entries[f"G[{k}, {layout.VALUE}]"], gradient = row, by_motions(row, kind.spatial, links)
@@ -90,21 +86,28 @@ def _text(kind: PairKind) -> str:
         for j, h in enumerate(by_motions(g, kind.spatial, links))
         if not is_const(h, 0.0)
     }
-    imports = [f"{x}, {x}_hessian" for x in dict.fromkeys(filter(None, called))]
-    kernels = [_function("gradient", "p, G", entries, "=", names, calls)]
-    if second or calls2:
-        kernels.append(_function("hessian", "p, s, H", second, "+=", names, calls2))
+    evaluated = {n: f"counted({{}}, {{}}, p[{2 * k} : {2 * k + 2}])" for n, k in angles.items()}
+    kernels = [_function("gradient", "p, G", entries, "=", names, evaluated)]
+    if second:
+        kept = {n: f"p[{2 * k + 1}]" for n, k in angles.items()}
+        kernels.append(_function("hessian", "p, s, H", second, "+=", names, kept))
     math = sorted({x for x in ("atan2", "cos", "floor", "sin", "sqrt") if any(f"{x}(" in y for y in kernels)})
     head = [f"from math import {', '.join(math)}"] if math else []
     head += ["from mbdsl.compilation.marks import kernel"]
-    head += [f"from mbdsl.elements.coordinates_in_space import {', '.join(imports)}"] if imports else []
+    head += ["from mbdsl.elements.counted_angle import counted"] if angles else []
     return "\n".join([*head, "", "", "\n\n\n".join(kernels), ""])
 
 
 def _function(
-    name: str, arguments: str, entries: Mapping[str, Expr], assign: str, names: Mapping[Expr, str], calls: list[str]
+    name: str,
+    arguments: str,
+    entries: Mapping[str, Expr],
+    assign: str,
+    names: Mapping[Expr, str],
+    angles: Mapping[Expr, str],
 ) -> str:
-    """A kernel that computes expressions and assigns them to entries of an array; numbers are read before."""
+    """A kernel that computes expressions and assigns them to entries of an array; numbers are read before. ``angles``
+    are the values of angles that count turns, for their arguments."""
     order = walk(*entries.values())
     uses: dict[Expr, int] = {}
     for n in order:
@@ -119,12 +122,15 @@ def _function(
         elif n in names:
             known[n] = _leaf(n)
             lines.append(f"{known[n]} = {names[n]}")
+        elif n in angles:
+            known[n] = f"c{len(lines)}"
+            lines.append(f"{known[n]} = {angles[n].format(*(_bare(known[x]) for x in n.args))}")
         elif uses[n] > 1 and n.op != "neg":
             known[n] = f"c{len(lines)}"
             lines.append(f"{known[n]} = {_term(n, known, False)}")
         else:
             known[n] = _term(n, known)
-    lines += calls + [f"{entry} {assign} {_bare(known[x])}" for entry, x in entries.items()]
+    lines += [f"{entry} {assign} {_bare(known[x])}" for entry, x in entries.items()]
     body = "\n".join(f"    {x}" for x in lines or ["pass"])
     return f"@kernel\ndef {name}(frames, a, b, {arguments}):\n{body}"
 
