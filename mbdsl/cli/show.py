@@ -67,8 +67,12 @@ def _system(args: argparse.Namespace) -> str:
 
 
 def _code(args: argparse.Namespace) -> str:
-    texts = [f"# {title}\n{system.code}" if title else system.code for title, system in _systems(_reduction(args))]
-    return "\n\n".join(texts) or "# nothing is left to be solved"
+    from mbdsl.system.row_kernels import texts_of
+
+    systems = list(_systems(_reduction(args)))
+    texts = [f"# {title}\n{system.code}" if title else system.code for title, system in systems]
+    made = dict.fromkeys(text for _, system in systems for text in texts_of(system.tables.blocks))
+    return "\n\n".join([*texts, *made]) or "# nothing is left to be solved"
 
 
 def _reduction(args: argparse.Namespace) -> Reduction:

@@ -26,6 +26,11 @@ emitted: set[str] = set()
 _ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "kernels", "numerics", "system"))
 #: modules that element and method files import for their declarations; no kernel reads them
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
+#: modules that write code, which is compiled too: the loops, and the kernels of rows
+_WRITERS = (
+    *("mbdsl.system.emit", "mbdsl.system.row_kernels", "mbdsl.elements.row", "mbdsl.elements.row_derivatives"),
+    *("mbdsl.expressions.formulas", "mbdsl.expressions.spatial_coordinates", "mbdsl.expressions.symbolic"),
+)
 #: packages whose versions are part of the name of the cache's subfolder, or which kernels cannot use
 _LIBRARIES = ("numpy", "scipy", "llvmlite")
 #: folders of installed packages
@@ -59,7 +64,7 @@ def with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
 
 def names_of(modules: Iterable[ModuleType]) -> list[str]:
     """Names of the modules that define the kernels, or constants that the kernels read, directly or not."""
-    found = {"mbdsl.system.emit"}  # it writes the emitted loops, which are compiled too
+    found = set(_WRITERS)
     pending = [module.__name__ for module in modules]
     looked_at = set(_DECLARATIONS)
     while pending:

@@ -8,12 +8,12 @@ change their length by the same amount, which changes no angle. The multiplier i
 strands [N]; the sum of the tensions depends on the pretension and is left out.
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements.gear_pair import REACTIONS, SIGNALS, close
-from mbdsl.elements.kind import JointKind, Parameter
-from mbdsl.elements.line_of_centres import rolling, rolling_hessian
-
-DRAWING = "belt"
+from mbdsl.elements.gear_pair import REACTIONS, REACTIONS_IN_SPACE, SIGNALS, about_parallel_axes, close
+from mbdsl.elements.kind import JointKind, Parameter, in_space
+from mbdsl.elements.line_of_centres import rolling as gradient
+from mbdsl.elements.line_of_centres import rolling_hessian as hessian
+from mbdsl.elements.line_of_centres_in_space import rolling as gradient_in_space
+from mbdsl.elements.line_of_centres_in_space import rolling_hessian as hessian_in_space
 
 
 def check(values):
@@ -47,14 +47,6 @@ KIND = JointKind(
     misfit=misfit,
     derive=lambda v: {"r": (v["r_a"], v["r_b"] if v["crossed"] else -v["r_b"])},
     table=lambda v: (*v["r"], v["r"][1] * v["phi0"]),
+    drawing="belt",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    rolling(frames, a, b, p, G)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    rolling_hessian(frames, a, b, p, s, H)
+IN_SPACE = in_space(KIND, about_parallel_axes, reactions=REACTIONS_IN_SPACE)

@@ -1,4 +1,4 @@
-"""CircleContact: two circles that push each other apart where they overlap, or a circle in a round hole.
+"""CircleContact: two circles, in space balls, that push each other apart where they overlap; or one in a round hole.
 
     force = k d max(0, 1 + alpha d'),  d = r_a + r_b - |r_b - r_a| > 0                   see contact_law.py
 
@@ -6,12 +6,10 @@
 the contact of solid bodies (Hertz) becomes stiffer with the depth.
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements import contact_law, distance_driver
-from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, power
-
-DRAWING = "circles"
+from mbdsl.elements import contact_law
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power
+from mbdsl.elements.motions import APART, APART_IN_SPACE
+from mbdsl.elements.rows import LENGTH
 
 
 def check(values):
@@ -32,7 +30,7 @@ KIND = ForceKind(
     "CircleContact",
     doc="Contact of two circles about the frame origins, which push each other apart where they overlap; without "
     "friction.",
-    rows=1,
+    g=(LENGTH,),
     parameters=(
         Parameter("r_a", "m", doc="radius about frame_a", positive=True),
         Parameter("r_b", "m", doc="radius about frame_b", positive=True),
@@ -40,7 +38,7 @@ KIND = ForceKind(
         *contact_law.parameters("N/m", "v_0", "m/s"),
     ),
     signals=(
-        *distance_driver.KIND.signals,
+        *APART,
         Signal("depth", "m", "side[1]*(reach[1] - s)", "overlap; negative: the gap"),
         Signal(
             "force",
@@ -57,14 +55,11 @@ KIND = ForceKind(
     laws=("force",),
     sign=1.0,
     effects={"damping": contact_law.elastic},
+    drawing="circles",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    distance(frames, a, b, G, 0)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    distance_hessian(frames, a, b, s[0], H)
+IN_SPACE = in_space(
+    KIND,
+    doc="Contact of two balls about the frame origins, which push each other apart where they overlap; without "
+    "friction.",
+    signals=(*APART_IN_SPACE, *KIND.signals[2:]),
+)

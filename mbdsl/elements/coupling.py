@@ -7,9 +7,7 @@ the generalised force on the coordinate b, up to its sign; ratio times the oppos
 mechanism without losses: their power is that of the offset alone.
 """
 
-from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal, power
-
-DRAWING = "nothing"
+from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal, in_space, power
 
 
 def check(v):
@@ -36,4 +34,6 @@ KIND = JointKind(
     reactions=(Signal("force", "", "-lam[1]", "generalised force on b: a torque [N.m] on an angle, else a force [N]"),),
     results=(power("force*der(offset)"),),
     check=check,
+    drawing="nothing",
 )
+IN_SPACE = in_space(KIND)

@@ -1,36 +1,21 @@
 """Distance: a massless link that keeps two frame origins at a constant distance L > 0.
 
-g = |r_b - r_a| - L                                                                  (1 row)
+|r_b - r_a| - L = 0                                                                  (1 row)
 """
 
-from mbdsl.compilation.buffer_layout import VALUE
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import AXIAL, JointKind, Parameter, Signal, wrench
+from mbdsl.elements.kind import AXIAL, JointKind, Parameter, in_space
+from mbdsl.elements.motions import APART, APART_IN_SPACE
+from mbdsl.elements.rows import LENGTH, less
 
 KIND = JointKind(
     "Distance",
     doc="A massless rigid link: the distance of the two frame origins stays constant.",
-    rows=1,
+    g=(less(LENGTH, "length"),),
     parameters=(Parameter("length", "m", doc="the constant distance", positive=True),),
-    signals=(
-        Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),
-        Signal("v", "m/s", "der(s)", "its rate"),
-    ),
-    reactions=wrench("-(lam[1]*(frame_b.x - frame_a.x)/s)", "-(lam[1]*(frame_b.y - frame_a.y)/s)"),
+    signals=APART,
     results=(AXIAL,),
-    table=lambda v: (v["length"],),
     along=("s", "length"),
     size="length",
+    drawing="rod",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    distance(frames, a, b, G, 0)
-    G[0, VALUE] -= p[0]
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    distance_hessian(frames, a, b, s[0], H)
+IN_SPACE = in_space(KIND, signals=APART_IN_SPACE)

@@ -7,12 +7,14 @@ the other shorter. With the stiffness k_1 of each strand, the tensions differ by
 pretensioned: no strand becomes slack.
 """
 
-from mbdsl.compilation.marks import kernel
 from mbdsl.elements import belt_drive
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, power, zero
-from mbdsl.elements.line_of_centres import rolling, rolling_hessian
+from mbdsl.elements.gear_pair import SIGNALS_IN_SPACE, about_parallel_axes
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power, zero
+from mbdsl.elements.line_of_centres import rolling as gradient
+from mbdsl.elements.line_of_centres import rolling_hessian as hessian
+from mbdsl.elements.line_of_centres_in_space import rolling as gradient_in_space
+from mbdsl.elements.line_of_centres_in_space import rolling_hessian as hessian_in_space
 
-DRAWING = "belt"
 #: vector between the centres
 DX, DY = "(frame_b.x - frame_a.x)", "(frame_b.y - frame_a.y)"
 #: sine and cosine of the angle by which it has turned since the start, times both distances
@@ -22,6 +24,12 @@ TURNED = f"angle({SIDES}, der(atan2({SIDES})))"
 _UNIT, _DOC = "m", "how far the rim of one pulley has run ahead of the other since the start"
 
 FORCE = Signal("force", "N", "k*stretch + c*der(stretch)", "difference of the tensions of the strands")
+
+
+def along(stretch: str) -> tuple[Signal, ...]:
+    """The signals of the belt for a formula of its stretch."""
+    return (Signal("stretch", _UNIT, stretch, _DOC), FORCE)
+
 
 KIND = ForceKind(
     "ElasticBelt",
@@ -34,13 +42,9 @@ KIND = ForceKind(
         Parameter("c", "N.s/m", 0.0, "damping", minimum=0.0),
     ),
     signals=(
-        Signal(
-            "stretch",
-            _UNIT,
-            f"r[1]*(frame_a.phi - start(frame_a.phi) - {TURNED}) + r[2]*(frame_b.phi - start(frame_b.phi) - {TURNED})",
-            _DOC,
+        *along(
+            f"r[1]*(frame_a.phi - start(frame_a.phi) - {TURNED}) + r[2]*(frame_b.phi - start(frame_b.phi) - {TURNED})"
         ),
-        FORCE,
         *belt_drive.KIND.signals,
     ),
     energy="0.5*k*stretch^2",
@@ -51,19 +55,10 @@ KIND = ForceKind(
     laws=("force",),
     effects={"damping": zero("c")},
     misfit=belt_drive.KIND.misfit,
+    drawing="belt",
 )
-
-
-def along(stretch: str) -> tuple[Signal, ...]:
-    """The signals of the belt for a formula of its stretch."""
-    return (Signal("stretch", _UNIT, stretch, _DOC), FORCE)
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    rolling(frames, a, b, p, G)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    rolling_hessian(frames, a, b, p, s, H)
+IN_SPACE = in_space(
+    KIND,
+    about_parallel_axes,
+    signals=(*SIGNALS_IN_SPACE, *along("r[1]*(phi_a - start(phi_a)) + r[2]*(phi_b - start(phi_b))")),
+)

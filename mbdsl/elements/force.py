@@ -1,20 +1,26 @@
 """Force: acts at the origin of frame_b, with components in the axes of frame_a (default: world axes).
 
-f = fx t_a + fy n_a.  frame_a only defines the directions: no reaction acts on it.
+f = fx x_a + fy y_a, in space + fz z_a.  frame_a only defines the directions: no reaction acts on it.
 """
 
-from math import cos, sin
-
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements.kind import ForceKind, Parameter, power
+from mbdsl.elements.kind import ForceKind, Parameter, in_space, power
+from mbdsl.elements.row import Row
+from mbdsl.elements.rows import X_A, Y_A, Z_A
+from mbdsl.elements.vectors import dot, total, velocity, wrench
 
 FX, FY = "(fx*cos(frame_a.phi) - fy*sin(frame_a.phi))", "(fx*sin(frame_a.phi) + fy*cos(frame_a.phi))"
+FORCE = total(("fx", X_A), ("fy", Y_A), ("fz", Z_A))
+V = velocity("frame_b")
 
 KIND = ForceKind(
     "Force",
     doc="A force on the origin of frame_b, with components in the axes of frame_a, or of the world without frame_a. No "
     "reaction acts on frame_a. With frame_a = frame_b it is a follower force.",
-    rows=2,
+    g=(
+        Row(dot(X_A, V), "cos(frame_a.phi)*frame_b.vx + sin(frame_a.phi)*frame_b.vy"),
+        Row(dot(Y_A, V), "cos(frame_a.phi)*frame_b.vy - sin(frame_a.phi)*frame_b.vx"),
+        Row(dot(Z_A, V)),
+    ),
     optional_ports=("frame_a",),
     parameters=(
         Parameter("fx", "N", 0.0, "component along x, a number or an expression", law=True),
@@ -25,18 +31,15 @@ KIND = ForceKind(
     reacts=False,
     laws=("fx", "fy"),
     sign=1.0,
+    drawing="nothing",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    c, s = cos(frames[a, 2]), sin(frames[a, 2])
-    G[0, 3], G[0, 4] = c, s
-    G[1, 3], G[1, 4] = -s, c
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    co, si = cos(frames[a, 2]), sin(frames[a, 2])
-    H[3, 2] += -si * s[0] - co * s[1]
-    H[4, 2] += co * s[0] - si * s[1]
+IN_SPACE = in_space(
+    KIND,
+    parameters=(
+        *KIND.parameters,
+        Parameter("fz", "N", 0.0, "component along z, a number or an expression", law=True),
+    ),
+    results=(power(dot(FORCE, V)),),
+    exerts=wrench(FORCE, None),
+    laws=("fx", "fy", "fz"),
+)

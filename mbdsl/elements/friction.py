@@ -13,7 +13,7 @@ stiffer. The creep with the defaults is negligible in machines (1 mm/s, 0.01 rad
 
 from collections.abc import Mapping
 
-from mbdsl.elements.kind import Parameter, zero
+from mbdsl.elements.kind import Parameter, power, zero
 
 EFFECTS = {"friction": zero("mu", "mu_s")}
 STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its limit well before the exponential falls
@@ -58,3 +58,17 @@ def derive(values: Mapping) -> dict:
     speed = "w" if "w_s" in values else "v"
     found = {} if values["mu_s"] is not None else {"mu_s": values["mu"]}
     return found if values[f"{speed}_st"] is not None else {**found, f"{speed}_st": STRIBECK * values[f"{speed}_s"]}
+
+
+def against(normal: str, rate: str, signal: str, along: str) -> dict:
+    """The fields of a joint with friction against the rate of a signal, for the normal force or its torque; ``along``
+    is the kind along whose coordinate it acts."""
+    return {
+        "friction": formula(normal, rate),
+        "friction_along": along,
+        "results": (power(f"-(friction*{rate})"),),
+        "resists": (("friction", signal),),
+        "check": check,
+        "derive": derive,
+        "effects": EFFECTS,
+    }

@@ -7,19 +7,27 @@ theta is that of the line from frame_b to frame_a, on which the circles touch. T
 planets: the body that holds them apart is the carrier. The multiplier is the force between the teeth along the common
 tangent of the pitch circles [N]; the force along the line of centres, due to the pressure angle, does no work and is
 left out.
+
+In space, both gears have axes in the direction n, and phi_a - theta, phi_b - theta are the angles of the frames from
+the line of centres about these axes (line_of_centres_in_space.py). The carrier, which holds the axes parallel and
+apart, may move in any way.
 """
 
 from math import pi
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
-from mbdsl.elements.line_of_centres import FORMULA, SQUARE, rolling, rolling_hessian
+from mbdsl.elements.kind import JointKind, PairKind, Parameter, Signal, in_space, wrench
+from mbdsl.elements.line_of_centres import FORMULA, SQUARE
+from mbdsl.elements.line_of_centres import rolling as gradient
+from mbdsl.elements.line_of_centres import rolling_hessian as hessian
+from mbdsl.elements.line_of_centres_in_space import ANGLES, FIRST_ANGLES, M_A, M_B, THETA
+from mbdsl.elements.line_of_centres_in_space import rolling as gradient_in_space
+from mbdsl.elements.line_of_centres_in_space import rolling_hessian as hessian_in_space
+from mbdsl.elements.motions import AXIS_Z, TURNING, TURNING_ASKEW
+from mbdsl.elements.vectors import D, both, cross, reactions, total
 
-DRAWING = "gears"
 SIGNALS = (
     Signal("theta", "rad", FORMULA, "angle of the line from frame_a to frame_b"),
-    Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
-    Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
+    *TURNING,
 )
 #: the force between the teeth acts where the pitch circles touch
 REACTIONS = wrench(
@@ -69,14 +77,29 @@ KIND = JointKind(
     misfit=misfit,
     derive=lambda v: {"r": (v["r_a"], -v["r_b"] if v["internal"] else v["r_b"])},
     table=lambda v: (*v["r"], v["r"][1] * v["phi0"] + (pi * sum(v["r"]) if v["internal"] else 0.0)),
+    drawing="gears",
 )
 
 
-@kernel
-def gradient(frames, a, b, p, G):
-    rolling(frames, a, b, p, G)
+SIGNALS_IN_SPACE = (THETA, *TURNING_ASKEW, *ANGLES)
+REACTIONS_IN_SPACE = reactions(
+    total(("lam[1]*r[1]", M_A), ("lam[1]*r[2]", M_B)),
+    total(("lam[1]*r[2]", cross(M_B, D))),
+)
 
 
-@kernel
-def hessian(frames, a, b, p, s, H):
-    rolling_hessian(frames, a, b, p, s, H)
+def about_parallel_axes(kind: PairKind) -> dict:
+    """What changes in space in gears and belts: both frames have the axis n, and angles from the line of centres are
+    counted."""
+    return {
+        "parameters": (*kind.parameters, AXIS_Z),
+        "signals": SIGNALS_IN_SPACE,
+        "table": lambda v: (0.0, 0.0, 0.0, 0.0, *kind.table(v)),
+        "axes": both("z"),
+        "counts_turns": True,
+        "counted": ("phi_a", "phi_b"),
+        "first_angles": FIRST_ANGLES,
+    }
+
+
+IN_SPACE = in_space(KIND, about_parallel_axes, reactions=REACTIONS_IN_SPACE)

@@ -2,7 +2,7 @@
 
 from math import hypot
 
-from mbdsl.elements.kind import BodyKind, Parameter, zero
+from mbdsl.elements.kind import BodyKind, Parameter, in_space, zero
 
 #: tolerance of the length of n: {0.707, 0.707} is a rounded direction, {0.17, 0} is ambiguous
 NEARLY = 1e-3
@@ -32,4 +32,13 @@ KIND = BodyKind(
     check=check,
     effects={"gravity": zero("g")},
     is_frame=True,
+)
+IN_SPACE = in_space(
+    KIND,
+    parameters=(
+        KIND.parameters[0],
+        Parameter("n", "1", (0.0, -1.0, 0.0), "direction of gravity, of length 1", shape=(3,)),
+        Parameter("frames", "", (), "further frames"),
+    ),
+    com=lambda v: (0.0, 0.0, 0.0),
 )

@@ -2,14 +2,18 @@
 
 An element file contains a ``KIND`` (the data for the language, the docs and the checks) and its kernels: plain
 functions on arrays. ``mbdsl check`` reads declarations without loading numerics; therefore kernels are only marked
-there, with :mod:`mbdsl.compilation.marks`, and compiled later, by :mod:`mbdsl.compilation.code_cache`.
+there, with :mod:`mbdsl.kernels.marks`, and compiled later, by :mod:`mbdsl.compilation.code_cache`.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
-from dataclasses import FrozenInstanceError, dataclass, field
+from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
+from typing import TypeVar
+
+from mbdsl.elements.row import Row, Rows
 
 #: effects that can be left out of a whole scene (levels of fidelity), and what a scene without them lacks
 EFFECTS = {
@@ -19,6 +23,7 @@ EFFECTS = {
     "gravity": "gravity",
 }
 
+K = TypeVar("K", bound="Kind")
 REQUIRED = object()  #: default of a parameter that must be given
 ANY = "any"  #: unit of a parameter that is a number of any dimension
 
@@ -67,8 +72,11 @@ def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
     return tuple(Signal(name, unit, formula, doc) for name, unit, formula, doc in given if formula)
 
 
+#: what velocity rows that exert forces and torques contain
+_VELOCITY, _SPIN = re.compile(r"frame_b\.v|der\(|\bv\b"), re.compile(r"frame_b\.w|(?<!\.)\bw\b")
 #: ``touches`` of kinds in the plane that act on the body of frame_a at the origin of frame_b
 AT_B = ("frame_b.x", "frame_b.y")
+AT_B_IN_SPACE = (*AT_B, "frame_b.z")
 AXIAL = Signal("force", "N", "lam[1]", "axial force, positive in tension")
 
 
@@ -104,11 +112,14 @@ class Kind:
     size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
     spatial: bool = False  #: whether it belongs to models in space
+    drawing: str = (
+        ""  #: its symbol in pictures, one of ``SYMBOLS`` of :mod:`mbdsl.viewing.symbols` or of the one in space
+    )
     variant: str = ""  #: the file of its kernels, if it is a variant of the kind that the language has by its name
     #: of kinds in space: values -> {port: axes (9 numbers)} of the frames that its kernels and formulas use instead of
     #: those of the ports, relative to them
     axes: Callable[[Mapping], Mapping[str, tuple[float, ...]]] = lambda values: {}
-    in_loops: str = ""  #: of joints in space: the file of its variant in closed loops, see in_space/rows_in_axes.py
+    in_loops: str = ""  #: of joints in space: the name of its variant in closed loops
     #: of joints in space: whether ``hessian`` has entries of rotations only, so that fewer entries couple the bodies
     curved_by_rotations: bool = False
     #: of kinds in space: whether its kernels count the turns of angles, the signals ``counted``: ``table`` begins with
@@ -142,6 +153,13 @@ class Kind:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}>"
+
+    @property
+    def file(self) -> str:
+        """The name of the file that declares it."""
+        from mbdsl.elements import file_of
+
+        return file_of(self.name)
 
     def parameter(self, name: str) -> Parameter | None:
         return self._by_name.get(name)
@@ -230,9 +248,13 @@ class PairKind(Kind):
 
     ``gradient(frames, a, b, p, G)``   G[0:rows, 0:6] = dg/dz, G[0:rows, VALUE] = g(z); entries always 0 are not written
     ``hessian(frames, a, b, p, s, H)`` H[0:6, 0:6] += d(G^T s)/dz; omitted if G is constant
+
+    They are made from ``g``, formulas of the coordinates, if these are given (:mod:`mbdsl.system.row_kernels`).
+    ``rows`` and ``table`` follow from them.
     """
 
     ports: tuple[str, ...] = ("frame_a", "frame_b")
+    g: tuple[Row, ...] = ()  #: the coordinates by their formulas in the plane and in space
     #: what a force, or friction in a joint, exerts, as (formula of its size, signal whose growth it resists)
     resists: tuple[tuple[str, str], ...] = ()
     #: the same without such a signal: formulas of the wrench on frame_b, at its origin in world axes, by the names of
@@ -242,6 +264,23 @@ class PairKind(Kind):
     #: formulas of the point, in world axes, at which it acts on the body of frame_a, if this is not the origin of
     #: frame_a: of kinds that slide or roll along this body
     touches: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.g:
+            counted, names = 2 * self.held.counted, self.held.parameters
+            reserved = counted + sum((n + 1) * (n + 2) // 2 for n in self._arguments)
+            vars(self).update(rows=len(self.held.formulas), counts_turns=counted > 0)
+            vars(self)["table"] = lambda v: (*[0.0] * reserved, *(_number(v, name) for name in names))
+
+    @cached_property
+    def held(self) -> Rows:
+        """Its rows by formulas, those that do not hold identically, in the plane or in space."""
+        return Rows(self.g, self.spatial)
+
+    @property
+    def _arguments(self) -> tuple[int, ...]:
+        """Numbers of arguments of the functions of coordinates in its rows."""
+        return ()
 
 
 @dataclass(eq=False, repr=False)
@@ -281,8 +320,10 @@ class JointKind(PairKind):
     relations: tuple[str, ...] = ()
     #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
     velocity_rows: tuple[str, ...] = ()
-    #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...
+    #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...; that
+    #: of rows ``g`` follows from these, without formulas
     reactions: tuple[Signal, ...] = ()
+    tau: str = ""  #: in space, formula of the reaction ``tau``, the torque about n, of kinds that transmit one about n
     #: formula, also over lam, of a force or torque that resists growth of the scalar coordinate whose kernels are those
     #: of the element module ``friction_along``; it does not act if the parameter ``mu_s`` is zero
     friction: str = ""
@@ -313,6 +354,53 @@ class JointKind(PairKind):
     #: constrains angles about a line of centres, which does not exist at zero distance
     misfit: Callable[[Mapping, float], str | None] | None = None
     crossing: bool = False  #: in space, whether it has no meaning if the z axes of its frames are parallel at the start
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (
+            self.ports
+            and (self.g or self.velocity_rows)
+            and not any(x.formula for x in self.reactions if x.name != "tau")
+        ):
+            vars(self).update(reactions=self._reactions())
+        if self.g:
+            if self.spatial:
+                looped = any(row.turned for row in self.g)
+                vars(self).update(
+                    curved_by_rotations=self.held.curved_by_rotations,
+                    in_loops=f"{self.file}_in_axes" if looped else "",
+                )
+
+    def _reactions(self) -> tuple[Signal, ...]:
+        """The components of the wrench of its rows, which are those of a force, a torque, or both."""
+        rates = "".join(self.velocity_rows)
+        force, torque = self.held.acts
+        force, torque = force or bool(_VELOCITY.search(rates)), torque or bool(_SPIN.search(rates))
+        if not self.spatial:
+            known = {x.name: x for x in wrench(" ", " ", " ")}
+            return tuple(replace(known[key], formula="") for key in ("fx", "fy") * force + ("tau",) * torque)
+        found = [Signal(f"f{i}", "N", "", f"force along {i}") for i in "xyz" * force]
+        found += [Signal(f"t{i}", "N.m", "", f"torque about {i}") for i in "xyz" * torque]
+        meaning = "torque about the axis n" if self.tau else "torque about the z axis of the world"
+        return (*found, *[Signal("tau", "N.m", self.tau, meaning)] * torque)
+
+    def in_axes(self, variant: str) -> JointKind:
+        """The variant of a joint in space whose rows are R_a^T (r_b - r_a) in place of r_b - r_a.
+
+        Joints in loops of moving bodies have these rows. The hinges of a planar loop hold its bodies in their plane
+        several times over: one row along the normal of the plane is redundant, whatever the pose. In axes of the world
+        this row is another one as soon as a carrier has turned the loop, and a choice of rows that was right at the
+        start becomes singular. In axes of the joint, the redundant row remains the same. In a tree no row is
+        redundant, and a planar loop with the ground as a link keeps its plane: there the rows are in axes of the
+        world, in which they are linear and cost less.
+        """
+        given = {x.name: getattr(self, x.name) for x in fields(self)}
+        rows = tuple(row._replace(space=row.turned or row.space, turned="") for row in self.g)
+        return JointKind(**{**given, "g": rows, "variant": variant})
+
+    @property
+    def _arguments(self) -> tuple[int, ...]:
+        return tuple(len(signals) for _, signals in self.couplings)
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:
@@ -381,6 +469,28 @@ def _named(name: str, spatial: bool = False) -> Kind:
     return found
 
 
+#: fields that are not those of the counterpart in space
+_IN_PLANE_ONLY = {"pose": None, "free": ""}
+
+
+def in_space(kind: K, motion: Callable[[K], Mapping] = lambda kind: {}, **changes: object) -> K:
+    """The declaration of a kind in space: that in the plane with the changes of a ``motion`` of
+    :mod:`mbdsl.elements.motions` and with ``changes``. If no check is among them, an axis n must have a direction."""
+    given = {x.name: getattr(kind, x.name) for x in fields(kind)} | {"spatial": True} | _IN_PLANE_ONLY
+    if given.get("touches") == AT_B:
+        given["touches"] = AT_B_IN_SPACE
+    given = {name: given[name] for name in kind.__dataclass_fields__} | dict(motion(kind)) | changes
+    made = type(kind)(**given)
+    if made.parameter("n") is None or "check" in changes or not isinstance(made, PairKind):
+        return made
+    return type(kind)(**given | {"check": lambda values: made.check(values) or axis_given(values)})
+
+
+def axis_given(values: Mapping) -> str | None:
+    """A ``check`` of the axis n."""
+    return None if any(values["n"]) else "the axis n is zero, expected a direction such as {0, 0, 1}"
+
+
 def zero(*names: str) -> Callable[[Mapping], dict]:
     """An effect that is left out by setting the parameters ``names`` to zero."""
 
@@ -389,6 +499,12 @@ def zero(*names: str) -> Callable[[Mapping], dict]:
         return off if any(values[name] not in (None, off[name]) for name in names) else {}
 
     return without
+
+
+def _number(values: Mapping, name: str) -> float:
+    """A number by its name in formulas: ``k``, or ``k[1]`` of several."""
+    name, _, index = name.partition("[")
+    return values[name][int(index[:-1]) - 1] if index else values[name]  # type: ignore[no-any-return]
 
 
 def law_or_spring(law: str) -> Callable[[Mapping], str | None]:

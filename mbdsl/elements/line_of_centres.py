@@ -14,8 +14,8 @@ integral is a constraint of positions. Jumps of theta change it by multiples of 
 
 from math import atan2, cos, sin
 
-from mbdsl.compilation.buffer_layout import VALUE
-from mbdsl.compilation.marks import kernel
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel
 
 TURN = 6.283185307179586
 THETA_0 = 0.6  #: [rad]
@@ -79,7 +79,7 @@ def rolling(frames, a, b, p, G):
     both = p[0] + p[1]
     theta = direction(frames, a, b)
     g = p[0] * frames[a, 2] + p[1] * frames[b, 2] - p[2] - both * theta
-    G[0, VALUE] = nearest(g, TURN * abs(both))
+    G[0, C.VALUE] = nearest(g, TURN * abs(both))
     for j in range(6):
         G[0, j] = 0.0
     G[0, 2], G[0, 5] = p[0], p[1]

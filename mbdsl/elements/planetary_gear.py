@@ -7,9 +7,7 @@ Relative to the carrier, the sun turns -ratio times as far as the ring, ratio = 
 Their sum is zero, so that no housing carries any. The planets have no mass here.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, Signal
-
-DRAWING = "nothing"
+from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space
 
 
 def check(v):
@@ -39,4 +37,6 @@ KIND = JointKind(
         Signal("tau_ring", "N.m", "-ratio*lam[1]", "torque on the ring"),
     ),
     check=check,
+    drawing="nothing",
 )
+IN_SPACE = in_space(KIND)

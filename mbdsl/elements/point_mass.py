@@ -1,8 +1,9 @@
-"""PointMass: a mass without extent; two coordinates, no rotation."""
+"""PointMass: a mass without extent; two coordinates, in space three, and no rotation."""
 
 from mbdsl.bodies import point_mass_kernels as motion
+from mbdsl.bodies import spatial_point_mass_kernels as motion_in_space
 from mbdsl.elements import body
-from mbdsl.elements.kind import BodyKind, Parameter, Signal
+from mbdsl.elements.kind import BodyKind, Parameter, Signal, in_space
 
 KIND = BodyKind(
     "PointMass",
@@ -12,4 +13,16 @@ KIND = BodyKind(
     coordinates=("x", "y"),
     is_frame=True,
     table=lambda v: (v["m"], v["m"]),
+)
+IN_SPACE = in_space(
+    KIND,
+    signals=(
+        *(Signal(key, "m", f"c.{key}", "centre of mass") for key in ("x", "y", "z")),
+        Signal("phi", "rad", "c.phi", "always 0"),
+        *(Signal(key, "m/s", f"c.{key}") for key in ("vx", "vy", "vz")),
+        Signal("w", "rad/s", "c.wz", "always 0"),
+    ),
+    coordinates=("x", "y", "z"),
+    com=lambda v: (0.0, 0.0, 0.0),
+    table=lambda v: (v["m"],),
 )

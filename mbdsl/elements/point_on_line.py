@@ -1,44 +1,35 @@
-"""PointOnLine: the origin of frame_b moves on the x axis of frame_a (a pin in a slot), free to turn.
+"""PointOnLine: the origin of frame_b stays on the line along n through the origin of frame_a (a pin in a slot).
 
-    g = n_a . (r_b - r_a)                                                                (1 row)
+    y_a . d = 0,   z_a . d = 0      with d = r_b - r_a and x along n                 (2 rows, in the plane 1)
 
-Friction: a force mu * |lam| against the sliding, see friction.py.
+Friction: a force mu |lam| against the sliding, see friction.py.
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements import friction, prismatic
-from mbdsl.elements.coordinates import offset, offset_hessian
-from mbdsl.elements.kind import AT_B, JointKind, Signal, power, wrench
+from mbdsl.elements import friction
+from mbdsl.elements.kind import AT_B, JointKind, in_space
+from mbdsl.elements.motions import AXIS_X, SLIDING, SLIDING_IN_SPACE, TURNING, TURNING_ASKEW
+from mbdsl.elements.rows import along
+from mbdsl.elements.vectors import both
 
 KIND = JointKind(
     "PointOnLine",
     doc="A pin in a slot: the origin of frame_b stays on the x axis of frame_a.",
-    rows=1,
+    g=(along("y"), along("z")),
     parameters=friction.parameters("v", "m/s", 1e-3),
-    signals=(
-        *prismatic.KIND.signals,
-        Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
-        Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
-    ),
-    reactions=wrench("sin(frame_a.phi)*lam[1]", "-(cos(frame_a.phi)*lam[1])"),
-    friction=friction.formula("abs(lam[1])", "v"),
-    friction_along="translational_spring_damper",
-    results=(power("-(friction*v)"),),
+    signals=(*SLIDING, *TURNING),
+    **friction.against("abs(lam[1])", "v", "s", "translational_spring_damper"),
     touches=AT_B,
-    resists=(("friction", "s"),),
-    check=friction.check,
-    derive=friction.derive,
-    effects=friction.EFFECTS,
     angle=("phi",),
     along=("s",),
+    drawing="pin in slot",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    offset(frames, a, b, G, 0)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    offset_hessian(frames, a, b, s[0], H)
+IN_SPACE = in_space(
+    KIND,
+    doc="A pin in a slot: the origin of frame_b stays on the line along n through the origin of frame_a.",
+    parameters=(AXIS_X, *KIND.parameters),
+    signals=(*SLIDING_IN_SPACE, *TURNING_ASKEW),
+    friction=friction.formula("hypot(lam[1], lam[2])", "v"),
+    axes=both("x"),
+    free_axes={"translation": "n"},
+    drawing="bead",
+)

@@ -1,43 +1,44 @@
-"""Revolute: a pin that holds two frame origins together and leaves the angle between them free.
+"""Revolute: a pin in the plane, a hinge in space: two frame origins stay together, and so does the axis n.
 
-    g = r_b - r_a                                                                        (2 rows)
+    r_b - r_a = 0,   x_a . z_b = 0,   y_a . z_b = 0      with z along n              (5 rows, in the plane 2)
 
-Friction in the pin: a torque mu * radius * |(lam_1, lam_2)| against the relative rotation, see friction.py.
+Friction: a torque mu radius |F| about n against the relative rotation, see friction.py. F is the whole reaction force:
+its part along n rubs on a collar, taken to have the radius of the pin. How bending moments load the pin depends on its
+length, and they are left out.
 """
 
-from mbdsl.compilation.buffer_layout import VALUE
-from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
-from mbdsl.elements.kind import JointKind, Parameter, Signal, power, wrench
+from mbdsl.elements.kind import JointKind, Parameter, in_space
+from mbdsl.elements.motions import AXIS_Z, TURNING, TURNING_IN_SPACE
+from mbdsl.elements.rows import POINT, Z_A, Z_B, normal
+from mbdsl.elements.vectors import both, dot, total, wrench
 
 KIND = JointKind(
     "Revolute",
     doc="A pin joint: the origins of frame_a and frame_b coincide.",
-    rows=2,
+    g=(*POINT, normal("x", "z"), normal("y", "z")),
     parameters=(
         Parameter("radius", "m", None, "radius of the pin; required with friction", positive=True),
         *friction.parameters("w", "rad/s", 0.01),
     ),
-    signals=(
-        Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
-        Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
-    ),
-    reactions=wrench("-lam[1]", "-lam[2]"),
-    friction=friction.formula("radius*hypot(lam[1], lam[2])", "w"),
-    friction_along="rotational_spring_damper",
-    results=(power("-(friction*w)"),),
-    resists=(("friction", "phi"),),
-    check=friction.check,
-    derive=friction.derive,
-    effects=friction.EFFECTS,
+    signals=TURNING,
+    **friction.against("radius*hypot(lam[1], lam[2])", "w", "phi", "rotational_spring_damper"),
     pose=lambda v, s: (0.0, 0.0, s),
     free="phi",
     angle=("phi",),
+    drawing="pin",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    for k in range(2):
-        G[k, VALUE] = frames[b, k] - frames[a, k]
-        G[k, k], G[k, 3 + k] = -1.0, 1.0
+IN_SPACE = in_space(
+    KIND,
+    doc="A hinge: the origins of frame_a and frame_b coincide, and so does the axis n in both.",
+    parameters=(AXIS_Z, *KIND.parameters),
+    signals=TURNING_IN_SPACE,
+    friction=friction.formula("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w"),
+    friction_along="torque",
+    resists=(),
+    exerts=wrench(None, total(("(-friction)", Z_A))),
+    axes=both("z"),
+    aligned=dot(Z_A, Z_B),
+    free_axes={"rotation": "n"},
+    drawing="hinge",
+)

@@ -6,14 +6,16 @@ kind, between two discs with the signed radii r_a, r_b:
     dg = u . (do_b - do_a) - r_a dphi_a + r_b dphi_b,   d^2 g = (n . (do_b - do_a))^2/s
 """
 
+from dataclasses import replace
 from math import sqrt
 
-from mbdsl.compilation.buffer_layout import VALUE
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, power, zero
+from mbdsl.elements.disc_tangents import span_gradient, span_hessian
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power, zero
+from mbdsl.elements.motions import APART_IN_SPACE
 from mbdsl.elements.rope_path import Path
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.kernels.marks import kernel
 
-DRAWING = "rope"
 SPRING = "k*max(0, stretch)"
 MOST = 32  #: discs of a rope
 _EACH = tuple((n,) for n in range(1, MOST + 1))
@@ -121,6 +123,7 @@ KIND = ForceKind(
     laws=("tension",),
     effects={"damping": zero("c"), "friction": zero("mu")},
     path=Path,
+    drawing="rope",
 )
 
 
@@ -132,7 +135,7 @@ def gradient(frames, a, b, p, G):
     ux, uy = 0.0, 0.0
     if square > 0.0:
         ux, uy = (s * dx + r * dy) / square, (s * dy - r * dx) / square
-    G[0, VALUE] = s
+    G[0, C.VALUE] = s
     G[0, 0], G[0, 1], G[0, 2] = -ux, -uy, -p[0]
     G[0, 3], G[0, 4], G[0, 5] = ux, uy, p[1]
 
@@ -152,3 +155,19 @@ def hessian(frames, a, b, p, s, H):
                 H[i, j + 1] += sign * xy
                 H[i + 1, j] += sign * xy
                 H[i + 1, j + 1] += sign * yy
+
+
+IN_SPACE = in_space(
+    KIND,
+    signals=(replace(APART_IN_SPACE[0], doc=KIND.signals[0].doc), *APART_IN_SPACE[1:], *KIND.signals[2:]),
+)
+
+
+@kernel
+def gradient_in_space(frames, a, b, p, G):
+    span_gradient(frames, a, b, p[0], p[1], G, 0)
+
+
+@kernel
+def hessian_in_space(frames, a, b, p, s, H):
+    span_hessian(frames, a, b, p[0], p[1], s[0], H)

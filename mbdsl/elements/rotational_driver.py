@@ -1,26 +1,21 @@
 """RotationalDriver: prescribes the angle of frame_b relative to frame_a as a function of time (rheonomic).
 
-g = phi_b - phi_a - u(t)                                                             (1 row)
+phi - u(t) = 0      in space, phi is the angle of x_b about z_a, with z along n      (1 row)
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements import revolute
-from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import JointKind, Parameter, power, wrench
+from mbdsl.elements.kind import JointKind, Parameter, in_space, power
+from mbdsl.elements.motions import TURNING, about_n
+from mbdsl.elements.rows import ANGLE
 
 KIND = JointKind(
     "RotationalDriver",
     doc="A drive that turns a joint as a given function of time.",
-    rows=1,
+    g=(ANGLE,),
     parameters=(Parameter("phi", "rad", doc="the angle, an expression in time", law=True),),
-    signals=revolute.KIND.signals,
-    reactions=wrench(tau="-lam[1]"),
+    signals=TURNING,
     results=(power("tau*w"),),
     driver="phi",
     angle=("phi",),
+    drawing="turning",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    angle(frames, a, b, G, 0)
+IN_SPACE = in_space(KIND, about_n, tau="-lam[1]")

@@ -3,19 +3,18 @@
 torque = k d max(0, 1 + alpha d'),  d = phi - phi_max or phi_min - phi,  where d > 0    see contact_law.py
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements import contact_law, revolute
-from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import ForceKind, Signal, power
+from mbdsl.elements import contact_law
+from mbdsl.elements.kind import ForceKind, Signal, in_space, power
+from mbdsl.elements.motions import TURNING, about_n
+from mbdsl.elements.rows import ANGLE
 from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits
 
-DRAWING = "nothing"
 KIND = ForceKind(
     "RotationalStop",
     doc="Limits of an angle: beyond them a stiff torsional spring pushes back; it never pulls.",
-    rows=1,
+    g=(ANGLE,),
     parameters=(*limits("phi_min", "phi_max", "rad"), *contact_law.parameters("N.m/rad", "w_0", "rad/s")),
-    signals=(*revolute.KIND.signals, Signal("torque", "N.m", force("phi", "w"), "resisting torque")),
+    signals=(*TURNING, Signal("torque", "N.m", force("phi", "w"), "resisting torque")),
     results=(power("-(torque*w)"),),
     resists=(("torque", "phi"),),
     energy=energy("phi"),
@@ -23,9 +22,6 @@ KIND = ForceKind(
     derive=lambda v: {**bounds(v, "phi_min", "phi_max"), "alpha": (contact_law.rate(v, "w_0"),)},
     laws=("torque",),
     effects={"damping": contact_law.elastic},
+    drawing="nothing",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    angle(frames, a, b, G, 0)
+IN_SPACE = in_space(KIND, about_n)

@@ -1,19 +1,21 @@
 """RotationalVelocityDriver: prescribes the angular velocity of frame_b relative to frame_a; the angle follows.
 
-    Gamma = w_b - w_a - u = 0                                                            (1 row, of velocities)
+    Gamma = w - u = 0      in space, w is the rate of the angle of x_b about z_a, with z along n  (1 row, of velocities)
 
 u may depend on more than time: on inputs, positions and other velocities.
 """
 
-from mbdsl.elements import revolute
-from mbdsl.elements.kind import JointKind, Parameter, power, wrench
+from mbdsl.elements.kind import JointKind, Parameter, in_space, power
+from mbdsl.elements.motions import GRADIENT, TURNING, about_n
+from mbdsl.elements.vectors import W, dot
 
 KIND = JointKind(
     "RotationalVelocityDriver",
     doc="A drive that turns a joint with a given angular velocity.",
     parameters=(Parameter("w", "rad/s", doc="the angular velocity", law=True),),
-    signals=revolute.KIND.signals,
+    signals=TURNING,
     velocity_rows=("frame_b.w - frame_a.w - w",),
-    reactions=wrench(tau="-lam[1]"),
     results=(power("tau*w"),),
+    drawing="turning",
 )
+IN_SPACE = in_space(KIND, about_n, velocity_rows=(f"{dot(W, GRADIENT)} - w",), tau="-lam[1]")

@@ -7,9 +7,8 @@
 It acts on nothing. At rest an accelerometer shows g upwards; in free fall it shows nothing.
 """
 
-from mbdsl.elements.kind import SensorKind, Signal
+from mbdsl.elements.kind import SensorKind, Signal, in_space
 
-DRAWING = "nothing"
 DOC = (
     "Measures at a frame, in the axes of this frame: an accelerometer, a gyroscope, and the load of all joints and "
     "forces that are attached to the frame, on its body. It acts on nothing."
@@ -29,5 +28,20 @@ KIND = SensorKind(
         *(Signal(f"a{i}", "m/s2", "", FELT.format(i)) for i in "xy"),
         *(load(f"f{i}", "N", f"force on the body along {i}") for i in "xy"),
         load("tau", "N.m", "torque on the body about the origin of the frame"),
+    ),
+    drawing="nothing",
+)
+#: ``w`` and ``tau`` are those about the z axis of the frame, as in the plane
+IN_SPACE = in_space(
+    KIND,
+    signals=(
+        *(Signal(f"w{i}", "rad/s", f"frame.w{i}_local", f"angular velocity about {i}") for i in "xyz"),
+        Signal("w", "rad/s", "frame.wz_local", "angular velocity about z"),
+    ),
+    measured=(
+        *(Signal(f"a{i}", "m/s2", "", FELT.format(i)) for i in "xyz"),
+        *(load(f"f{i}", "N", f"force on the body along {i}") for i in "xyz"),
+        *(load(f"t{i}", "N.m", f"torque on the body about {i}") for i in "xyz"),
+        load("tau", "N.m", "torque on the body about z"),
     ),
 )

@@ -1,31 +1,21 @@
-"""TranslationalDriver: prescribes the position of frame_b along the x axis of frame_a (rheonomic).
+"""TranslationalDriver: prescribes the position of frame_b along the axis n of frame_a (rheonomic).
 
-g = t_a . (r_b - r_a) - u(t)                                                         (1 row)
+x_a . (r_b - r_a) - u(t) = 0      with x along n, in the plane the x axis            (1 row)
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements import prismatic
-from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import AXIAL, JointKind, Parameter, power, wrench
+from mbdsl.elements.kind import AXIAL, JointKind, Parameter, in_space, power
+from mbdsl.elements.motions import SLIDING, along_n
+from mbdsl.elements.rows import along
 
 KIND = JointKind(
     "TranslationalDriver",
     doc="A drive that moves a sliding joint as a given function of time.",
-    rows=1,
+    g=(along("x"),),
     parameters=(Parameter("s", "m", doc="the position, an expression in time", law=True),),
-    signals=prismatic.KIND.signals,
-    reactions=wrench("-(cos(frame_a.phi)*lam[1])", "-(sin(frame_a.phi)*lam[1])"),
+    signals=SLIDING,
     results=(AXIAL, power("-(force*v)")),
     driver="s",
     along=("s",),
+    drawing="pushing",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    slide(frames, a, b, G, 0)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    slide_hessian(frames, a, b, s[0], H)
+IN_SPACE = in_space(KIND, along_n, drawing="actuator")

@@ -1,24 +1,23 @@
 """TranslationalSpringDamper: a spring and damper along the axis of a sliding joint, by the signed position s.
 
-g = t_a . (r_b - r_a);  force  k (g - s0) + c dg/dt, against the relative motion
+s = x_a . (r_b - r_a);  force  k (s - s0) + c ds/dt, against the relative motion; in space with x along n
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements import prismatic
-from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, power, zero
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, law_or_spring, power, zero
+from mbdsl.elements.motions import SLIDING, along_n
+from mbdsl.elements.rows import along
 
 KIND = ForceKind(
     "TranslationalSpringDamper",
     doc="A spring and damper along the x axis of frame_a; positive force resists a growing position s.",
-    rows=1,
+    g=(along("x"),),
     parameters=(
         Parameter("k", "N/m", 0.0, "stiffness"),
         Parameter("c", "N.s/m", 0.0, "damping"),
         Parameter("s0", "m", 0.0, "position without force"),
         Parameter("force", "N", None, "force as an expression, e.g. of s and v; instead of k and c", law=True),
     ),
-    signals=(*prismatic.KIND.signals, Signal("force", "N", "k*(s - s0) + c*v", "resisting force")),
+    signals=(*SLIDING, Signal("force", "N", "k*(s - s0) + c*v", "resisting force")),
     energy="0.5*k*(s - s0)^2",
     results=(power("-(force*v)"),),
     resists=(("force", "s"),),
@@ -26,14 +25,6 @@ KIND = ForceKind(
     laws=("force",),
     effects={"damping": zero("c")},
     springs=lambda v: ((v["k"], v["c"], v["s0"]),),
+    drawing="spring",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    slide(frames, a, b, G, 0)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    slide_hessian(frames, a, b, s[0], H)
+IN_SPACE = in_space(KIND, along_n)

@@ -3,12 +3,10 @@
 force = k d max(0, 1 + alpha d'),  d = s - s_max or s_min - s,  where d > 0          see contact_law.py
 """
 
-from mbdsl.compilation.marks import kernel
-from mbdsl.elements import contact_law, prismatic
-from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import AT_B, ForceKind, Parameter, Signal, power
-
-DRAWING = "stop"
+from mbdsl.elements import contact_law
+from mbdsl.elements.kind import AT_B, ForceKind, Parameter, Signal, in_space, power
+from mbdsl.elements.motions import SLIDING, along_n
+from mbdsl.elements.rows import along
 
 
 def limits(low: str, high: str, unit: str) -> tuple[Parameter, ...]:
@@ -48,12 +46,12 @@ KIND = ForceKind(
     "TranslationalStop",
     doc="End stops of a sliding joint, or one-sided contact of a point with a line: beyond its limits a stiff spring "
     "pushes back; it never pulls.",
-    rows=1,
+    g=(along("x"),),
     parameters=(
         *limits("s_min", "s_max", "m"),
         *contact_law.parameters("N/m", "v_0", "m/s"),
     ),
-    signals=(*prismatic.KIND.signals, Signal("force", "N", force("s", "v"), "resisting force")),
+    signals=(*SLIDING, Signal("force", "N", force("s", "v"), "resisting force")),
     results=(power("-(force*v)"),),
     resists=(("force", "s"),),
     touches=AT_B,
@@ -62,14 +60,6 @@ KIND = ForceKind(
     derive=lambda v: {**bounds(v, "s_min", "s_max"), "alpha": (contact_law.rate(v, "v_0"),)},
     laws=("force",),
     effects={"damping": contact_law.elastic},
+    drawing="stop",
 )
-
-
-@kernel
-def gradient(frames, a, b, p, G):
-    slide(frames, a, b, G, 0)
-
-
-@kernel
-def hessian(frames, a, b, p, s, H):
-    slide_hessian(frames, a, b, s[0], H)
+IN_SPACE = in_space(KIND, along_n)

@@ -5,7 +5,7 @@
 It has no frames: it acts on the coordinates in its expression.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.kind import JointKind, Parameter, in_space
 
 KIND = JointKind(
     "VelocityConstraint",
@@ -14,3 +14,4 @@ KIND = JointKind(
     parameters=(Parameter("gamma", "", doc="an expression of velocities that remains zero, of any unit", law=True),),
     velocity_rows=("gamma",),
 )
+IN_SPACE = in_space(KIND, drawing="nothing")

@@ -242,7 +242,7 @@ OPERATIONS: dict[str, Callable[..., float]] = {
 }
 
 #: op -> partial derivatives with respect to its arguments, as functions of (node, *args)
-_PARTIALS: dict[str, Callable[..., tuple[Expr | float, ...]]] = {
+PARTIALS: dict[str, Callable[..., tuple[Expr | float, ...]]] = {
     "add": lambda n, a, b: (1.0, 1.0),
     "sub": lambda n, a, b: (1.0, -1.0),
     "mul": lambda n, a, b: (b, a),
@@ -327,9 +327,9 @@ def _forward(order: list[Expr], seeds: dict[Expr, Expr]) -> dict[Expr, Expr]:
             d[n] = Expr("table", n.args, (table, nth + 1)) * d[n.args[0]]
         elif n.op == "select":
             d[n] = call("select", n.args[0], d[n.args[1]], d[n.args[2]])
-        elif n.op in _PARTIALS:
+        elif n.op in PARTIALS:
             total = zero
-            for a, p in zip(n.args, _PARTIALS[n.op](n, *n.args), strict=True):
+            for a, p in zip(n.args, PARTIALS[n.op](n, *n.args), strict=True):
                 if not is_const(d[a], 0.0):
                     total = total + expr(p) * d[a]
             d[n] = total

@@ -1,4 +1,4 @@
-"""Joints in loops of moving bodies in space get rows in axes of the joint: see elements/in_space/rows_in_axes.py.
+"""Joints in loops of moving bodies in space get rows in axes of the joint: see ``JointKind.in_axes``.
 
 Planar loops with the ground as a link keep their plane, and the rows of all their joints are in axes of the world.
 """

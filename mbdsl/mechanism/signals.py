@@ -8,7 +8,7 @@ from functools import cache
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
-from mbdsl.expressions.symbolic import Expr, diff, expr, multiplier
+from mbdsl.expressions.symbolic import Expr, diff, expr, multiplier, substitute
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
@@ -66,8 +66,27 @@ class Formulas:
             law = None if formula is not None and isinstance(self.kind, JointKind) else self.law(name)
             if law is None and formula is None:
                 raise KeyError(name)
-            found = self._found[name] = formulas.evaluate(formula, self) if law is None else law  # type: ignore[arg-type]
+            if law is None:
+                law = formulas.evaluate(formula, self) if formula else self._reaction(name)
+            found = self._found[name] = law
         return found
+
+    def _reaction(self, name: str) -> Expr:
+        """A reaction of a joint that follows from its rows."""
+        from mbdsl.elements import row_derivatives
+
+        def own(leaf: Expr) -> Expr | None:
+            if leaf.op == "coordinate":
+                return self.coordinate(*leaf.value)  # type: ignore[misc]
+            if leaf.op == "multiplier":
+                return multiplier(self.name, leaf.value[1])  # type: ignore[index]
+            if leaf.op == "input":
+                name, _, index = str(leaf.value).partition("[")
+                return expr(self.element(name, int(index[:-1])) if index else self.value(name))
+            return None
+
+        assert isinstance(self.kind, JointKind)
+        return substitute(row_derivatives.reactions(self.kind)[name], own)
 
     def row(self, formula: str) -> Expr:
         """One of the kind's ``relations`` or ``velocity_rows``; a name of both a law and a signal denotes the law."""

@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from typing import TYPE_CHECKING
 
 from mbdsl.compilation import code_cache
 from mbdsl.system.emit import load
-from mbdsl.system.structure import Block
+from mbdsl.system.structure import Block, kernels_of
 
 if TYPE_CHECKING:
     import subprocess
@@ -25,5 +24,5 @@ def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | 
 
 def main(structure: str) -> None:
     roles, has_tape, sets = json.loads(structure)
-    blocks = [Block(role, importlib.import_module(module), driven=driven) for role, module, driven in roles]
+    blocks = [Block(role, kernels_of(module), driven=driven) for role, module, driven in roles]
     load(blocks, has_tape, sets)

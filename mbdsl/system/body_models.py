@@ -7,7 +7,7 @@ from types import ModuleType
 
 from mbdsl.bodies.contract import POSITIONS, Body, Pose, model_class
 from mbdsl.bodies.rigid_body import Rigid
-from mbdsl.elements import declaring
+from mbdsl.elements import Declared, declaring
 from mbdsl.elements.kind import BodyKind
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.mechanism.scene import Component
@@ -21,7 +21,7 @@ def motion_module(component: Component) -> ModuleType:
     return found
 
 
-def motion_modules(module: ModuleType) -> list[ModuleType]:
+def motion_modules(module: Declared) -> list[ModuleType]:
     """All modules that may move bodies of a kind."""
     return list(getattr(module, "MOTIONS", [module.motion]))
 

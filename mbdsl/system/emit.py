@@ -16,8 +16,9 @@ from types import ModuleType
 from typing import NamedTuple
 
 from mbdsl.compilation import code_cache
+from mbdsl.elements import Declared
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.system import expression_tape, loops
+from mbdsl.system import expression_tape, loops, row_kernels
 from mbdsl.system.structure import Block
 
 KIND_PREFIX = "mbdsl_kind_"
@@ -264,16 +265,21 @@ def header(block: int) -> int:
 
 def emit_kind(block: Block) -> str:
     """The text of the module of one kind: its kernels within the loops, the same in every scene."""
-    name, rows = block.name, block.rows
+    name, rows, of = block.name, block.rows, block.module
+    assert isinstance(of, Declared)
+    kernels = row_kernels.module(of).__name__
+    package, _, file = kernels.rpartition(".")
+    imported = f"from {package} import {file}" if package else f"import {kernels}"
+    as_name, end = ("", of.suffix) if file == name else (f" as {name}", of.suffix)
     curve = f"""
 
 @rare
 def curve(block, frames, gradients, numbers, layout):
-    loops.curve(C, block, {rows}, {name}.hessian, frames, gradients, numbers, layout)
+    loops.curve(C, block, {rows}, {name}.hessian{end}, frames, gradients, numbers, layout)
 """
     return f'''"""Emitted by mbdsl: the loops of {name}."""
 
-from {block.module.__package__} import {name}
+{imported}{as_name}
 {_columns_import(block.spatial)}
 from mbdsl.kernels.marks import rare
 from mbdsl.system import loops
@@ -281,7 +287,7 @@ from mbdsl.system import loops
 
 @rare
 def fill(block, frames, gradients, numbers, layout):
-    loops.fill(block, {rows}, {name}.gradient, frames, gradients, numbers, layout)
+    loops.fill(block, {rows}, {name}.gradient{end}, frames, gradients, numbers, layout)
 {curve if block.curved else ""}'''
 
 
@@ -310,7 +316,10 @@ def _modules(blocks: list[Block]) -> list[ModuleType]:
 
         used.append(relation_loops)
     loops_of_kinds = [code_cache.import_text(_kind_module(b), emit_kind(b)) for b in kinds]
-    return [*used, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
+    declared = [b.module for b in blocks if isinstance(b.module, Declared)]
+    kernels = [b.module for b in blocks if isinstance(b.module, ModuleType)]
+    kernels += [file for x in declared for file in (x.file, row_kernels.module(x))]
+    return [*used, *dict.fromkeys(kernels), *loops_of_kinds]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import importlib
 from dataclasses import dataclass
 from types import ModuleType
 
-from mbdsl.elements import declaring, modules
+from mbdsl.elements import Declared, declaring, loaded, modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.scene import Component, Scene
@@ -21,7 +21,7 @@ class Block:
     """
 
     role: str
-    module: ModuleType
+    module: ModuleType | Declared
     components: tuple[Component, ...] = ()
     driven: bool = False
 
@@ -33,7 +33,7 @@ class Block:
     @property
     def spatial(self) -> bool:
         """Whether it belongs to a model in space."""
-        return (self.module.__package__ or "").endswith(".in_space")
+        return ".in_space." in self.module.__name__
 
     @property
     def name(self) -> str:
@@ -42,16 +42,20 @@ class Block:
     @property
     def coupled(self) -> bool:
         """Whether its joints contain a function of a coordinate."""
-        return self.role == "joint" and bool(self.module.KIND.couplings)
+        return self.role == "joint" and bool(self._joint.couplings)
 
     @property
     def related(self) -> bool:
         """Whether its joints are expressions over frames, which have no kernels."""
-        return self.role == "joint" and bool(self.module.KIND.relations)
+        return self.role == "joint" and bool(self._joint.relations)
+
+    @property
+    def _joint(self) -> JointKind:
+        return self.module.KIND  # type: ignore[return-value]
 
     @property
     def curved(self) -> bool:
-        return getattr(self.module, "hessian", None) is not None
+        return isinstance(self.module, Declared) and self.module.curved
 
 
 def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
@@ -74,7 +78,12 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
         elif isinstance(c.kind, ForceKind):
             order, role = (4, "law") if by_law(c) else (3, "spring")
             groups.setdefault((order, role, module.__name__, False), []).append(c)
-    return [Block(key[1], importlib.import_module(key[2]), tuple(groups[key]), key[3]) for key in sorted(groups)]
+    return [Block(key[1], kernels_of(key[2]), tuple(groups[key]), key[3]) for key in sorted(groups)]
+
+
+def kernels_of(name: str) -> ModuleType | Declared:
+    """The kernels of this name: of bodies, or of a kind."""
+    return loaded(name) if name.startswith("mbdsl.elements.") else importlib.import_module(name)
 
 
 #: nonholonomic constraints are expressions; one module represents them
@@ -86,7 +95,7 @@ def _along(kind: JointKind) -> str:
     return f"{modules.__module__}{'.in_space' if kind.spatial else ''}.{kind.friction_along}"
 
 
-def _every_key(module: ModuleType) -> list[tuple]:
+def _every_key(module: Declared) -> list[tuple]:
     """The blocks that components of a kind may belong to."""
     kind, name = module.KIND, module.__name__
     if isinstance(kind, BodyKind):

@@ -38,12 +38,11 @@ VIEWS = {
 }
 FLAT = 1.2  #: ratio of moments of inertia up to which a body counts as a thin disc
 RIM = 24  #: number of points of a disc's edge
-#: joints that are drawn as a pin, and those that are not drawn; others as a mark
-PINS = ("Revolute", "Spherical", "Universal", "ConstantVelocity")
-HIDDEN = ("Force", "Torque", "RotationalDriver", "RotationalVelocityDriver", "VelocityConstraint", "RollingDisc")
-HIDDEN += ("FreeMotion", "RotationalStop")
-BETWEEN = {"Rope": "rope", "Distance": "rod", "DistanceDriver": "actuator"}
-AT_B = {"Bushing": "bushing"}
+#: drawings of elements that are drawn as a pin, that are not drawn, between both frames, at frame_b; others as a mark
+PINS = ("hinge", "ball", "cross")
+HIDDEN = ("nothing", "turning", "spiral")
+BETWEEN = ("rope", "rod", "actuator")
+AT_B = ("bushing",)
 
 
 class View(NamedTuple):
@@ -245,13 +244,13 @@ def _apart(motion: SpatialMotion, a: Spot, b: Spot) -> bool:
 
 
 def _element(c: Component, motion: SpatialMotion) -> Iterator[Shape]:
-    if isinstance(c.kind, BodyKind) or len(c.ports) != 2 or c.kind.name in HIDDEN:
+    if isinstance(c.kind, BodyKind) or len(c.ports) != 2 or c.kind.drawing in HIDDEN:
         return
     a, b = (motion.spot_of(frame) for frame in c.ports.values())
-    name = c.kind.name
-    if name in BETWEEN:
-        yield Shape(BETWEEN[name], c.name, (a, b))
-    elif name in ("SpringDamper", "TranslationalSpringDamper"):
+    drawing = c.kind.drawing
+    if drawing in BETWEEN:
+        yield Shape(drawing, c.name, (a, b))
+    elif drawing == "spring":
         k, damping = c.values.get("k"), c.values.get("c")
         draw = "spring" if not damping else "damper" if not k else "spring-damper"
         pa, pb = motion.pose(a), motion.pose(b)
@@ -259,11 +258,9 @@ def _element(c: Component, motion: SpatialMotion) -> Iterator[Shape]:
         length = length[np.isfinite(length)] if np.isfinite(length).any() else np.zeros(1)
         data = {"low": float(length.min()), "high": float(length.max()), "mean": float(length.mean())}
         yield Shape(draw, c.name, (a, b), data)
-    elif name == "RotationalSpringDamper":
-        return
-    elif name in AT_B:
-        yield Shape(AT_B[name], c.name, (b, a))
-    elif name in PINS:
+    elif drawing in AT_B:
+        yield Shape(drawing, c.name, (b, a))
+    elif drawing in PINS:
         yield Shape("pin", c.name, (a,))
     else:
         yield Shape("mark", c.name, (b, a))

@@ -1,7 +1,6 @@
 """Symbols of joints and forces: what is drawn between the two frames of an element, by its kind.
 
-``KNOWN`` maps the names of kinds to their symbols. A kind of another file, or of another package, names one of
-``SYMBOLS`` in its file, ``DRAWING = "spring"``; without it a joint is drawn as a mark and a force as a dashed line.
+A kind names one of ``SYMBOLS`` as its ``drawing``; without it a joint is drawn as a mark and a force as a dashed line.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from mbdsl.elements import modules
 from mbdsl.elements.kind import ForceKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing import gear_shapes
@@ -35,9 +33,7 @@ def symbol(component: Component) -> Symbol:
         (component, spot of frame_a, spot of frame_b, motion) -> its shapes.
     """
     kind = component.kind
-    module = modules().get(kind.name)
-    name = getattr(module, "DRAWING", None) or KNOWN.get(kind.name)
-    return SYMBOLS.get(name or "", _dashed if isinstance(kind, ForceKind) else _mark)
+    return SYMBOLS.get(kind.drawing, _dashed if isinstance(kind, ForceKind) else _mark)
 
 
 def _pin(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
@@ -158,25 +154,4 @@ SYMBOLS: dict[str, Symbol] = {
     "nothing": _nothing,
     "rope": rope,
     **gear_shapes.SYMBOLS,
-}
-KNOWN = {
-    "Revolute": "pin",
-    "Prismatic": "slider",
-    "PointOnLine": "pin in slot",
-    "Fixed": "weld",
-    "RollingDisc": "wheel",
-    "KnifeEdge": "blade",
-    "Distance": "rod",
-    "DistanceDriver": "actuator",
-    "SpringDamper": "spring",
-    "TranslationalSpringDamper": "spring",
-    "RotationalSpringDamper": "spiral",
-    "Bushing": "bushing",
-    "RotationalDriver": "turning",
-    "RotationalVelocityDriver": "turning",
-    "TranslationalDriver": "pushing",
-    "TranslationalVelocityDriver": "pushing",
-    "Force": "nothing",  # an arrow of its size, among the vectors
-    "Torque": "nothing",
-    "FreeMotion": "nothing",
 }

@@ -115,18 +115,13 @@ STUDIES = {
 NEAREST = {
     "mbdsl/elements/": KERNELS,
     "mbdsl/elements/contact_law": BY_HAND,
-    "mbdsl/elements/in_space/": (SPACE, *IN_SPACE[:3]),
-    "mbdsl/elements/in_space/body": ("tests/unit/elements/test_solids_in_space.py", ATTITUDES, *SPATIAL),
-    "mbdsl/elements/in_space/solid": ("tests/unit/elements/test_solids_in_space.py",),
-    "mbdsl/elements/in_space/point_mass": ("tests/verification/test_small_motions_in_space.py", IN_SPACE[5]),
-    "mbdsl/elements/in_space/rod": ("tests/verification/test_small_motions_in_space.py", PLANAR_IN_SPACE),
-    "mbdsl/elements/in_space/ground": ("tests/verification/test_small_motions_in_space.py", PLANAR_IN_SPACE),
-    "mbdsl/elements/in_space/line_of_centres": (SPACE, "tests/verification/test_gears_in_space.py"),
-    "mbdsl/elements/in_space/swing_twist": (SPACE, "tests/verification/test_compliant_joints_in_space.py"),
-    "mbdsl/elements/in_space/sliding": (SPACE, "tests/verification/test_friction_in_space.py"),
-    "mbdsl/elements/in_space/rolling_disc": (
-        *(SPACE, "tests/gallery/test_rolling_in_space.py", "-k", "[RollingDisc or rolling_in_space"),
-    ),
+    "mbdsl/elements/coordinates_in_space": (SPACE, *IN_SPACE[:3]),
+    "mbdsl/elements/line_of_centres_in_space": (SPACE, "tests/verification/test_gears_in_space.py"),
+    "mbdsl/elements/row": (*KERNELS, SPACE),
+    "mbdsl/elements/sliding_friction": (SPACE, "tests/verification/test_friction_in_space.py"),
+    "mbdsl/elements/solid": ("tests/unit/elements/test_solids_in_space.py",),
+    "mbdsl/elements/swing_twist": (SPACE, "tests/verification/test_compliant_joints_in_space.py"),
+    "mbdsl/elements/vectors": (SPACE, *IN_SPACE[:3]),
     "mbdsl/numerics/": STARTS,
     "mbdsl/numerics/rotation": ROTATIONS,
     "mbdsl/numerics/saddle_point": ("tests/unit/numerics/test_saddle_point.py", *STARTS),
@@ -141,6 +136,7 @@ NEAREST = {
         f"{DERIVATIVES}::test_mass_and_weight",
         "tests/unit/lang/test_builder.py",
         "tests/unit/initial/test_initial.py",
+        *("tests/unit/elements/test_solids_in_space.py", ATTITUDES, *SPATIAL),
     ),
     "mbdsl/bodies/ancf_cable_kernels": CABLE,
     "mbdsl/bodies/floating_beam_kernels": (
@@ -148,10 +144,13 @@ NEAREST = {
         "tests/unit/bodies/test_floating.py",
     ),
     "mbdsl/elements/flexible_beam": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/bodies/test_floating.py"),
-    "mbdsl/elements/ground": ("tests/unit/mechanism/test_graph.py", "tests/unit/initial/test_initial.py"),
+    "mbdsl/elements/ground": (*STARTS[:1], "tests/unit/mechanism/test_graph.py", PLANAR_IN_SPACE),
     "mbdsl/elements/kind": (*KERNELS, "tests/unit/mechanism/test_graph.py", "tests/unit/explanation/test_receipt.py"),
     "mbdsl/bodies/point_mass_kernels": STARTS,
-    "mbdsl/elements/point_mass": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
+    "mbdsl/elements/point_mass": (
+        *(f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
+        *("tests/verification/test_small_motions_in_space.py", IN_SPACE[5]),
+    ),
     "mbdsl/bodies/rigid_body": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
     "mbdsl/bodies/rigid_body_kernels": (
         *KERNELS,
@@ -160,7 +159,10 @@ NEAREST = {
         "not test_a_step or (slider_crank and not flexible and si2)",
     ),
     "mbdsl/bodies/spatial": (*SPATIAL, f"{SPACE}::test_tangents_are_derivatives", *ROTATIONS[:2], STEPS_IN_SPACE),
-    "mbdsl/elements/rod": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
+    "mbdsl/elements/rod": (
+        *(f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
+        *("tests/verification/test_small_motions_in_space.py", PLANAR_IN_SPACE),
+    ),
     "mbdsl/elements/velocity_constraint": (*FORMULAS, "tests/unit/mechanism/test_graph.py"),
     "mbdsl/bodies/": ("tests/unit/bodies/test_floating.py", *CABLE),
     "mbdsl/bodies/ancf_cable": CABLE,
@@ -174,6 +176,7 @@ NEAREST = {
     "mbdsl/kernels/columns": SPATIAL,
     "mbdsl/system/gradient_rows": (*STARTS, SPACE),
     "mbdsl/system/build_tables": (*STARTS, *SPATIAL),
+    "mbdsl/system/row_kernels": (*KERNELS, SPACE),
     "mbdsl/system/quaternions": ("tests/unit/system/test_reductions_in_space.py",),
     "mbdsl/system/tangents": ("tests/unit/system/test_growth_matrices.py",),
     "mbdsl/system/batch_accelerations": ("tests/unit/system/test_sampling.py",),
@@ -279,17 +282,17 @@ def tests_of(path: str) -> tuple[str, ...]:
     """Arguments for pytest; of a joint, a force or a method, the tests with its name alone."""
     start = max((start for start in NEAREST if path.startswith(start)), key=len)
     text = (ROOT / path).read_text(encoding="utf-8")
-    pair = re.search(r"^KIND = (JointKind|ForceKind|in_space)\(", text, re.MULTILINE)
+    made = r"^{} = (JointKind|ForceKind|in_space)\("
+    plane, space = (re.search(made.format(x), text, re.MULTILINE) for x in ("KIND", "IN_SPACE"))
     stem = Path(path).stem
     kind = "".join(word.capitalize() for word in stem.split("_"))
-    if start == "mbdsl/elements/" and pair:
-        more = [x for x in BY_HAND if kind in _text(x)]
-        system = f"{DERIVATIVES}::test_derivatives_of_the_system"
-        return (*KERNELS, system, *more, "-k", " or ".join([f"[{kind}", *map(_name, more)]))
-    if start == "mbdsl/elements/in_space/" and pair:
-        # the two nearest files that have this kind: a survivor runs all of their tests
-        more = [x for x in IN_SPACE if re.search(rf"\b{kind}\b", _text(x))][:2]
-        return (SPACE, *more, "-k", " or ".join([f"[{kind}", *map(_name, more)]))
+    if start.startswith("mbdsl/elements/") and (plane or space):
+        found: list[str] = [*KERNELS, f"{DERIVATIVES}::test_derivatives_of_the_system"] if plane else []
+        more = [x for x in BY_HAND if kind in _text(x)] if plane else []
+        if space:  # the two nearest files that have this kind: a survivor runs all of their tests
+            found.append(SPACE)
+            more += [x for x in IN_SPACE if re.search(rf"\b{kind}\b", _text(x))][:2]
+        return (*found, *more, "-k", " or ".join([f"[{kind}", *map(_name, more)]))
     if start == "mbdsl/integrators/methods/" and re.search("^METHOD = ", text, re.MULTILINE):
         name = stem.replace("_", "-")
         return (*METHODS, "-k", f"({name} or {stem}) and not seven_body and not soft and not flexible and not order")

@@ -43,7 +43,7 @@ def test_a_rotation_about_one_axis(axis, angle):
 
 def test_both_forms_of_the_tilt_agree():
     """The series below SMALL and the closed form above it: the same torque up to rounding, on either side."""
-    from mbdsl.elements.in_space.swing_twist import SMALL
+    from mbdsl.elements.swing_twist import SMALL
 
     s, edge = system(mount()), np.arccos(1.0 - SMALL)
     slopes = []

@@ -21,7 +21,7 @@ from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.reduction import drivers, welds
 from mbdsl.mechanism.reduction.gyrostats import Gyrostats, gyrostats
 from mbdsl.mechanism.reduction.note import Note
-from mbdsl.mechanism.reduction.planar_motion import NotPlanar, PlanarMotion, in_plane
+from mbdsl.mechanism.reduction.planar_motion import NotPlanar, PlanarMotion, planar_motion
 from mbdsl.mechanism.scene import Component, Frame, InitialValue, Scene
 
 __all__ = ["Note", "Part", "Reduction", "reduce"]
@@ -135,7 +135,7 @@ def _planar(graph: MechanismGraph, notes: list[Note]) -> PlanarMotion | None:
     """
     bodies = tuple(graph.bodies)
     try:
-        motion = in_plane(graph)
+        motion = planar_motion(graph)
     except NotPlanar as problem:
         by = problem.component
         why = f"held in a plane, but solved in space because of {by.name}: {problem.why}"

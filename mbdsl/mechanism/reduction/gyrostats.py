@@ -17,8 +17,9 @@ from math import hypot
 from typing import Any
 
 from mbdsl.elements import of_variant
-from mbdsl.elements.in_space.vectors import least_minor
 from mbdsl.elements.kind import BodyKind
+from mbdsl.elements.row_derivatives import Freedom, freedom
+from mbdsl.elements.vectors import least_minor
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.mechanism import graph as mechanism
 from mbdsl.mechanism.edge import Edge
@@ -37,6 +38,7 @@ REGULAR = 1e-12
 #: kinds that may act on a rotor: they turn it, but do not depend on its angle; of the second ones, if both axes are the
 #: axle
 TURNING = ("Torque", "FreeMotion", "RotationalSpringDamper", "RotationalVelocityDriver")
+HINGE = Freedom((), (2,))
 ALIGNED = ("RotationalSpringDamper", "RotationalVelocityDriver")
 
 
@@ -74,7 +76,7 @@ def gyrostats(graph: MechanismGraph) -> tuple[Gyrostats | None, list[Note]]:
     """The mechanism with its symmetric rotors as parts of gyrostats, None if it has none; and the notes."""
     scene, notes, found = graph.scene, list[Note](), list[Rotor]()
     for e in graph.joints:
-        if e.component.kind.name != "Revolute" or GROUND in (e.body_i, e.body_j):
+        if freedom(e.component.kind) != HINGE or GROUND in (e.body_i, e.body_j):
             continue
         for name, carrier in ((e.body_j, e.body_i), (e.body_i, e.body_j)):
             taken = {x for r in found for x in (r.name, r.carrier)}

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from math import atan2, hypot, pi
 from typing import Any
 
 from mbdsl.elements import find
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, PairKind
+from mbdsl.elements.row_derivatives import axes_in, freedom
 from mbdsl.errors import ModelError
 from mbdsl.expressions.spatial_coordinates import named
 from mbdsl.expressions.symbolic import Expr, call, const, coordinate, expr, rebuild, walk
@@ -22,7 +24,7 @@ from mbdsl.mechanism import graph as mechanism
 from mbdsl.mechanism import signals
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.reduction.plane import SAME, InPlane, Plane, aligned, is_point, plane_of
+from mbdsl.mechanism.reduction.plane import SAME, InPlane, Plane, aligned, in_plane, is_point, plane_of
 from mbdsl.mechanism.scene import Component, Frame, Scene
 
 
@@ -59,7 +61,7 @@ class PlanarMotion:
     angles: tuple[Angle, ...]
 
 
-def in_plane(graph: MechanismGraph) -> PlanarMotion | None:
+def planar_motion(graph: MechanismGraph) -> PlanarMotion | None:
     """The planar motion of a mechanism in space; None if some body is not held in a plane.
 
     Raises
@@ -131,15 +133,14 @@ class _Writer:
 
     # -- joints and forces -------------------------------------------------------------------------------------
     def _joint_or_force(self, c: Component) -> Component | None:
-        name = c.kind.name
-        write = WRITERS.get(name)
+        free, write = in_plane(c.kind), _writer(c.kind)
         if write is None:
-            raise NotPlanar(c, f"{name} has no counterpart in the plane")
+            raise NotPlanar(c, f"{c.kind.name} has no counterpart in the plane")
         if c.friction is not None:
             raise NotPlanar(c, "its friction depends on all of its reactions")
-        if name in ALIGNED and not aligned(self.plane, *c.ports.values()):
+        if free in ALIGNED and not aligned(self.plane, *c.ports.values()):
             raise NotPlanar(c, "its axes differ")
-        if name in LEVEL and not self.plane.same_height(*c.ports.values()):
+        if (free in LEVEL or write in (_same, _around)) and not self.plane.same_height(*c.ports.values()):
             raise NotPlanar(c, "its frames are in different planes")
         return write(self, c)
 
@@ -182,7 +183,8 @@ class _Writer:
         """1 or -1, the component along k of the axis of frame_a about which its angle is, if it is parallel to k; else
         0."""
         a, b = (self.at[frame].k for frame in c.ports.values())
-        i = 0 if c.kind.name == "Cylindrical" else 2
+        free = freedom(c.kind)
+        i = free.turns[0] if free and len(free.turns) == 1 else 2
         parallel = all(abs(x) <= SAME for n, x in enumerate(a) if n != i)
         measured = abs(b[1 if i == 0 else 0]) < 0.99  # the angle is that of an axis of frame_b
         return (1.0 if a[i] > 0.0 else -1.0) if parallel and measured else 0.0
@@ -195,15 +197,15 @@ class _Writer:
     def _measure(self, c: Component) -> None:
         """The planar formulas of the coordinates of a joint or force."""
         ports = list(c.ports.values())
-        measured = c.kind.name in WRITERS and len(ports) == 2
+        measured = _writer(c.kind) is not None and len(ports) == 2
         node, sign = self.space.signal_of(c, "phi"), self._about(c) if measured else 0.0
         if node is not None and node.op == "angle" and sign:
             a, b = (self._frame(name) for name in ports)
             for key, found in (("phi", node), ("w", self.space.signal_of(c, "w"))):
                 one, other = (b, a) if sign > 0.0 else (a, b)
                 self.known[found] = self._leaf(one, key) - self._leaf(other, key)  # type: ignore[index]
-            self._angle(Angle(node, a, b, sign, c.kind.name in COUNTING))
-        if c.kind.name in ("Fixed", "Prismatic"):
+            self._angle(Angle(node, a, b, sign, c.kind.counts_turns))
+        if in_plane(c.kind) in WELDED:
             self.angles[c.name] = Angle(None, ports[0], ports[1], 1.0, True)
         planar = find(c.kind.name)
         if planar is not None and "s" in c.signals and {"s", "v"} <= planar.formulas.keys():
@@ -322,6 +324,13 @@ def _same(w: _Writer, c: Component) -> Component:
     return w._pair(c)
 
 
+def _around(w: _Writer, c: Component) -> Component:
+    a = w.at[c.ports["frame_a"]]
+    if max(abs(a.k[0]), abs(a.k[1])) > SAME:
+        raise NotPlanar(c, "its axis is not normal to the plane")
+    return w._pair(c)
+
+
 def _on_plane(w: _Writer, c: Component) -> Component | None:
     """A plane normal to k: other joints hold the point on it. A plane along k: a line in the plane of the motion."""
     a = w.at[c.ports["frame_a"]]
@@ -357,18 +366,33 @@ def _without_frames(w: _Writer, c: Component) -> Component:
     return w._with(c, c.kind.name, {})
 
 
-#: kinds whose equations contain an angle with its turns; whose frames have a common axis, and a common height
-COUNTING = ("RotationalDriver", "RotationalSpringDamper", "RotationalStop")
-ALIGNED = ("Revolute", "Planar", "Prismatic", "Fixed")
-LEVEL = (*ALIGNED, "Spherical", "PointOnLine", "Distance", "DistanceDriver", "SpringDamper")
-#: kind in space -> its counterpart; other kinds are solved in space
-WRITERS: dict[str, Callable[[_Writer, Component], Component | None]] = {
-    "Revolute": _hinge, "Prismatic": _slider, "Planar": _free, "Fixed": _weld, "Spherical": _pin,
-    "Cylindrical": _cylinder, "PointOnLine": _sliding, "PointOnPlane": _on_plane,
-    "Distance": _same, "DistanceDriver": _same,
-    "RotationalDriver": _turning, "RotationalVelocityDriver": _turning, "RotationalSpringDamper": _turning,
-    "TranslationalDriver": _sliding, "TranslationalVelocityDriver": _sliding, "TranslationalSpringDamper": _sliding,
-    "RotationalStop": _turning, "TranslationalStop": _sliding, "SpringDamper": _same, "Force": _force,
-    "Torque": _torque, "VelocityConstraint": _without_frames, "FreeMotion": _nothing,
-    "Coupling": _without_frames, "PlanetaryGear": _without_frames,
+#: joints without rotations; with a common axis of their frames; with a common height of them: see ``IN_PLANE``
+WELDED = ((0, 0), (1, 0))
+ALIGNED = (*WELDED, (0, 1), (2, 1))
+LEVEL = (*ALIGNED, (0, 3), (1, 3))
+Write = Callable[[_Writer, Component], Component | None]
+#: of joints by what they leave free
+JOINTS: dict[tuple[int, int] | None, Write] = {
+    (0, 0): _weld, (0, 1): _hinge, (0, 3): _pin, (1, 0): _slider, (1, 1): _cylinder, (1, 3): _sliding, (2, 1): _free,
+    (2, 3): _on_plane,
 }  # fmt: skip
+FORCES: dict[str, Write] = {"Force": _force, "Torque": _torque}
+
+
+@cache
+def _writer(kind: Kind) -> Write | None:
+    """The function that writes the counterpart of a joint or force; None if it is solved in space."""
+    if not isinstance(kind, PairKind):
+        return None
+    if found := FORCES.get(kind.name) or JOINTS.get(in_plane(kind)):
+        return found
+    if kind.follows:
+        return _turning if kind.follows == "rotation" else _sliding
+    if not kind.ports:
+        return _without_frames
+    if isinstance(kind, JointKind) and not kind.rows and not kind.velocity_rows:
+        return _nothing
+    flat = not kind.velocity_rows if isinstance(kind, JointKind) else isinstance(kind, ForceKind) and kind.springs
+    if not (flat and kind.g and find(kind.name)):
+        return None
+    return {frozenset[str](): _same, frozenset({"frame_a"}): _around}.get(frozenset(axes_in(kind)))

@@ -3,8 +3,8 @@
 The proof has two steps, both from the ground outwards. A body turns about the normal k only, if a joint connects it
 with such a body and leaves no other rotation: a hinge or a cylindrical joint about k, a slider, a planar joint, a weld.
 If all bodies do, one stays in its planes, if a joint keeps a point of it at the height of a point of another such body:
-a hinge, a ball joint, a slider across k. Forces hold no body: motions out of the plane that happen not to be excited
-are no proof.
+a hinge, a ball joint, a slider across k. What a joint leaves free follows from its rows. Forces hold no body: motions
+out of the plane that happen not to be excited are no proof.
 
 Attitudes of held bodies are R = E Rz(phi) A: E has the columns e1, e2, k, the angle phi is the coordinate in the plane,
 and A, which maps body axes to axes of the plane at phi = 0, is constant. With the ground at phi = 0, its A is E^T.
@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, cos, hypot, sin
 
+from mbdsl.elements.kind import Kind
+from mbdsl.elements.row_derivatives import freedom
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
@@ -25,13 +27,6 @@ from mbdsl.mechanism.scene import Frame, SpatialFrame
 
 Vector = tuple[float, ...]
 
-#: joints that leave rotations about k only -> the axes of their frames that have to be normal to k
-TURN = {"Revolute": (0, 1), "Planar": (0, 1), "Cylindrical": (1, 2), "Prismatic": (), "Fixed": ()}
-#: joints that keep the height of frame_b over frame_a -> the axes of frame_a that have to be normal to k
-LEVEL: dict[str, tuple[int, ...]] = {
-    "Revolute": (), "Fixed": (), "Spherical": (), "Planar": (0, 1), "PointOnPlane": (0, 1),
-    "Prismatic": (0,), "Cylindrical": (0,), "PointOnLine": (0,),
-}  # fmt: skip
 RIGID, POINT = 6, 3  #: coordinates of a rigid body and of a point mass in space
 SAME = 1e-12  #: difference of axes, and of heights relative to the largest distance in a body, that is rounding
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -94,7 +89,7 @@ def plane_of(graph: MechanismGraph) -> Plane | None:
         return None
     at: dict[str, list[Edge]] = {GROUND: [], **{body: [] for body in graph.bodies}}
     for e in graph.joints:
-        if e.component.kind.name in (*TURN, *LEVEL) and e.body_i != e.body_j:
+        if in_plane(e.component.kind) and e.body_i != e.body_j:
             at[e.body_i].append(e)
             at[e.body_j].append(e)
     normal = _normal(graph, at)
@@ -110,6 +105,17 @@ def plane_of(graph: MechanismGraph) -> Plane | None:
         frames[name] = _in_plane(frame, maps[owner], heights[owner])
     ground = maps.pop(GROUND)
     return Plane(tuple(ground[3 * j + i] for i in range(3) for j in range(3)), maps, frames)
+
+
+#: numbers of axes along which, and about which, joints leave motions that have counterparts in a plane
+IN_PLANE = ((0, 0), (0, 1), (0, 3), (1, 0), (1, 1), (1, 3), (2, 1), (2, 3))
+
+
+def in_plane(kind: Kind) -> tuple[int, int] | None:
+    """The entry of ``IN_PLANE`` of a joint in space; None if it may have no counterpart in a plane."""
+    free = freedom(kind)
+    found = None if free is None else (len(free.slides), len(free.turns))
+    return found if found in IN_PLANE else None
 
 
 def is_point(graph: MechanismGraph, body: str) -> bool:
@@ -130,11 +136,12 @@ def _normals(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]], normal: Ve
     for body in pending:
         for e in at[body]:
             other = e.other(body)
-            if other in found or e.component.kind.name not in TURN:
+            turns = freedom(e.component.kind).turns  # type: ignore[union-attr]
+            if other in found or len(turns) > 1:
                 continue
             own, far = _ends(frames, e, body)
             along = tuple(_dot(axis, found[body]) for axis in _axes(own))
-            if all(abs(along[i]) <= SAME for i in TURN[e.component.kind.name]):
+            if not turns or all(abs(x) <= SAME for i, x in enumerate(along) if i not in turns):
                 found[other] = _unit(turned(far.axes, along))
                 pending.append(other)
     return found if len(found) > len(graph.bodies) else None
@@ -150,12 +157,12 @@ def _heights(
     for body in pending:
         for e in at[body]:
             other = e.other(body)
-            if other in found or e.component.kind.name not in LEVEL:
+            if other in found:
                 continue
             own, far = _ends(frames, e, body)
             first, owner = (own, body) if body == e.body_i else (far, other)
             along = tuple(_dot(axis, k[owner]) for axis in _axes(first))
-            if all(abs(along[i]) <= SAME for i in LEVEL[e.component.kind.name]):
+            if all(abs(along[i]) <= SAME for i in freedom(e.component.kind).slides):  # type: ignore[union-attr]
                 found[other] = found[body] + _dot(k[body], _origin(own)) - _dot(k[other], _origin(far))
                 pending.append(other)
     return found if len(found) > len(graph.bodies) else None
@@ -171,12 +178,13 @@ def _normal(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]]) -> Vector |
         for e in at[body]:
             own, far = _ends(frames, e, body)
             world = tuple(turned(attitude[body], axis) for axis in _axes(own))
-            kind, other = e.component.kind.name, e.other(body)
-            if kind in ("Revolute", "Planar"):
-                return _signed(world[2])
-            slides += [world[0]] if kind == "Prismatic" else []
-            others += [world[0]] if kind == "Cylindrical" else []
-            if other not in attitude and kind in ("Prismatic", "Fixed"):
+            free, turn = freedom(e.component.kind)  # type: ignore[misc]
+            other = e.other(body)
+            if len(turn) == 1 and turn[0] not in free:
+                return _signed(world[turn[0]])
+            slides += [world[i] for i in free if not turn]
+            others += [world[i] for i in free if turn == free]
+            if other not in attitude and not turn:
                 pending.append(other)
                 # R own = R' far
                 columns = zip(*(_axes(far)), strict=True)

@@ -9,8 +9,8 @@ from math import hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.in_space.vectors import turned_to
 from mbdsl.elements.kind import BodyKind
+from mbdsl.elements.vectors import turned_to
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.rotation_arrays import of_matrix, quaternions
 from mbdsl.system.tables import gravity

@@ -1,7 +1,6 @@
 """Symbols of joints and forces in space: solids at or between the two frames of an element, by its kind.
 
-``KNOWN`` maps the names of kinds to their symbols. A kind of another file, or of another package, names one of
-``SYMBOLS`` in its file, ``DRAWING = "spring"``; without it an element is drawn as a small cube.
+A kind names one of ``SYMBOLS`` as its ``drawing``; without it an element is drawn as a small cube.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from math import sqrt
 
 import numpy as np
 
-from mbdsl.elements import declaring
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.motion import GROUND
 from mbdsl.viewing.rope_shapes import rope_in_space
@@ -44,7 +42,7 @@ def bodies_shown(c: Component, motion: SpaceMotion) -> set[int]:
 
 
 def _name(c: Component) -> str:
-    return getattr(declaring(c.kind), "DRAWING", None) or KNOWN.get(c.kind.name, "mark")
+    return c.kind.drawing or "mark"
 
 
 def _one(draw: str, role: str, size: Sequence[float], p: tuple[float, ...] = UNTURNED, on_b: bool = False) -> Symbol:
@@ -179,35 +177,4 @@ SYMBOLS: dict[str, Symbol] = {
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,
     "nothing": _nothing,
-}
-KNOWN = {
-    "Revolute": "hinge",
-    "Spherical": "ball",
-    "ConstantVelocity": "ball",
-    "Universal": "cross",
-    "Prismatic": "slider",
-    "Cylindrical": "sleeve",
-    "Screw": "sleeve",
-    "PointOnLine": "bead",
-    "PointOnPlane": "point",
-    "PointOnCurve": "track",
-    "PointOnSurface": "point",
-    "Planar": "plate",
-    "Fixed": "weld",
-    "KnifeEdge": "blade",
-    "Distance": "rod",
-    "DistanceDriver": "actuator",
-    "TranslationalDriver": "actuator",
-    "TranslationalVelocityDriver": "actuator",
-    "SpringDamper": "spring",
-    "TranslationalSpringDamper": "spring",
-    "RotationalSpringDamper": "spiral",
-    "RotationalDriver": "turning",
-    "RotationalVelocityDriver": "turning",
-    "Bushing": "bushing",
-    "RollingDisc": "nothing",  # its body is drawn as a wheel
-    "Force": "nothing",  # an arrow of its size, among the vectors
-    "Torque": "nothing",
-    "FreeMotion": "nothing",
-    "VelocityConstraint": "nothing",
 }

@@ -7,9 +7,9 @@ import pytest
 
 import mbdsl
 from mbdsl.bodies.beam_elements import without_dust
-from mbdsl.compilation.buffer_layout import COLUMNS, GRADIENT_COLUMNS, VALUE
-from mbdsl.elements import coordinates
-from mbdsl.system import build
+from mbdsl.elements import modules
+from mbdsl.kernels.columns import PLANE as C
+from mbdsl.system import build, row_kernels
 
 MODELS = Path(__file__).parents[3] / "models"
 #: a row that is quadratic in velocities, and an angle in it
@@ -19,12 +19,12 @@ VelocityConstraint row(gamma = a.vx*a.vx*cos(b.phi) + 0.3 m*a.w*b.vy + a.x/(10 m
 
 def test_a_distance_of_zero_pulls_nowhere():
     """A distance of zero has no direction: any unit vector would be as wrong as NaN."""
-    Z, G = np.zeros((2, COLUMNS)), np.full((1, GRADIENT_COLUMNS), 7.0)
+    Z, G = np.zeros((2, C.COLUMNS)), np.full((1, C.GRADIENT_COLUMNS), 7.0)
     Z[:, :2] = 0.3, -0.2
-    distance = coordinates.distance
+    spring = row_kernels.module(modules()["SpringDamper"]).gradient
     with np.errstate(all="raise"):
-        distance(Z, 0, 1, G, 0)
-    assert list(G[0, [VALUE, 0, 1, 3, 4]]) == [0.0] * 5
+        getattr(spring, "py_func", spring)(Z, 0, 1, (), G)
+    assert list(G[0, [C.VALUE, 0, 1, 3, 4]]) == [0.0] * 5
 
 
 def test_only_rounding_is_dust():

@@ -19,10 +19,11 @@ import pytest
 
 import mbdsl
 from mbdsl import Builder
-from mbdsl.compilation import buffer_layout
 from mbdsl.elements import friction, modules
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, PairKind
 from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, call, coordinate, der
+from mbdsl.kernels import buffer_layout
+from mbdsl.kernels.columns import PLANE
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.system import build
 from mbdsl.system.signals import begin, frame_coordinate, gradients, values
@@ -432,7 +433,7 @@ def test_kernels_at_frames(kind, variant):
 
     for t, q, v, _ in states(s, [name]):
         C = table(t, q, v)
-        if getattr(modules()[kind.name], "hessian", None) is None:
+        if not modules()[kind.name].curved:
             second = np.zeros((kind.rows, 6, 6))
         else:
             o = [
@@ -441,14 +442,12 @@ def test_kernels_at_frames(kind, variant):
             ]
             second = np.array([s._work.numbers[h : h + 36].reshape(6, 6) for h in o])
             agree(
-                C[:, buffer_layout.GRADIENT_RATE : buffer_layout.GRADIENT_RATE + 6],
+                C[:, PLANE.GRADIENT_RATE : PLANE.GRADIENT_RATE + 6],
                 np.einsum("i,kij->kj", v[at], second),
                 "rate of the gradient",
             )
         if kind.name != "Force":  # its rows are directions, not gradients of a coordinate
-            agree(
-                C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, buffer_layout.VALUE), q[at]), "gradient"
-            )
+            agree(C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, PLANE.VALUE), q[at]), "gradient")
             agree(second, second.transpose(0, 2, 1), "symmetry of the hessian")
         by_z = [slope(lambda d, e=e, t=t, q=q, v=v: moved(t, q, v, q[at] + d * e, slice(6))) for e in np.eye(6)]
         agree(second, np.array(by_z).transpose(1, 2, 0), "hessian")
@@ -476,12 +475,12 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
                 rate = C[start + k, :3] @ s._work.frames[a, 3:6] + C[start + k, 3:6] @ s._work.frames[b, 3:6]
                 # the same few operations in another order: a few roundings of values of some metres
                 from_start = "start(" in kind.formulas[key]  # which the kernels do not know
-                assert from_start or found[0][0] == pytest.approx(C[start + k, buffer_layout.VALUE], abs=1e-13)
+                assert from_start or found[0][0] == pytest.approx(C[start + k, PLANE.VALUE], abs=1e-13)
                 assert found[1][0] == pytest.approx(rate, abs=1e-12)
             for key in {"force", "torque"} & {x.name for x in kind.signals}:
                 root = s.scene.signal_of(c, key)
                 found = values(s, [root], np.array([t]), q[None], v[None])[0][0]
-                resisting = -kind.sign * C[start, buffer_layout.MAGNITUDE]
+                resisting = -kind.sign * C[start, PLANE.MAGNITUDE]
                 assert found == pytest.approx(resisting, rel=1e-12, abs=1e-12)
 
 

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbdsl.compilation import buffer_layout
 from mbdsl.elements import find, modules, of_variant
 from mbdsl.elements.kind import ForceKind, JointKind, PairKind
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME, call, coordinate
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Component, Scene, SpatialFrame
 from mbdsl.mechanism.signals import Formulas
@@ -229,7 +229,7 @@ def in_a_step(s, q, v):
         return found
 
     s.evaluate(T, q, v)
-    s._work.layout[buffer_layout.CHART] = 2
+    s._work.layout[L.CHART] = 2
     if s.m:
         close(s.Phi_v_q(T, q, v), difference(lambda d: s.evaluate(T, s.moved(q, d), rates(d))[2], s.n))
     if s.p:

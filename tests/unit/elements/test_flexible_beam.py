@@ -12,7 +12,7 @@ import pytest
 
 from mbdsl import Builder
 from mbdsl.bodies.contract import POSITIONS, VELOCITIES
-from mbdsl.compilation import buffer_layout
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.system import build
 from mbdsl.system.tables import gravity
 
@@ -143,11 +143,9 @@ def evaluated(s, sets=2, seed=0):
     """A workspace with the state evaluated in it, M and random vectors."""
     q, v, lam = state(s, seed)
     w = s.workspace()
-    w.vectors[buffer_layout.POSITION, : s.n], w.vectors[buffer_layout.VELOCITY, : s.n] = q, v
-    w.vectors[buffer_layout.UNKNOWN : buffer_layout.UNKNOWN2 + 1] = np.random.default_rng(seed + 9).normal(
-        size=w.vectors[:2].shape
-    )
-    w.vectors[buffer_layout.UNKNOWN, s.n : s.unknowns] = lam
+    w.vectors[L.POSITION, : s.n], w.vectors[L.VELOCITY, : s.n] = q, v
+    w.vectors[L.UNKNOWN : L.UNKNOWN2 + 1] = np.random.default_rng(seed + 9).normal(size=w.vectors[:2].shape)
+    w.vectors[L.UNKNOWN, s.n : s.unknowns] = lam
     kernels = s.kernels(sets)
     kernels.evaluate(0.0, w.vectors, w.frames, w.gradients, w.numbers, w.layout)
     return w, kernels, q, s.M(0.0, q)
@@ -158,37 +156,37 @@ def test_evaluate_multiplies_with_what_m_has_beside_its_diagonal():
     w, _, q, M = evaluated(s)
     off, x = M - np.diag(s.mass()), w.vectors[:, : s.n]
     assert not np.allclose(off, np.diag(off.diagonal())) and np.abs(off.diagonal()).max() > 1e-3
-    close(x[buffer_layout.MX], off @ x[buffer_layout.UNKNOWN], 1e-13)
-    close(x[buffer_layout.MX2], off @ x[buffer_layout.UNKNOWN2], 1e-13)
+    close(x[L.MX], off @ x[L.UNKNOWN], 1e-13)
+    close(x[L.MX2], off @ x[L.UNKNOWN2], 1e-13)
     # and the rows are those that a method names
-    w.layout[buffer_layout.INERTIA_ROW], w.layout[buffer_layout.INERTIA_ROW2] = (
-        buffer_layout.VELOCITY,
-        buffer_layout.UNKNOWN,
+    w.layout[L.INERTIA_ROW], w.layout[L.INERTIA_ROW2] = (
+        L.VELOCITY,
+        L.UNKNOWN,
     )
     s.kernels(2).evaluate(0.0, w.vectors, w.frames, w.gradients, w.numbers, w.layout)
-    close(x[buffer_layout.MX], off @ x[buffer_layout.VELOCITY], 1e-13)
-    close(x[buffer_layout.MX2], off @ x[buffer_layout.UNKNOWN], 1e-13)
-    assert np.array_equal(x[buffer_layout.POSITION], q)
+    close(x[L.MX], off @ x[L.VELOCITY], 1e-13)
+    close(x[L.MX2], off @ x[L.UNKNOWN], 1e-13)
+    assert np.array_equal(x[L.POSITION], q)
 
 
 def test_times_and_inverse():
     s = chain()
     w, kernels, _, M = evaluated(s)
     x, inertia = w.vectors[:, : s.n], kernels.inertia
-    inertia(buffer_layout.TIMES, buffer_layout.UNKNOWN2, buffer_layout.TEMPORARY, w.vectors, w.numbers, w.layout)
-    close(x[buffer_layout.TEMPORARY], (M - np.diag(s.mass())) @ x[buffer_layout.UNKNOWN2], 1e-13)
-    inertia(buffer_layout.INVERSE, buffer_layout.UNKNOWN, buffer_layout.TEMPORARY2, w.vectors, w.numbers, w.layout)
-    close(M @ x[buffer_layout.TEMPORARY2], x[buffer_layout.UNKNOWN], 1e-10)
-    close(x[buffer_layout.TEMPORARY2], s.solve_mass(0.0, x[buffer_layout.POSITION], x[buffer_layout.UNKNOWN]), 1e-10)
+    inertia(L.TIMES, L.UNKNOWN2, L.TEMPORARY, w.vectors, w.numbers, w.layout)
+    close(x[L.TEMPORARY], (M - np.diag(s.mass())) @ x[L.UNKNOWN2], 1e-13)
+    inertia(L.INVERSE, L.UNKNOWN, L.TEMPORARY2, w.vectors, w.numbers, w.layout)
+    close(M @ x[L.TEMPORARY2], x[L.UNKNOWN], 1e-10)
+    close(x[L.TEMPORARY2], s.solve_mass(0.0, x[L.POSITION], x[L.UNKNOWN]), 1e-10)
     # at other coordinates
     other = state(s, 1)[0]
-    w.vectors[buffer_layout.POSITION, : s.n] = other
+    w.vectors[L.POSITION, : s.n] = other
     kernels.evaluate(0.0, w.vectors, w.frames, w.gradients, w.numbers, w.layout)
-    inertia(buffer_layout.INVERSE, buffer_layout.UNKNOWN, buffer_layout.TEMPORARY2, w.vectors, w.numbers, w.layout)
+    inertia(L.INVERSE, L.UNKNOWN, L.TEMPORARY2, w.vectors, w.numbers, w.layout)
     there = s.M(0.0, other)
-    close(there @ x[buffer_layout.TEMPORARY2], x[buffer_layout.UNKNOWN], 1e-10)
-    assert np.abs(M @ x[buffer_layout.TEMPORARY2] - x[buffer_layout.UNKNOWN]).max() > 1e-2
-    assert np.array_equal(x[buffer_layout.POSITION], other)
+    close(there @ x[L.TEMPORARY2], x[L.UNKNOWN], 1e-10)
+    assert np.abs(M @ x[L.TEMPORARY2] - x[L.UNKNOWN]).max() > 1e-2
+    assert np.array_equal(x[L.POSITION], other)
 
 
 def test_m_at_coordinates_of_its_own():
@@ -199,23 +197,23 @@ def test_m_at_coordinates_of_its_own():
     rows, columns = s.tables.pattern
 
     def looked_at(where, new):
-        Y[buffer_layout.MASS_POSITION, :n], w.layout[buffer_layout.NEW_MASS] = where, new
+        Y[L.MASS_POSITION, :n], w.layout[L.NEW_MASS] = where, new
         kernels.evaluate(0.0, Y, w.frames, w.gradients, w.numbers, w.layout)
         kernels.tangent(0.0, 1.0, *[0.0] * 12, Y, w.frames, w.gradients, w.numbers, w.layout, A)
         found = np.zeros((s.unknowns, s.unknowns))
         np.add.at(found, (rows, columns), A)
-        kernels.inertia(buffer_layout.INVERSE, buffer_layout.UNKNOWN, buffer_layout.TEMPORARY2, Y, w.numbers, w.layout)
+        kernels.inertia(L.INVERSE, L.UNKNOWN, L.TEMPORARY2, Y, w.numbers, w.layout)
         return found[:n, :n]
 
-    w.layout[buffer_layout.MASS_ROW] = buffer_layout.MASS_POSITION
+    w.layout[L.MASS_ROW] = L.MASS_POSITION
     former, other = state(s, 1)[0], state(s, 2)[0]
     there = s.M(0.0, former)
     for where, new in ((former, 1), (other, 0)):
         close(looked_at(where, new), there, 1e-13)
-        close(Y[buffer_layout.MX, :n], (there - np.diag(s.mass())) @ Y[buffer_layout.UNKNOWN, :n], 1e-13)
-        close(there @ Y[buffer_layout.TEMPORARY2, :n], Y[buffer_layout.UNKNOWN, :n], 1e-10)
+        close(Y[L.MX, :n], (there - np.diag(s.mass())) @ Y[L.UNKNOWN, :n], 1e-13)
+        close(there @ Y[L.TEMPORARY2, :n], Y[L.UNKNOWN, :n], 1e-10)
     close(looked_at(other, 1), s.M(0.0, other), 1e-13)
-    assert np.array_equal(Y[buffer_layout.POSITION, :n], q) and np.abs(there - M).max() > 1e-2
+    assert np.array_equal(Y[L.POSITION, :n], q) and np.abs(there - M).max() > 1e-2
 
 
 def test_reactions_of_the_start_of_a_step_are_carried_over():
@@ -224,18 +222,18 @@ def test_reactions_of_the_start_of_a_step_are_carried_over():
     w, kernels, q, M_n = evaluated(s, sets=3)
     Y, n = w.vectors, s.n
     G_n = s.Phi_q(0.0, q)
-    w.layout[buffer_layout.KEEP] = 1
+    w.layout[L.KEEP] = 1
     for seed in (3, 4):  # nothing is kept the second time: n is still the earlier state
-        Y[buffer_layout.POSITION, :n], Y[buffer_layout.VELOCITY, :n], psi = state(s, seed)
-        Y[buffer_layout.UNKNOWN, n : s.unknowns] = psi
+        Y[L.POSITION, :n], Y[L.VELOCITY, :n], psi = state(s, seed)
+        Y[L.UNKNOWN, n : s.unknowns] = psi
         kernels.evaluate(0.0, Y, w.frames, w.gradients, w.numbers, w.layout)
-        assert w.layout[buffer_layout.KEEP] == 0
-        M = s.M(0.0, Y[buffer_layout.POSITION, :n])
+        assert w.layout[L.KEEP] == 0
+        M = s.M(0.0, Y[L.POSITION, :n])
         expected = M @ np.linalg.solve(M_n, G_n.T @ psi)
-        close(Y[buffer_layout.PAST_FORCE, :n], expected, 1e-10)
+        close(Y[L.PAST_FORCE, :n], expected, 1e-10)
         assert np.abs(G_n.T @ psi - expected).max() > 1e-2
         close(
-            Y[buffer_layout.FORCE2, :n],
-            s.Phi_q(0.0, Y[buffer_layout.POSITION, :n]).T @ Y[buffer_layout.UNKNOWN2, n : s.unknowns],
+            Y[L.FORCE2, :n],
+            s.Phi_q(0.0, Y[L.POSITION, :n]).T @ Y[L.UNKNOWN2, n : s.unknowns],
             1e-12,
         )

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.elements import (
     belt_drive,
     cam,
@@ -15,6 +14,7 @@ from mbdsl.elements import (
 )
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import evaluate
+from mbdsl.kernels.columns import PLANE as C
 
 ROUNDING = 1e-13  #: of a few dozen operations on numbers of order 1
 R_A, R_B, PHI0 = 0.3, 0.8, 0.4
@@ -27,9 +27,9 @@ def pose(*rows):
 
 def g_and_rate(module, p, Z, rates, plain):
     """g, and its rate for the rates (2, 3) of the frames."""
-    G = np.zeros((1, VALUE + 1))
+    G = np.zeros((1, C.VALUE + 1))
     plain(module.gradient)(Z, 0, 1, p, G)
-    return G[0, VALUE], G[0, :6] @ np.asarray(rates, float).ravel()
+    return G[0, C.VALUE], G[0, :6] @ np.asarray(rates, float).ravel()
 
 
 def velocity(Z, rates, frame, point):

@@ -21,29 +21,35 @@ from mbdsl.storage import cache_folder
 ROOT = Path(mbdsl.__file__).parents[1]
 SLIDER_CRANK = Path(__file__).parents[3] / "models" / "slider_crank.mbd"
 KIND = '''
-"""Tether: pulls two points together with a constant tension."""
+"""Tether: pulls two points together with a constant tension, in the plane and in space."""
 
-from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import ForceKind, Parameter
-from mbdsl.compilation.marks import kernel
+from mbdsl.elements.kind import ForceKind, Parameter, in_space
+from mbdsl.elements.rows import LENGTH
 
 KIND = ForceKind(
     "Tether",
     doc="A constant tension along the line between two points.",
-    rows=1,
+    g=(LENGTH,),
     parameters=(Parameter("force", "N", doc="tension", law=True),),
     laws=("force",),
+    drawing="spring",
 )
+IN_SPACE = in_space(KIND)
+'''
+#: a joint in space: its rows are all that it needs
+JOINT = '''
+"""Pointer: the x axis of frame_a points to the origin of frame_b, on a line of any length."""
 
+from mbdsl.elements.kind import JointKind
+from mbdsl.elements.rows import along
 
-@kernel
-def gradient(Z, a, b, p, G):
-    distance(Z, a, b, G, 0)
-
-
-@kernel
-def hessian(Z, a, b, p, s, H):
-    distance_hessian(Z, a, b, s[0], H)
+IN_SPACE = JointKind(
+    "Pointer",
+    doc="The x axis of frame_a points to frame_b.",
+    g=(along("y"), along("z")),
+    drawing="rod",
+    spatial=True,
+)
 '''
 NAME = "tether"
 MODEL = """
@@ -136,7 +142,7 @@ def test_a_file_more_in_the_package(tmp_path):
         assert after[key] == before[key], key
     with_it = run(model(tmp_path, "Tether t(hook, weight, force = 3 N);"), cache, root=tmp_path)
     assert f"{NAME}.fill" in with_it["codes"][0]
-    element.write_text(KIND.replace("distance(Z, a, b, G, 0)", "distance(Z, a, b, G, 0)  # edited"), encoding="utf-8")
+    element.write_text(KIND.replace("g=(LENGTH,)", "g=(LENGTH,),  # edited"), encoding="utf-8")
     assert run(model(tmp_path, "Tether t(hook, weight, force = 3 N);"), cache, root=tmp_path)["said"] != []
 
 
@@ -151,6 +157,22 @@ def test_a_scene_with_it_has_it(folder, tmp_path):
     assert NAME not in twin["codes"][0]
     assert found["q"] == twin["q"]
     assert found["names"] != twin["names"]
+
+
+def test_a_joint_in_space_is_one_file(folder, tmp_path):
+    """Without kernels, reactions or a list: it is held like a bead by PointOnLine, whose rows it has."""
+    (folder / "pointer.py").write_text(JOINT, encoding="utf-8")
+    cache, ends = cache_folder.own(), []
+    for kind in ("Pointer", "PointOnLine"):
+        path = tmp_path / f"{kind}.mbd"
+        text = MODEL.replace("model", "spatial model", 1).replace("{2 m, 0}", "{2 m, 0, 0}")
+        text = text.replace("{kind}", f"Tether t(hook, weight, force = 3 N); {kind} p(ground, weight);")
+        text = text.replace("weight.x = 0 m;\n  weight.y = 0 m;", "weight.x = 1 m;")
+        path.write_text(text, encoding="utf-8")
+        ends.append(run(path, cache, folder))
+    assert ends[0]["q"] == ends[1]["q"] != [1.0, 0.0, 0.0]
+    assert "mbdsl_kind_in_space_pointer" in ends[0]["codes"][0]
+    assert "pointer" not in ends[1]["codes"][0]
 
 
 def test_the_file_of_a_kind_has_its_name():

@@ -64,19 +64,23 @@ def renamed(monkeypatch):
             "name": name,
             "parameters": tuple(replace(p, name=new(p.name)) for p in given.parameters),
             "signals": tuple(map(signal, given.signals)),
-            "table": lambda v, given=given, under=under: given.table(under(v)),
             "size": new(given.size),
         }
         if hasattr(given, "frames"):
             found["frames"] = lambda v, given=given, under=under: given.frames(under(v))
             found["derive"] = lambda v, given=given, under=under: given.derive(under(v))
+            found["table"] = lambda v, given=given, under=under: given.table(under(v))
         else:
             found |= {key: tuple(map(new, getattr(given, key))) for key in ("angle", "along")}
+            for old, key in changes.items():
+                rows = found.get("g", given.g)
+                found["g"] = tuple(row._replace(plane=row.plane.replace(f"- {old}", f"- {key}")) for row in rows)
             found |= {"driver": new(given.driver), "free": new(given.free), "reactions": (), "friction": ""}
         module = ModuleType(f"mbdsl.elements.{name.lower()}")
-        vars(module).update({k: v for k, v in vars(source).items() if k[:2] != "__"}, KIND=replace(given, **found))
+        names = {k: v for k, v in vars(source.file).items() if k[:2] != "__"}
+        vars(module).update(names, KIND=replace(given, **found))
         monkeypatch.setitem(sys.modules, module.__name__, module)
-        monkeypatch.setitem(elements.modules(), name, module)
+        monkeypatch.setitem(elements.modules(), name, elements.Declared(module.KIND, module))
         text = text.replace(f"{kind} ", f"{name} ")
     for old, key in (("phi0 =", "tilt ="), ("length =", "span ="), (".phi =", ".theta ="), (".s =", ".path =")):
         text = text.replace(old, key)

@@ -1,17 +1,17 @@
 """The formulas of joints against mechanics: reactions, friction, constraints of velocities."""
 
 import math
-from importlib import import_module
 
 import numpy as np
 import pytest
 
-from mbdsl.elements import modules
+from mbdsl.elements import loaded, modules
 from mbdsl.elements.kind import REQUIRED, JointKind
 from mbdsl.expressions import symbolic as ex
 from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.kernels.columns import PLANE as C
 from mbdsl.lang.load import parse_text
+from mbdsl.system import row_kernels
 
 BEFORE = "model M Ground ground; Rod a(m = 1, length = 1); Rod b(m = 1, length = 1); "
 JOINTS = {name: m for name, m in modules().items() if isinstance(m.KIND, JointKind)}
@@ -63,7 +63,7 @@ def test_reactions_are_the_constraint_force_on_frame_b(name, plain):
     G = np.zeros((3, C.VALUE + 1))
     if kind.rows:
         p = (0.0, SLOPE, 0.0) if kind.coupling else kind.table(component.values)
-        plain(module.gradient)(Z, 0, 1, p, G)
+        plain(row_kernels.module(module).gradient)(Z, 0, 1, p, G)
     force = -G[: kind.rows, 3:6].T @ lam[: kind.rows]
     velocities = [ex.coordinate("b.a", key) for key in ("vx", "vy", "w")]
     for row, multiplier in zip(component.velocity_constraints, lam[kind.rows :], strict=True):
@@ -79,7 +79,7 @@ def test_what_is_given_as_1_is_kept(name, at, plain):
     Z, G, component = frames(np.random.default_rng(1)), np.zeros((3, C.VALUE + 1)), joint(name)
     place = complex(*Z[0, :2]) + np.exp(1j * Z[0, 2]) * at
     Z[1, :2] = place.real, place.imag
-    plain(JOINTS[name].gradient)(Z, 0, 1, component.kind.table(component.values), G)
+    plain(row_kernels.module(JOINTS[name]).gradient)(Z, 0, 1, component.kind.table(component.values), G)
     assert G[0, C.VALUE] == pytest.approx(0.0, abs=ROUNDING)
 
 
@@ -193,7 +193,7 @@ def test_equal_coefficients_need_no_exponential():
 @pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.friction])
 def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name, plain):
     kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, C.VALUE + 1))
-    plain(import_module(f"mbdsl.elements.{kind.friction_along}").gradient)(Z, 0, 1, (), G)
+    plain(row_kernels.module(loaded(f"mbdsl.elements.{kind.friction_along}")).gradient)(Z, 0, 1, (), G)
     rate = G[0, :3] @ Z[0, 3:] + G[0, 3:6] @ Z[1, 3:]
     assert value(with_joint(name).signal("j.w" if kind.friction_unit == "N.m" else "j.v"), Z) == pytest.approx(rate)
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from mbdsl import load
-from mbdsl.elements import kinds
 from mbdsl.errors import UsageError
 from mbdsl.plotting.series_styles import OTHERS
 from mbdsl.viewing import film as films
@@ -15,7 +14,6 @@ from mbdsl.viewing.motion import motion
 from mbdsl.viewing.overlays import LOAD, Overlays
 from mbdsl.viewing.picture import DRAWN, Picture
 from mbdsl.viewing.shapes import drawing
-from mbdsl.viewing.symbols import KNOWN
 from mbdsl.viewing.vectors import Vector
 
 Image = pytest.importorskip("PIL.Image", reason="films need Pillow")
@@ -81,7 +79,6 @@ def test_every_shape_can_be_drawn(slider_crank, model_file, trajectory_of):
     assert {"actuator", "spiral", "bushing", "turning", "pushing", "blade", "weld", "slot", "floor", "wheel"} <= set(
         DRAWN
     )
-    assert set(KNOWN) <= set(kinds())
 
 
 def test_a_motion_without_numbers_is_an_empty_picture(slider_crank, trajectory_of):

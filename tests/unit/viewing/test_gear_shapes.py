@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbdsl.viewing
-from mbdsl.elements import modules
+from mbdsl.elements import kinds
 from mbdsl.viewing import gear_pictures, gear_shapes
 from mbdsl.viewing.symbols import SYMBOLS
 
@@ -30,7 +30,7 @@ def test_both_gears_of_a_pair_have_whole_teeth(small, large):
 
 
 def test_drawings_exist_on_pages_and_in_films():
-    named = {module.DRAWING for module in modules().values() if hasattr(module, "DRAWING")}
+    named = {kind.drawing for kind in kinds().values()} - {""}
     assert set(gear_shapes.SYMBOLS) <= named <= set(SYMBOLS)
     script = (Path(mbdsl.viewing.__file__).parent / "gears.js").read_text(encoding="utf-8")
     assert gear_pictures.DRAWN and all(f"draw_{name}(shape" in script for name in gear_pictures.DRAWN)

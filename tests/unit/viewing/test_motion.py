@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from mbdsl import load, parse
-from mbdsl.elements import kinds, modules
+from mbdsl.elements import kinds
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import UsageError
 from mbdsl.viewing.motion import GROUND, Curve, chosen_rows, largest_strain, motion
 from mbdsl.viewing.shapes import drawing, outline
 from mbdsl.viewing.signals import extremes, signals, thinned
-from mbdsl.viewing.symbols import KNOWN, SYMBOLS
+from mbdsl.viewing.symbols import SYMBOLS
 from mbdsl.viewing.vectors import vectors
 
 
@@ -82,7 +82,7 @@ def test_plates_are_hulls_and_bars_are_lines():
 def test_all_kinds_have_a_symbol():
     """A new kind without a symbol is drawn as a mark; none of the kinds of mbdsl relies on it."""
     own = {name for name, kind in kinds().items() if not isinstance(kind, BodyKind) and len(kind.ports) == 2}
-    named = {name: getattr(modules()[name], "DRAWING", KNOWN.get(name)) for name in own}
+    named = {name: kinds()[name].drawing for name in own}
     assert {name for name, symbol in named.items() if symbol not in SYMBOLS} == set()
 
 
@@ -157,13 +157,11 @@ def test_an_empty_trajectory_has_no_animation(trajectory_of, slider_crank):
         trajectory_of(slider_crank.scene, [], {}).animate()
 
 
-def test_the_file_of_a_kind_names_its_symbol(slider_crank, monkeypatch):
-    """A kind of another package has no entry in the table."""
-    module = modules()["PointOnLine"]
-    monkeypatch.setattr(module, "DRAWING", "pin", raising=False)
+def test_a_kind_names_its_symbol(slider_crank, monkeypatch):
+    given = vars(kinds()["PointOnLine"])
+    monkeypatch.setitem(given, "drawing", "pin")
     assert shapes_of(slider_crank, "guide") == []
-    monkeypatch.delitem(KNOWN, "PointOnLine")
-    monkeypatch.delattr(module, "DRAWING")
+    monkeypatch.setitem(given, "drawing", "")
     (mark,) = shapes_of(slider_crank, "mark")
     assert mark.name == "B"
 
