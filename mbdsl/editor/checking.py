@@ -15,9 +15,9 @@ from typing import Any
 
 from mbdsl.editor import all_errors
 from mbdsl.errors import MbdslError, ModelWarning, Span
-from mbdsl.lang import unused_values
 from mbdsl.lang.library import Allowed, Library
 from mbdsl.lang.load import read_scene
+from mbdsl.lang.mistakes import unused
 from mbdsl.mechanism import scene_tables
 from mbdsl.mechanism.graph import build
 from mbdsl.mechanism.scene import Scene
@@ -49,7 +49,7 @@ def check(text: str, file: str, texts: Mapping[str, str] = {}, allowed: Allowed 
     problems, scene = all_errors.find(text, file, lambda left: read_scene(Library(allowed, unsaved=texts), left, file))
     if scene is not None:
         try:
-            problems = [*scene.warnings, *build(scene).warnings, *unused_values.find(scene)]
+            problems = [*scene.warnings, *build(scene).warnings, *unused.find(scene)]
         except MbdslError as problem:
             problems, scene = [problem], None
     if scene is not None:

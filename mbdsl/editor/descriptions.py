@@ -10,7 +10,7 @@ from mbdsl.editor.vocabulary import CONSTANT_DOCS, FUNCTION_DOCS, KEYWORD_DOCS
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.lang import foreign_names, kind_reference, quantities, units
+from mbdsl.lang import kind_reference, modelica_names, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
 from mbdsl.lang.experiment import KEYS
@@ -116,7 +116,7 @@ def of_setting(name: str) -> str:
 
 def of_word(word: str) -> str:
     """A keyword, kind, type, function or constant; "" for other words."""
-    name = foreign_names.kind(word)
+    name = modelica_names.kind(word)
     kind = kinds().get(name) or kinds(spatial=True).get(name)
     if kind is not None:
         return of_kind(kind)

@@ -12,7 +12,7 @@ from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind, JointKind, Kind, PairKind
 from mbdsl.errors import MbdslError
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.lang import foreign_names
+from mbdsl.lang import modelica_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import classify
 from mbdsl.lang.inheritance import declarations
@@ -160,9 +160,9 @@ def by_other_name(found: Entity | OfKind | None, name: str) -> OfKind | None:
     if isinstance(kind, BodyKind):
         frames = tuple(key for key, x in of_component(found).items() if x.form == FRAME)
         centred = all(a.name != "com" for a in found.declaration.arguments)
-        own = foreign_names.frame_of_body(name, frames, kind.is_frame, centred)
+        own = modelica_names.frame_of_body(name, frames, kind.is_frame, centred)
     else:
-        own = foreign_names.PORTS.get(name)
+        own = modelica_names.PORTS.get(name)
         own = own if own in kind.ports else None
     return OfKind(kind, own, FRAME, found) if own is not None else None
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 from mbdsl.editor import entities as e
 from mbdsl.editor.entities import Entity, OfKind, Symbol
 from mbdsl.editor.vocabulary import class_of
-from mbdsl.lang import foreign_names, lexer
+from mbdsl.lang import lexer, modelica_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.functions import CONSTANTS
 from mbdsl.lang.library import Unit, key_of
@@ -233,7 +233,7 @@ class Names:
 
     def _function(self, reference: s.Reference, place: _Place) -> None:
         first = reference.steps[0]
-        whole = foreign_names.function(".".join(step.name for step in reference.steps))
+        whole = modelica_names.function(".".join(step.name for step in reference.steps))
         if class_of(whole) == "function" and first.name not in place.members:
             self._name(reference.at, Symbol(e.WORD, whole))
         elif first.name in place.members:

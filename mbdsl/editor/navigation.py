@@ -14,10 +14,11 @@ from mbdsl.editor.repair import repaired
 from mbdsl.editor.vocabulary import class_of
 from mbdsl.editor.workspace import Workspace
 from mbdsl.errors import MbdslError, ModelError, UsageError
-from mbdsl.lang import lexer, quantities, unit_readings, units
+from mbdsl.lang import lexer, quantities, units
 from mbdsl.lang.inheritance import declarations
 from mbdsl.lang.lexer import KEYWORDS
 from mbdsl.lang.library import key_of
+from mbdsl.lang.mistakes import units as unit_mistakes
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -157,7 +158,7 @@ def _refuse_taken(names: Names, occurrence: Occurrence, name: str) -> None:
         for piece in lexer.pieces(unit.text):
             if piece.kind == lexer.UNIT and (written := units.parse(piece.text)) is not None:
                 try:
-                    unit_readings.check(written, lambda x: unit_text if x == name else None)
+                    unit_mistakes.check_readings(written, lambda x: unit_text if x == name else None)
                 except ModelError as problem:
                     raise UsageError(problem.message, hint=problem.hint) from None
 

@@ -18,8 +18,8 @@ from mbdsl.editor.positions import Places
 from mbdsl.errors import MbdslError, Span
 from mbdsl.lang import lexer
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_statements import places as foreign_places
 from mbdsl.lang.load import deep
+from mbdsl.lang.mistakes.statements import places as foreign_places
 from mbdsl.lang.parser import parse
 
 ATTEMPTS = 20  #: errors of one text

@@ -17,8 +17,7 @@ from typing import Any
 
 from mbdsl.editor.vocabulary import words
 from mbdsl.lang import units
-from mbdsl.lang.foreign_characters import BLANKS
-from mbdsl.lang.lexer import NUMERAL
+from mbdsl.lang.lexer import BLANKS, NUMERAL
 
 _DECLARING = ("parameter", "constant", "input", "final", "each", "inner", "outer", "connector", "partial", "spatial")
 _DECLARING += ("public", "protected", "guess", "fixed")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 
 from mbdsl.elements import kinds
-from mbdsl.lang import foreign_names
+from mbdsl.lang import modelica_names
 from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
 from mbdsl.lang.functions import CONSTANTS, FUNCTIONS
 from mbdsl.lang.lexer import KEYWORDS
@@ -88,9 +88,9 @@ FUNCTION_DOCS: Mapping[str, tuple[str, str]] = {
     "smooth": ("n, x", "x; accepted as in Modelica"),
     **{
         f"from_{name}": ("x", f"the number x in {unit}, as a quantity")
-        for name, unit in foreign_names.CONVERSIONS.items()
+        for name, unit in modelica_names.CONVERSIONS.items()
     },
-    **{f"to_{name}": ("x", f"a quantity as a number in {unit}") for name, unit in foreign_names.CONVERSIONS.items()},
+    **{f"to_{name}": ("x", f"a quantity as a number in {unit}") for name, unit in modelica_names.CONVERSIONS.items()},
 }
 CONSTANT_DOCS: Mapping[str, str] = {
     "pi": "3.14159..., the ratio of circumference and diameter",
@@ -104,7 +104,7 @@ CONSTANT_DOCS: Mapping[str, str] = {
 @cache
 def words() -> dict[str, tuple[str, ...]]:
     """Class -> its words: "keyword", "kind", "type", "function" and "constant"; a word is in one class."""
-    named_kinds = {*kinds(), *kinds(spatial=True), *foreign_names.KINDS}
+    named_kinds = {*kinds(), *kinds(spatial=True), *modelica_names.KINDS}
     constants = {name for name in CONSTANTS if "." not in name} | {"time", "true", "false"}
     classes = {
         "keyword": {*KEYWORDS, "guess", "fixed", "spatial"} - constants,

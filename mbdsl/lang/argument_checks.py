@@ -7,8 +7,10 @@ import math
 from mbdsl.elements.kind import ANY, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import foreign_names, quantities, unit_hints, units, values
+from mbdsl.lang import quantities, units, values
 from mbdsl.lang import syntax as s
+from mbdsl.lang.mistakes import names as other_names
+from mbdsl.lang.mistakes import units as unit_mistakes
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value, describe
 from mbdsl.messages import did_you_mean
@@ -28,7 +30,7 @@ def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "", e:
         return value
     if value.dimension is None:
         return Quantity(value.value, dimension)
-    hint = unit_hints.remedy(value.dimension, dimension, unit, e)
+    hint = unit_mistakes.remedy(value.dimension, dimension, unit, e)
     raise ModelError(f"{what}: found {describe(value)}, expected {quantities.words(dimension, unit)}", hint=hint)
 
 
@@ -86,7 +88,7 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
         assert isinstance(value, tuple)
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
     if found not in (parameter.shape, *parameter.or_shapes):
-        right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None
+        right = other_names.in_braces(e, found) if parameter.shape == (2,) else None
         hint = f"a vector of the plane is written `{right}`" if right is not None else _form(parameter, found)
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
     result = floats(value, what)

@@ -7,9 +7,12 @@ from collections.abc import Callable
 from mbdsl.elements import find, kinds
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError
-from mbdsl.lang import foreign_equations, foreign_kinds, foreign_names, quantities
+from mbdsl.lang import modelica_names, quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Unit
+from mbdsl.lang.mistakes import equations
+from mbdsl.lang.mistakes import kinds as other_kinds
+from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import write, write_argument
 from mbdsl.messages import did_you_mean
@@ -20,7 +23,7 @@ VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
 
 def is_frame_type(name: str) -> bool:
     """Whether declarations of this type are frames or connectors."""
-    return foreign_names.kind(name) in FRAME_TYPES
+    return modelica_names.kind(name) in FRAME_TYPES
 
 
 def classify(
@@ -41,7 +44,7 @@ def classify(
         return "frame"
     if name == "Table":
         return "table"
-    kind = foreign_names.kind(name)
+    kind = modelica_names.kind(name)
     quantity = quantities.type_unit(name) is not None
     if quantity and (_known(kind) is None or d.value is not None or d.prefixes & {"parameter", "constant", "input"}):
         return "value"
@@ -63,7 +66,7 @@ def other_dimension(kind: str, spatial: bool, d: s.Declaration) -> ModelError:
             span_of(d.type_at),
             f"the kinds in space are {', '.join(kinds(spatial=True))}",
         )
-    counterpart = foreign_kinds.IN_PLANE.get(kind)
+    counterpart = other_kinds.IN_PLANE.get(kind)
     in_plane = f"in the plane it is a {counterpart}; for a model in space " if counterpart else ""
     return ModelError(
         f"{kind} belongs to models in space, and this model is in the plane",
@@ -79,13 +82,13 @@ def no_type(
     if d.prefixes & {"parameter", "constant"}:
         known = [*VALUE_TYPES[1:], *quantities.TYPES]
         return ModelError(f"`{d.type}` is not a type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
-    if (foreign := foreign_equations.definition(d)) is not None:
+    if (foreign := equations.definition(d)) is not None:
         return ModelError(foreign[0], span_of(d.type_at), foreign[1])
     message = f"there is no kind of component or model called `{d.type}`"
-    instead = foreign_kinds.instead(d, lambda port: _end(d, port, around()), spatial)
+    instead = other_kinds.instead(d, lambda port: _end(d, port, around()), spatial)
     if instead is not None:
         return ModelError(message, span_of(d.type_at), instead)
-    known = [*kinds(spatial), *foreign_names.KINDS, "Table", "Frame", *unit.names()]
+    known = [*kinds(spatial), *modelica_names.KINDS, "Table", "Frame", *unit.names()]
     known += (*VALUE_TYPES[1:], *quantities.TYPES) if d.value is not None or not d.arguments else ()
     hint = did_you_mean(d.type.rpartition(".")[2], known) or f"the kinds are {', '.join(kinds(spatial))}"
     return ModelError(message, span_of(d.type_at), hint)
@@ -98,19 +101,19 @@ def _end(d: s.Declaration, port: str, around: list[s.Item]) -> tuple[str, bool] 
     """
     declared = {x.name: x for x in around if isinstance(x, s.Declaration)}
     if not port:
-        ground = (x for x in declared.values() if foreign_names.kind(x.type) == "Ground")
+        ground = (x for x in declared.values() if modelica_names.kind(x.type) == "Ground")
         return next(((x.name, True) for x in ground), None)
     return _leads(f"{d.name}.{port}", declared, _Joined(around, d), ())
 
 
-def attached(d: s.Declaration, around: list[s.Item]) -> foreign_names.Attached:
+def attached(d: s.Declaration, around: list[s.Item]) -> other_names.Attached:
     """The frames and other arguments of the declaration of a joint, except for its axis n."""
     joined, ports = _Joined(around, d), (f"{d.name}.frame_a", f"{d.name}.frame_b")
     found = [names[0] if (names := joined.of(port)) else "..." for port in ports]
     connects = any(write(e) in ports for x in around if isinstance(x, s.Connect) for e in (x.first, x.second))
     names = ("", "n", "r", "frame_a", "frame_b")
-    rest = [a for a in d.arguments if a.name not in names and not foreign_names.has_no_effect(a.name, a.value)]
-    return foreign_names.Attached((found[0], found[1]), "".join(f", {write_argument(a)}" for a in rest), connects)
+    rest = [a for a in d.arguments if a.name not in names and not modelica_names.has_no_effect(a.name, a.value)]
+    return other_names.Attached((found[0], found[1]), "".join(f", {write_argument(a)}" for a in rest), connects)
 
 
 class _Joined:
@@ -144,12 +147,12 @@ def _leads(
         owner = declared.get(name.partition(".")[0].partition("[")[0])
         if owner is None or owner.name in seen:
             continue
-        kind, end = foreign_names.kind(owner.type), name.rpartition(".")[2]
-        if isinstance(_known(kind), BodyKind) or any(owner.type.endswith(x) for x in foreign_kinds.BODIES):
+        kind, end = modelica_names.kind(owner.type), name.rpartition(".")[2]
+        if isinstance(_known(kind), BodyKind) or any(owner.type.endswith(x) for x in other_kinds.BODIES):
             return name, True
         if is_frame_type(owner.type) and (owner.arguments or owner.value is not None):
             return name, True
-        if any(owner.type.endswith(x) for x in foreign_kinds.FRAMES):
+        if any(owner.type.endswith(x) for x in other_kinds.FRAMES):
             if owner.type.endswith("Parts.Fixed"):
                 return name, True
             other = "frame_b" if end == "frame_a" else "frame_a"

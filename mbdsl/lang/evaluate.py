@@ -7,9 +7,11 @@ from typing import Protocol
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import foreign_names, functions, unit_hints, unit_readings, values
+from mbdsl.lang import functions, modelica_names, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
+from mbdsl.lang.mistakes import names as other_names
+from mbdsl.lang.mistakes import units as unit_mistakes
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Unit
 from mbdsl.lang.unparse import write, write_argument
@@ -74,7 +76,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
         case s.Number():
             if e.unit is None:
                 return Quantity(e.value, None, True)
-            unit_readings.check(e.unit, scope.declared)
+            unit_mistakes.check_readings(e.unit, scope.declared)
             return Quantity(e.value * e.unit.factor, e.unit.dimension, unit=e.unit)
         case s.Reference():
             return scope.value(e)
@@ -90,7 +92,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
         case s.Array(items, unit):
             found = tuple(evaluate(item, scope) for item in items)
             if unit:
-                unit_readings.check(unit, scope.declared)
+                unit_mistakes.check_readings(unit, scope.declared)
             return _rectangular(_with_unit(found, unit, items) if unit else found)
         case s.Boolean(value):
             return values.boolean(value)
@@ -115,7 +117,7 @@ def _with_unit(found: tuple, unit: Unit, items: tuple[s.Expression, ...]) -> Val
     try:
         return values.with_unit(found, unit)
     except ModelError as problem:
-        problem.hint = unit_hints.of_elements(items, found, unit)
+        problem.hint = unit_mistakes.of_elements(items, found, unit)
         raise
 
 
@@ -164,7 +166,7 @@ def _binary(e: s.Binary, scope: Scope) -> Value:
         try:
             right = evaluate(node.right, scope)
         except ModelError as problem:
-            if (written := unit_hints.one_word(spine[0])) is not None:
+            if (written := unit_mistakes.one_word(spine[0])) is not None:
                 problem.hint = f"a unit is one word without `*`: write `{written[0]}`"
             raise
         try:
@@ -204,7 +206,7 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
 
 def _call(e: s.Call, scope: Scope) -> Value:
     written = write(e.function)
-    name = foreign_names.function(written)
+    name = modelica_names.function(written)
     if name not in functions.FUNCTIONS and name != "der" and (found := scope.call(e)) is not None:
         return found
     named = next((a for a in e.arguments if a.name or a.each or a.final), None)
@@ -225,9 +227,9 @@ def _call(e: s.Call, scope: Scope) -> Value:
     from mbdsl.messages import did_you_mean
 
     known = [*functions.FUNCTIONS, "der", *scope.function_names()]
-    hint = foreign_names.FUNCTIONS.get(name) or did_you_mean(name, known)
+    hint = other_names.FUNCTIONS.get(name) or did_you_mean(name, known)
     if hint is None and written.startswith("Modelica."):
-        hint = foreign_names.constant(written)
+        hint = other_names.constant(written)
     raise ModelError(f"no function is called `{written}`", span_of(e.function.at), hint)
 
 

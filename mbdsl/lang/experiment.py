@@ -10,9 +10,9 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.mistakes.tokens import misread_argument
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
-from mbdsl.lang.typing_mistakes import misread_argument
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Experiment
 from mbdsl.messages import did_you_mean

@@ -15,20 +15,12 @@ from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.lang import (
-    argument_checks,
-    coupled_coordinates,
-    doubts,
-    foreign_members,
-    foreign_names,
-    joint_law_checks,
-    orientations,
-    units,
-    values,
-)
+from mbdsl.lang import argument_checks, coupled_coordinates, modelica_names, orientations, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.mistakes import doubts, joint_laws, members
+from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.paths import frames_over, path_of, spans
 from mbdsl.lang.source import At, span_of
@@ -63,7 +55,7 @@ class Template:
     def unknown(
         self,
         owner: str,
-        attached: Callable[[], foreign_names.Attached] | None = None,
+        attached: Callable[[], other_names.Attached] | None = None,
         passed: list[s.Passed] | None = None,
     ) -> None:
         """Raise an error for modifiers that the kind does not have.
@@ -92,30 +84,30 @@ class Template:
                 continue
             if start and name in measured:
                 for attribute, inner in modifier.inner.items():
-                    if attribute not in ("start", "fixed", *foreign_names.NO_EFFECT):
+                    if attribute not in ("start", "fixed", *modelica_names.NO_EFFECT):
                         hint = did_you_mean(attribute, ("start", "fixed"), "attributes of a signal")
                         raise ModelError(f"a signal has no attribute `{attribute}`", span_of(inner.at), hint)
                     refuse_inner(inner, f"`{attribute}` of `{owner}.{name}`", f"write `{attribute} = ...`")
-                    if passed is not None and attribute in foreign_names.NO_EFFECT[1:]:
+                    if passed is not None and attribute in modelica_names.NO_EFFECT[1:]:
                         passed.append(s.Passed(attribute, at=inner.at))
                 continue
             if name in measured:
                 message = f"`{name}` of `{owner}` is a signal; only its start can be given"
                 raise ModelError(message, span_of(modifier.at), f"write `{name}(start = ..., fixed = true)`")
-            if passed is not None and foreign_names.has_no_effect(name, modifier.value):
+            if passed is not None and modelica_names.has_no_effect(name, modifier.value):
                 passed.append(s.Passed(name, at=modifier.at))
                 continue
             hint = self._axis(name, modifier, owner, attached)
             if hint == "":
                 continue
             given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
-            hint = hint or foreign_members.start(kind, owner, name, *modifier.start(), given)
-            hint = hint or foreign_names.parameter(kind, known, name, given)
+            hint = hint or members.start(kind, owner, name, *modifier.start(), given)
+            hint = hint or other_names.parameter(kind, known, name, given)
             hint = hint or did_you_mean(name, known, f"{kind.name} takes")
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
 
     def _axis(
-        self, name: str, modifier: Modifier, owner: str, attached: Callable[[], foreign_names.Attached] | None
+        self, name: str, modifier: Modifier, owner: str, attached: Callable[[], other_names.Attached] | None
     ) -> str | None:
         """The remedy if the modifier is the axis of a joint; "" if the joint has this axis."""
         if name not in ("n", "r") or modifier.value is None:
@@ -124,8 +116,8 @@ class Template:
         if not isinstance(given, tuple) or any(isinstance(x, tuple) or not x.number or x.varying for x in given):
             return None
         n = [float(x.value) for x in given]  # type: ignore[union-attr,arg-type]
-        joint = foreign_names.Attached() if attached is None else attached()
-        return foreign_names.axis(self.kind.name, owner, n, joint)
+        joint = other_names.Attached() if attached is None else attached()
+        return other_names.axis(self.kind.name, owner, n, joint)
 
 
 class Part:
@@ -334,7 +326,7 @@ class Part:
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
             try:
                 picked = modifier.pick(value, 0, self.contexts)
-                if isinstance(picked, tuple) and (hint := foreign_names.components(self.kind, modifier.value)):
+                if isinstance(picked, tuple) and (hint := other_names.components(self.kind, modifier.value)):
                     what = f"`{name}` of `{self.name}`: found {values.describe(picked)}, expected a single value"
                     raise ModelError(what, hint=hint)
                 law = argument_checks.law(parameter, picked, self.name, modifier.value)
@@ -346,12 +338,12 @@ class Part:
                 if parameter.unit == "rad":
                     doubts.angle(self.assembly.warn, picked, modifier.value, f"`{name}` of `{self.name}`")
                 if isinstance(self.kind, JointKind):
-                    joint_law_checks.check_law(name, law, self.kind, self.name)
+                    joint_laws.check_law(name, law, self.kind, self.name)
                     if name in self.kind.coupled:
                         coupled_coordinates.check_law(name, law, self.kind, self.name)
                     if arguments := dict(self.kind.couplings).get(name):
                         formulas = {argument: self.formulas.signal(argument) for argument in arguments}
-                        joint_law_checks.check_coupling(name, law, formulas, self.kind, self.name)
+                        joint_laws.check_coupling(name, law, formulas, self.kind, self.name)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
         return self._laws[name]
@@ -527,9 +519,9 @@ class Part:
     def by_other_name(self, name: str) -> Node | Frame | None:
         """The port or frame that has ``name`` in Modelica or by the habit of other kinds: `rod.frame_a`, `pin.a`."""
         if not isinstance(self.kind, BodyKind):
-            return self.nodes.get(foreign_names.PORTS.get(name, ""))
+            return self.nodes.get(modelica_names.PORTS.get(name, ""))
         centred = not any(self.frames["c"].pose[: 3 if self.kind.spatial else 2])
-        found = foreign_names.frame_of_body(name, tuple(self.frames), self.kind.is_frame, centred)
+        found = modelica_names.frame_of_body(name, tuple(self.frames), self.kind.is_frame, centred)
         return self.frames.get(found) if found is not None else None
 
     def _quantity(self, value: object, unit: str) -> Value | None:
@@ -609,7 +601,7 @@ class Part:
             modifier = self._modifier(name)
             for row in found:
                 try:
-                    joint_law_checks.check_row(name, row, self.kind, self.name)
+                    joint_laws.check_row(name, row, self.kind, self.name)
                 except ModelError as problem:
                     raise place(problem, modifier.value.at if modifier and modifier.value else self.at) from None
         return found

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.elements.kind import BodyKind, Kind, PairKind
 from mbdsl.errors import ModelError, ModelNote, ModelWarning
 from mbdsl.expressions import spatial_coordinates, symbolic
-from mbdsl.lang import declared_display, doubts, limits, quantities, units
+from mbdsl.lang import declared_display, limits, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected, connect
 from mbdsl.lang.display_units import declare
@@ -20,6 +20,7 @@ from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget, place
 from mbdsl.lang.flat_component import Part, is_body
 from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
+from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of

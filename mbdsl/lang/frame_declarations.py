@@ -6,13 +6,14 @@ from math import cos, sin
 
 from mbdsl.elements.kind import is_point
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, doubts, orientations, units, values
+from mbdsl.lang import argument_checks, orientations, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
 from mbdsl.lang.flat_component import Part, frame_at, is_body
 from mbdsl.lang.flat_model import Positional
-from mbdsl.lang.foreign_names import in_braces
+from mbdsl.lang.mistakes import doubts
+from mbdsl.lang.mistakes.names import in_braces
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of

@@ -7,9 +7,7 @@ called: no loops, no recursion, no second assignment. The tokens of its block ar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import fields
-from typing import Any
+from collections.abc import Callable
 
 from mbdsl.errors import SyntaxProblem
 from mbdsl.lang import functions
@@ -141,21 +139,8 @@ def _check(
         if kinds[name] != "input" and name not in assigned:
             raise SyntaxProblem(f"`{name}` has no expression", span_of(d.at), f"write `{name} := ...;`")
     for e in assigned.values():
-        for inner in _expressions(e):
+        for inner in s.inside(e):
             if isinstance(inner, s.Reference) and write(inner) == "time" and "time" not in declared:
                 raise SyntaxProblem("a function has no time", span_of(inner.at), "make it an input: `input Time t;`")
             if isinstance(inner, s.Call) and write(inner.function) == "der":
                 raise SyntaxProblem("a function has no derivatives", span_of(inner.at), "make the rate an input")
-
-
-def _expressions(node: Any) -> Iterator[s.Expression]:
-    """An expression and all inside it."""
-    if isinstance(node, s.Expression):
-        yield node
-    if isinstance(node, s.Node):
-        for f in fields(node):
-            if f.compare:
-                yield from _expressions(getattr(node, f.name))
-    elif isinstance(node, tuple):
-        for item in node:
-            yield from _expressions(item)

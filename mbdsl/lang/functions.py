@@ -9,7 +9,7 @@ from functools import partial
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import OPERATIONS, Expr, leaves
 from mbdsl.lang import limits, units, values
-from mbdsl.lang.foreign_names import CONVERSIONS
+from mbdsl.lang.modelica_names import CONVERSIONS
 from mbdsl.lang.quantities import words
 from mbdsl.lang.units import NUMBER
 from mbdsl.lang.values import Quantity, Value, compute, describe, numeric

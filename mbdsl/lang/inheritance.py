@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from mbdsl.elements import find
 from mbdsl.errors import ModelError
-from mbdsl.lang import foreign_names
+from mbdsl.lang import modelica_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Unit
 from mbdsl.lang.modifiers import Modifiers, bind, merge
@@ -55,9 +55,9 @@ class Content:
     ) -> None:
         found = unit.find(item.base)
         if found is None:
-            if item.base.startswith(foreign_names.ICONS):
+            if item.base.startswith(modelica_names.ICONS):
                 return
-            if find(foreign_names.kind(item.base)) is not None:
+            if find(modelica_names.kind(item.base)) is not None:
                 raise ModelError(f"`{item.base}` is a built-in kind, only models can be extended", span_of(item.at))
             hint = did_you_mean(item.base, unit.names(), "models here")
             raise ModelError(f"there is no model `{item.base}` to extend", span_of(item.at), hint)

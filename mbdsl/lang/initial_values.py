@@ -8,10 +8,11 @@ from functools import lru_cache
 from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
-from mbdsl.lang import argument_checks, doubts, values
+from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.flat_component import Part
+from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of

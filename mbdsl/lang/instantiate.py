@@ -9,7 +9,7 @@ from math import prod
 from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import doubts, foreign_equations, functions, limits, orientations, values
+from mbdsl.lang import functions, limits, orientations, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
@@ -23,6 +23,7 @@ from mbdsl.lang.frame_declarations import alias, fixed_frame
 from mbdsl.lang.inheritance import Content, Member, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
+from mbdsl.lang.mistakes import doubts, equations
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.scope import Scope
@@ -482,7 +483,7 @@ class Instance:
             self.assembly.connect(item.first, item.second, scope, item.at)
         elif isinstance(item, s.Relation):
             if not is_assertion(item):
-                raise _no_equation(item, foreign_equations.variable(item, self._around()))
+                raise _no_equation(item, equations.variable(item, self._around()))
             check_assertion(item, scope)
         else:
             self._repeat(item, scope, self._equation)
@@ -499,8 +500,8 @@ class Instance:
                 for each in item.items:
                     action(each, inner)
         elif isinstance(item, s.If):
-            if (equation := foreign_equations.first_equation(item)) is not None:
-                raise _no_equation(equation, foreign_equations.variable(item, self._around()), item.at)
+            if (equation := equations.first_equation(item)) is not None:
+                raise _no_equation(equation, equations.variable(item, self._around()), item.at)
             for condition, items in item.branches:
                 if condition is None or self._decide(condition, scope):
                     for each in items:

@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 from mbdsl.errors import SyntaxProblem
 from mbdsl.lang import limits, units
-from mbdsl.lang.foreign_characters import BLANKS, foreign
 from mbdsl.lang.source import Source
 
+#: class of a regular expression: characters that separate words in a line (Unicode category Zs, and tabs)
+BLANKS = " \t\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000"
 KEYWORDS = frozenset(
     "model partial end extends import as parameter constant input final each inner outer connector public protected "
     "initial equation for in loop if then elseif else connect annotation and or not true false".split()
@@ -214,6 +215,8 @@ def _strange(source: Source, at: int) -> SyntaxProblem:
         inches = re.search(r"[0-9.]+\Z", text[max(0, at - 20) : at])
         hint = f"inches are written `{inches[0]} in`" if inches else 'close it with `"`'
         return SyntaxProblem("this text is not closed", source.span(at, at + 1), hint)
+    from mbdsl.lang.mistakes.characters import foreign
+
     message, length, remedy = foreign(text, at)
     return SyntaxProblem(message, source.span(at, at + length), remedy)
 

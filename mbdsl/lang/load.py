@@ -18,9 +18,9 @@ from mbdsl.lang.data_files import Columns
 from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.flat_model import Assembly
-from mbdsl.lang.foreign_space import first_of_all
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Allowed, Library, Unit, read
+from mbdsl.lang.mistakes.space import first_of_all
 from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene

@@ -10,8 +10,8 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
 from mbdsl.lang import values
 from mbdsl.lang.evaluate import evaluate
+from mbdsl.lang.mistakes.tokens import misread_argument, text_of
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.typing_mistakes import misread_argument, text_of
 from mbdsl.lang.unparse import write_argument
 from mbdsl.lang.values import Value
 from mbdsl.messages import count

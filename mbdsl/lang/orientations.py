@@ -16,9 +16,10 @@ from typing import Any
 
 from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, doubts, values
+from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import place
+from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, declared_display, doubts, functions, quantities, units, values
+from mbdsl.lang import argument_checks, declared_display, functions, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import Namespace, Slot
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.inputs import make_inputs, starts
+from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of

@@ -17,7 +17,7 @@ from mbdsl.errors import SyntaxProblem
 from mbdsl.lang import limits
 from mbdsl.lang import syntax as s
 from mbdsl.lang.lexer import Token, tokenize
-from mbdsl.lang.mbdyn import refuse_mbdyn
+from mbdsl.lang.mistakes.statements import refuse_mbdyn
 from mbdsl.lang.nodes import Nodes
 from mbdsl.lang.source import Source
 from mbdsl.storage import cache_folder
@@ -78,7 +78,7 @@ def _tree(tokens: list[Token], start: str) -> Any:
     try:
         return _fed(tokens, start)[1]
     except UnexpectedToken:
-        from mbdsl.lang.foreign_statements import pass_over
+        from mbdsl.lang.mistakes.statements import pass_over
 
         kept, passed = pass_over(tokens)
         try:
@@ -86,7 +86,7 @@ def _tree(tokens: list[Token], start: str) -> Any:
                 raise
             return replace(_fed(kept, start)[1], passed=tuple(passed))
         except UnexpectedToken as problem:
-            from mbdsl.lang.syntax_errors import explain
+            from mbdsl.lang.mistakes.grammar import explain
 
             k = next(k for k, token in enumerate(kept) if token is problem.token)
             raise explain(kept, k, expected(kept[:k], start), start) from None

@@ -9,12 +9,14 @@ from mbdsl.elements.kind import BodyKind, JointKind, PairKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME
-from mbdsl.lang import doubts, foreign_members, foreign_names, functions, units, values
+from mbdsl.lang import functions, modelica_names, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.flat_component import ACCELERATIONS, Part, is_body
+from mbdsl.lang.mistakes import doubts, members
+from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
@@ -178,7 +180,7 @@ class Scope:
         """The entity that ``reference`` denotes."""
         steps = reference.steps
         first = steps[0]
-        if first.name == "Modelica" and (constant := foreign_names.CONSTANTS.get(write(reference))) is not None:
+        if first.name == "Modelica" and (constant := modelica_names.CONSTANTS.get(write(reference))) is not None:
             return Quantity(constant[0], units.dimension(constant[1]))
         entity = self._first(first, reference)
         if first.indices:
@@ -214,7 +216,7 @@ class Scope:
             return Quantity(functions.CONSTANTS[name], units.NUMBER)
         if name == "Modelica":
             whole = write(reference)
-            raise ModelError(f"unknown name `{whole}`", span_of(reference.at), foreign_names.constant(whole))
+            raise ModelError(f"unknown name `{whole}`", span_of(reference.at), other_names.constant(whole))
         raise self.unknown(name, step.at)
 
     def unknown(self, name: str, at: At) -> ModelError:
@@ -238,7 +240,7 @@ class Scope:
         hint = did_you_mean(name, known)
         if hint is None and name in functions.FUNCTIONS:
             hint = f"{name}(...) is a function"
-        hint = hint or foreign_names.FUNCTIONS.get(name)
+        hint = hint or other_names.FUNCTIONS.get(name)
         return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
 
     def _own(self, owner: Part, name: str) -> Entity | None:
@@ -290,7 +292,7 @@ class Scope:
             if isinstance(kind, BodyKind) and kind.name in sections.KINDS and name in sections.keys(assembly.spatial):
                 raise _output_only(f"{owner}.{name}", step.at)
             hint = self._in_space(name)
-            hint = hint or foreign_members.hint(kind, owner, port, "", step, assembly.spatial)
+            hint = hint or members.hint(kind, owner, port, "", step, assembly.spatial)
             hint = hint or did_you_mean(name, coordinates, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
         kind = "a table" if isinstance(entity, TableMember) else "a value"
@@ -316,7 +318,7 @@ class Scope:
         known = part.known_names()
         hint = self._in_space(name) if is_body(part) else None
         frame_a = getattr(part.by_other_name("frame_a"), "name", "").rpartition(".")[2] if is_body(part) else ""
-        hint = hint or foreign_members.hint(part.kind, owner, "", frame_a, step, self.namespace.assembly.spatial)
+        hint = hint or members.hint(part.kind, owner, "", frame_a, step, self.namespace.assembly.spatial)
         hint = hint or did_you_mean(name, known, "it has")
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
 

@@ -5,6 +5,7 @@ Every node has its place (``at``), which comparisons ignore. :mod:`mbdsl.lang.un
 
 from __future__ import annotations
 
+import collections.abc
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
@@ -42,6 +43,16 @@ class Node:
     def __repr__(self) -> str:
         shown = ", ".join(f"{f.name}={getattr(self, f.name)!r}" for f in fields(self) if f.repr)
         return f"{type(self).__name__}({shown})"
+
+
+def inside(node: object) -> collections.abc.Iterator[Node]:
+    """All nodes of a piece of syntax, each before those in it."""
+    if isinstance(node, Node):
+        yield node
+        node = node._content()
+    if isinstance(node, tuple):
+        for part in node:
+            yield from inside(part)
 
 
 # -- expressions ---------------------------------------------------------------------------------------------------

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mbdsl import results as files
 from mbdsl.errors import IntegrationError, ModelWarning, UsageError
-from mbdsl.lang import unused_values
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.display_units import asked
+from mbdsl.lang.mistakes import unused
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.assembly_need import has_to_be_assembled
 from mbdsl.mechanism.graph import MechanismGraph, build
@@ -60,7 +60,7 @@ class Check:
     @cached_property
     def doubts(self) -> tuple[ModelWarning, ...]:
         """Those that are not found while the text is read."""
-        return (*self.graph.warnings, *unused_values.find(self.graph.scene))
+        return (*self.graph.warnings, *unused.find(self.graph.scene))
 
     @cached_property
     def assembly(self) -> tuple[str, ...]:

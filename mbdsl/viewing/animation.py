@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
-from mbdsl.lang.foreign_names import PORTS
+from mbdsl.lang.modelica_names import PORTS
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, duration
 from mbdsl.simulation.trajectory import Trajectory

@@ -12,7 +12,9 @@ import pytest
 import mbdsl
 from mbdsl.elements import find, kinds
 from mbdsl.errors import MbdslError
-from mbdsl.lang import foreign_gears, foreign_kinds, foreign_names
+from mbdsl.lang.mistakes import gears
+from mbdsl.lang.mistakes import kinds as other_kinds
+from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.parser import parse
 
 PARTS = "Modelica.Mechanics.MultiBody.Parts."
@@ -664,10 +666,10 @@ NEEDED = {
 }
 
 
-@pytest.mark.parametrize("key", foreign_kinds._RENAMED)
+@pytest.mark.parametrize("key", other_kinds._RENAMED)
 def test_a_kind_with_another_name_keeps_its_values(key):
     """Every value of the table arrives in the parameter of the same meaning; what is drawn does not."""
-    kind, names = foreign_kinds._RENAMED[key]
+    kind, names = other_kinds._RENAMED[key]
     given = {old: 1.5 + i for i, old in enumerate(dict.fromkeys(names))}
     chosen = {}
     for old, x in given.items():  # two names of one parameter are not given together
@@ -795,13 +797,13 @@ def test_every_rule_that_makes_a_declaration_is_followed_here():
         "Parts.Fixed",
         "Marker",
         *(gear.split(" ")[0] for gear in GEARS),
-        *(name for name, made in foreign_gears.GEARS.items() if made is foreign_gears._coupling),  # without values
+        *(name for name, made in gears.GEARS.items() if made is gears._coupling),  # without values
     }
-    assert {key for key in foreign_kinds._MADE if f"{key} x(" not in types} == elsewhere
+    assert {key for key in other_kinds._MADE if f"{key} x(" not in types} == elsewhere
 
 
 CODES = sorted(
-    {code for x in foreign_kinds._TEXTS.values() for code in re.findall(r"`([^`]*;)`", x) if "..." not in code}
+    {code for x in other_kinds._TEXTS.values() for code in re.findall(r"`([^`]*;)`", x) if "..." not in code}
 )
 
 
@@ -822,10 +824,10 @@ def test_declarations_in_other_advice_are_accepted(code):
     assert mbdsl.parse(f"model M {' '.join(around.values())} {code} end M;").components
 
 
-@pytest.mark.parametrize("name", foreign_names._SAME)
+@pytest.mark.parametrize("name", other_names._SAME)
 @pytest.mark.parametrize("spatial", [False, True])
 def test_a_parameter_with_another_name_keeps_its_value(name, spatial):
-    own = foreign_names._SAME[name]
+    own = other_names._SAME[name]
     fitting = [k for k in kinds(spatial) if (kind := find(k, spatial)).parameter(own) and not kind.parameter(name)]
     if not fitting or name in ("R", "axis", "I_33", "I_zz", "Izz", "r_CM"):  # those of bodies are above
         return

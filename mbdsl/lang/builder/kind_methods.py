@@ -15,8 +15,8 @@ from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED, BodyKind, Kind, Parameter
 from mbdsl.errors import UsageError
 from mbdsl.lang.builder.handles import Handle
-from mbdsl.lang.foreign_names import KINDS as ALIASES
 from mbdsl.lang.kind_reference import notes
+from mbdsl.lang.modelica_names import KINDS as ALIASES
 from mbdsl.messages import did_you_mean
 
 _WIDTH = 72  #: with the indents of `help`, 80 columns

@@ -10,9 +10,9 @@ from mbdsl.elements.kind import Kind
 from mbdsl.expressions import symbolic
 from mbdsl.lang import syntax as s
 from mbdsl.lang.builder.content import Content, is_element
-from mbdsl.lang.foreign_names import KINDS as ALIASES
 from mbdsl.lang.functions import CONSTANTS
 from mbdsl.lang.instantiate import Instance
+from mbdsl.lang.modelica_names import KINDS as ALIASES
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity
 

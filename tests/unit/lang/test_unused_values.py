@@ -4,7 +4,7 @@ import pytest
 
 from mbdsl import cli, parse
 from mbdsl.editor.checking import check
-from mbdsl.lang import unused_values
+from mbdsl.lang.mistakes import unused as unused_values
 
 MODEL = """model M
   {}

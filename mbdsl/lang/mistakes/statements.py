@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from mbdsl.errors import SyntaxProblem
 from mbdsl.lang import syntax as s
 from mbdsl.lang.lexer import Token
+from mbdsl.lang.source import Source
 
 _FUNCTION = "write `function f input Real x; output Real y; algorithm y := x^2; end f;`"
 _MODIFIED = "components cannot be redeclared, only their values modified"
@@ -43,7 +44,23 @@ _FIRST = re.compile(r'(?:(?:initial|pure|impure)\s+)?(?P<word>[a-z]+)(?:\s+funct
 _LASTS = {word: rf"\bend\s+{word}\s*;" for word in ("when", "while")} | {
     "algorithm": r"\b(?=(?:initial\s+)?equation\b|public\b|protected\b|annotation\b|end\s+(?!if|for|while|when)\w+\s*;)"
 }
+_MBDYN = re.compile(
+    r"\A(?:\s|#[^\n]*\n|//[^\n]*\n|/\*.*?\*/|(?:set|include|module load|remark|print symbol table)\b[^;\n]*;)*?"
+    r"(begin\s*:\s*(?:data|initial value|control data|nodes|elements)\s*;)",
+    re.DOTALL | re.IGNORECASE,
+)
 _NAMED = frozenset("class block function operator record expandable pure impure".split())
+
+
+def refuse_mbdyn(source: Source) -> None:
+    """Refuse an input file of MBDyn, which has the same suffix."""
+    found = _MBDYN.match(source.text[:20_000])
+    if found:
+        raise SyntaxProblem(
+            "this is an input file of MBDyn, which uses the same suffix .mbd; mbdsl cannot read it",
+            source.span(*found.span(1)),
+            "run it with `mbdyn`; a model of mbdsl begins with `model Name`",
+        )
 
 
 def refuse(token: Token, before: Sequence[Token], following: Token) -> SyntaxProblem | None:

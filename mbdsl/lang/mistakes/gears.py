@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mbdsl.lang.foreign_frames import Ends, Given
+from mbdsl.lang.mistakes.frames import Ends, Given
 from mbdsl.lang.unparse import write
 
 #: flange -> the coordinate of a joint that is connected there, or an example of one

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mbdsl.elements import find
-from mbdsl.lang import foreign_bodies, foreign_frames, foreign_members
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_frames import Ends
-from mbdsl.lang.foreign_gears import GEARS
-from mbdsl.lang.foreign_names import has_no_effect, with_unit
-from mbdsl.lang.foreign_values import ZERO, is_zero, opposite, vector
+from mbdsl.lang.mistakes import bodies, frames, members
+from mbdsl.lang.mistakes.frames import Ends
+from mbdsl.lang.mistakes.gears import GEARS
+from mbdsl.lang.mistakes.names import with_unit
+from mbdsl.lang.mistakes.values import ZERO, is_zero, opposite, vector
+from mbdsl.lang.modelica_names import has_no_effect
 from mbdsl.lang.unparse import write
 
 #: kinds in space -> their counterparts in the plane
@@ -139,7 +140,7 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
     for suffix in suffixes:
         if suffix in _MADE:
             made = _MADE[suffix](d.name, given, ends, spatial)
-            starts = foreign_members.of_declaration(d, spatial) if suffix in BODIES else ""
+            starts = members.of_declaration(d, spatial) if suffix in BODIES else ""
             return f"{made}; and `{starts}` under `initial equation`" if starts else made
         if suffix in _RENAMED and not (len(parts) == 1 and "." in suffix):
             name, names = _RENAMED[suffix]
@@ -211,12 +212,12 @@ _MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends, bool], str]] = {
     **GEARS,
     **dict.fromkeys(("Parts.SpringDamper", "Parts.Spring"), _bushing),
     "Marker": _marker,
-    "SphericalSpherical": foreign_bodies.massless_rod,
-    "UniversalSpherical": foreign_bodies.massless_rod,
-    "FixedTranslation": foreign_frames.translation,
-    "FixedRotation": foreign_frames.rotation,
-    "Parts.Fixed": foreign_frames.fixed,
-    "BodyShape": foreign_bodies.shape,
-    "BodyBox": foreign_bodies.box,
-    "BodyCylinder": foreign_bodies.cylinder,
+    "SphericalSpherical": bodies.massless_rod,
+    "UniversalSpherical": bodies.massless_rod,
+    "FixedTranslation": frames.translation,
+    "FixedRotation": frames.rotation,
+    "Parts.Fixed": frames.fixed,
+    "BodyShape": bodies.shape,
+    "BodyBox": bodies.box,
+    "BodyCylinder": bodies.cylinder,
 }

@@ -1,17 +1,29 @@
-"""Remedies for values of a wrong dimension: a missing unit, or a unit with operators such as ``3 kg*m^2``."""
+"""Mistakes with units: values of a wrong dimension, a missing unit, ``3 kg*m^2``, and units with two readings.
+
+Inside a unit there are no blanks: ``1 N/g`` is a newton per gram, and ``1 N / g`` is divided by the parameter ``g``. If
+the symbol after ``/`` is also a name of the model, a wrong dimension reveals most mistakes: in a model with a mass
+``m``, ``100 N/m`` is a stiffness. Cases that no dimension reveals are refused: a parameter with the dimension of the
+symbol itself, and symbols that are unusual after ``/``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
+from functools import cache
 
+from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
 from mbdsl.lang import units
-from mbdsl.lang.typing_mistakes import text_of
+from mbdsl.lang.mistakes.tokens import text_of
 from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import inner, write
 from mbdsl.lang.values import Value
 
 _TIME = units.dimension("s")
+#: symbols that are common after the `/` of units
+USUAL = frozenset("m mm cm km in ft s ms us min h rad deg rev kg lb".split())
+_BEHIND = re.compile(r"/([A-Za-z]+)(?=[./]|$)")
 
 
 def remedy(found: Dimension, expected: Dimension, unit: str, e: s.Expression | None) -> str | None:
@@ -87,3 +99,33 @@ def _first_factor(e: s.Expression, unit: Unit) -> s.Expression | None:
             first = _first_factor(left, unit)
             return s.Binary(operator, first, right) if first is not None else None
     return None
+
+
+@cache
+def _behind(text: str) -> tuple[tuple[str, Dimension], ...]:
+    """Symbols after a `/` of a unit, which may be names as well, and their dimensions."""
+    return tuple((name, known[1]) for name in _BEHIND.findall(text) if (known := units.symbol(name)) is not None)
+
+
+def check_readings(unit: Unit, declared: Callable[[str], str | None]) -> None:
+    """Refuse a unit that may be meant as a division by a value of the model.
+
+    ``declared(name)`` is the unit of the value of that name, "" if it has none, and None if there is no such value.
+
+    Raises
+    ------
+    ModelError
+        If the unit is ambiguous; the message names both readings.
+    """
+    if "/" not in unit.text:
+        return
+    for name, dimension in _behind(unit.text):
+        own = declared(name)
+        if own is None or (name in USUAL and (not own or units.dimension(own) != dimension)):
+            continue
+        before = unit.text.partition(f"/{name}")[0]
+        raise ModelError(
+            f"`{unit.text}` has two readings: the unit {unit.text}, and {before} divided by `{name}` of this model",
+            None,
+            f"to divide, write blanks: `{before} / {name}`; to have the unit, give `{name}` another name",
+        )

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import fields
-from typing import Any
-
 from mbdsl.errors import ModelNote
 from mbdsl.lang import syntax as s
 from mbdsl.lang.inheritance import declarations, reachable
@@ -47,7 +43,7 @@ def find(scene: Scene) -> list[ModelNote]:
 
 def _unused(model: s.Model, unit: Unit) -> list[s.Declaration]:
     models = reachable(model, unit)
-    references = [list(_references(m)) for m in models]
+    references = [[x for x in s.inside(m) if isinstance(x, s.Reference)] for m in models]
     read = {step.name for each in references for r in each for step in r.steps[1:]}
     used = [read.union(r.steps[0].name for r in each) for each in references]
     bases = [_bases(m, unit) for m in models]
@@ -63,16 +59,3 @@ def _bases(model: s.Model, unit: Unit) -> list[s.Model]:
     """A model and all that it extends."""
     bases = [unit.find(item.base) for item in model.items if isinstance(item, s.Extends)]
     return [model, *(x for base in bases if base is not None for x in _bases(*base))]
-
-
-def _references(node: Any) -> Iterator[s.Reference]:
-    """All references in a piece of syntax."""
-    if isinstance(node, s.Reference):
-        yield node
-    if isinstance(node, s.Node):
-        for f in fields(node):
-            if f.name not in ("at", "type_at"):
-                yield from _references(getattr(node, f.name))
-    elif isinstance(node, tuple):
-        for item in node:
-            yield from _references(item)

@@ -7,8 +7,8 @@ import re
 from mbdsl.errors import ModelError, SyntaxProblem
 from mbdsl.lang import syntax as s
 from mbdsl.lang import units
-from mbdsl.lang.foreign_statements import WORDS
 from mbdsl.lang.lexer import NUMERAL, Token
+from mbdsl.lang.mistakes.statements import WORDS
 from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import write
 

@@ -10,8 +10,8 @@ import math
 from collections.abc import Mapping
 
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_frames import Ends, Given
-from mbdsl.lang.foreign_values import (
+from mbdsl.lang.mistakes.frames import Ends, Given
+from mbdsl.lang.mistakes.values import (
     ZERO,
     along,
     combined,

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mbdsl.elements.kind import BodyKind, Kind, PairKind
-from mbdsl.lang import foreign_names
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_values import items
+from mbdsl.lang.mistakes import names as other_names
+from mbdsl.lang.mistakes.values import items
 from mbdsl.lang.unparse import write
 
 _AXES = "xyz"
@@ -41,7 +41,7 @@ def hint(kind: Kind | None, owner: str, port: str, frame_a: str, step: s.Step, s
         return f"{written}: it acts on the joint there, in the axes of this frame"
     if name in ("f", "t") and (kind is None or isinstance(kind, BodyKind)):
         return "forces at the frames of a body are those of the joints and forces there, as `pin.fx` or `spring.force`"
-    return foreign_names.MEMBERS.get(name)
+    return other_names.MEMBERS.get(name)
 
 
 #: start values of a body in Modelica -> signals here, and the one that remains in the plane

@@ -5,9 +5,10 @@ from __future__ import annotations
 import difflib
 
 from mbdsl.errors import Span, SyntaxProblem
-from mbdsl.lang import foreign_statements, units
+from mbdsl.lang import units
 from mbdsl.lang.lexer import KEYWORDS, NUMERAL, PUNCTUATION, Token
-from mbdsl.lang.typing_mistakes import earlier_mistake, is_below, show
+from mbdsl.lang.mistakes import statements
+from mbdsl.lang.mistakes.tokens import earlier_mistake, is_below, show
 
 #: terminals that begin an expression
 _EXPRESSION = frozenset("NUMBER TRUE FALSE LAST LPAR LBRACE LMATRIX MINUS PLUS NOT".split())
@@ -31,7 +32,7 @@ def explain(tokens: list[Token], k: int, expected: set[str], start: str) -> Synt
     blocks = _open_blocks(before)
     following = tokens[k + 1] if k + 1 < len(tokens) else token
 
-    if (foreign := foreign_statements.refuse(token, before, following)) is not None:
+    if (foreign := statements.refuse(token, before, following)) is not None:
         return foreign
     if previous is not None and previous.type == "END":
         return _wrong_end(token, blocks, here)
@@ -80,9 +81,7 @@ def _misplaced_unit(token: Token, expected: set[str], before: list[Token], follo
     if token.type != "NAME" or not before or "STAR" not in expected or unit is None or following.type == "EQUAL":
         return None
     previous = before[-1]
-    if previous.type not in ("NAME", "RPAR") or is_below(token.source, token.start) > is_below(
-        token.source, previous.end
-    ):
+    if previous.type not in ("NAME", "RPAR") or is_below(token, previous):
         return None
     text = unit[0].text
     right = f"(...)*(1 {text})" if previous.type == "RPAR" else f"{previous.text}*(1 {text})"

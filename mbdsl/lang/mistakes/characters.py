@@ -5,9 +5,6 @@ from __future__ import annotations
 import re
 import unicodedata
 
-#: class of a regular expression: characters that separate words in a line (Unicode category Zs, and tabs)
-BLANKS = " \t\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000"
-
 _DEGREE, _QUOTE = "\u00b0", "\u2018"
 #: text -> the remedy; longer texts first
 _REMEDIES = {

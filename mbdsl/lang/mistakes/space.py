@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import foreign_frames, foreign_names, inheritance
+from mbdsl.lang import inheritance, modelica_names
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_members import STARTS
-from mbdsl.lang.foreign_values import is_zero
 from mbdsl.lang.library import Unit
+from mbdsl.lang.mistakes import frames
+from mbdsl.lang.mistakes.members import STARTS
+from mbdsl.lang.mistakes.values import is_zero
 from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import write_argument
 
@@ -40,7 +41,7 @@ def first_of_all(model: s.Model, unit: Unit) -> ModelError | None:
 
 def _outside(d: s.Declaration) -> Iterator[s.Argument]:
     """Arguments of a declaration that have no meaning in the plane."""
-    kind = foreign_names.kind(d.type).rpartition(".")[2]
+    kind = modelica_names.kind(d.type).rpartition(".")[2]
     for a in d.arguments:
         if a.name in ("I_31", "I_32") and not is_zero(a.value):
             yield a
@@ -56,6 +57,6 @@ def _outside(d: s.Declaration) -> Iterator[s.Argument]:
             yield a
     if kind == "FixedRotation":
         given = {a.name: a for a in d.arguments if a.value is not None}
-        turned = foreign_frames.outside({name: a.value for name, a in given.items()})  # type: ignore[misc]
+        turned = frames.outside({name: a.value for name, a in given.items()})  # type: ignore[misc]
         if turned is not None:
             yield given[turned]

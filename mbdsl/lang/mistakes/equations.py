@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from mbdsl.lang import quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import is_assertion
-from mbdsl.lang.foreign_statements import WORDS
+from mbdsl.lang.mistakes.statements import WORDS
 from mbdsl.lang.unparse import write
 
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from mbdsl.lang import syntax as s
-from mbdsl.lang.foreign_values import degrees, floats, is_zero, items, number, numbers, opposite, vector
+from mbdsl.lang.mistakes.values import degrees, floats, is_zero, items, number, numbers, opposite, vector
 from mbdsl.lang.unparse import write
 
 #: where the ports of a declaration lead: port -> a frame of a body or of the ground, and True; else what it is
