@@ -18,7 +18,7 @@ from mbdsl.lang import orientations, quantities, shapes
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS, TABLE_ARGUMENTS
 from mbdsl.lang.experiment import KEYS
-from mbdsl.lang.library import Unit
+from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.parameters import ATTRIBUTES
 
 _STATEMENTS = "parameter constant input for if end extends equation initial annotation inner outer final connector"
@@ -28,7 +28,7 @@ _FRAME_ARGUMENTS = ("r", "phi")
 
 
 @dataclass(frozen=True)
-class Item:
+class Proposal:
     """A proposal; ``form`` is "kind", "parameter", "signal", "frame", "unit", "keyword", "function", "type",
     "component", "model", "value" or "choice". Proposals are shown by ``rank``, then by label."""
 
@@ -39,19 +39,19 @@ class Item:
     rank: int = 5
 
 
-def complete(unit: Unit, offset: int) -> tuple[int, list[Item]]:
+def complete(unit: SourceUnit, offset: int) -> tuple[int, list[Proposal]]:
     """The proposals at an offset, and the offset of the word that they replace.
 
     Parameters
     ----------
-    unit : Unit
+    unit : SourceUnit
         The file.
     offset : int
         Place of the cursor.
 
     Returns
     -------
-    tuple of (int, list of Item)
+    tuple of (int, list of Proposal)
     """
     at = context(unit.text, offset)
     model = unit.own(at.model)
@@ -60,7 +60,7 @@ def complete(unit: Unit, offset: int) -> tuple[int, list[Item]]:
     return at.start, sorted(found.values(), key=lambda item: (item.rank, item.label))
 
 
-def _items(at: Context, known: Mapping[str, Entity], unit: Unit, model: s.Model | None) -> Iterator[Item]:
+def _items(at: Context, known: Mapping[str, Entity], unit: SourceUnit, model: s.Model | None) -> Iterator[Proposal]:
     expected = at.expected
     if expected == c.TOP:
         yield from _keywords(("model", "spatial", "partial", "import"))
@@ -72,11 +72,11 @@ def _items(at: Context, known: Mapping[str, Entity], unit: Unit, model: s.Model 
         yield from _models(unit)
     elif expected == c.END:
         yield from _keywords(("for", "if"))
-        yield Item(at.model, "model", rank=1)
+        yield Proposal(at.model, "model", rank=1)
     elif expected == c.MEMBER:
         yield from _members(at, known, unit)
     elif expected == c.UNIT:
-        yield from (Item(*x) for x in proposals(_expected_unit(at, known, unit)))
+        yield from (Proposal(*x) for x in proposals(_expected_unit(at, known, unit)))
         yield from _keywords(_BEHIND, 9)
     elif expected == c.FRAME:
         yield from _names(known, frames_first=True)
@@ -87,13 +87,13 @@ def _items(at: Context, known: Mapping[str, Entity], unit: Unit, model: s.Model 
     elif expected == c.SETTING:
         yield from _settings(at)
     elif expected == c.CHOICE:
-        yield from (Item(choice, "choice") for choice in _choices(at, known, unit))
+        yield from (Proposal(choice, "choice") for choice in _choices(at, known, unit))
     elif expected == c.CONDITION:
         yield from _keywords(_BEHIND)
 
 
 # -- statements -----------------------------------------------------------------------------------------------------
-def _statement(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator[Item]:
+def _statement(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     if at.section == c.EQUATIONS:
         yield from _keywords(("connect", "for", "if", "end", "initial", "annotation"))
         return
@@ -101,74 +101,75 @@ def _statement(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator
         yield from _keywords(("guess", "fixed", "for", "if", "end", "equation", "annotation"))
         yield from (_of_entity(found, 2) for found in known.values() if found.form in (e.COMPONENT, e.SUB_MODEL))
         return
-    yield from (Item(name, "kind", "kind", descriptions.of_word(name), 2) for name in words()["kind"])
+    yield from (Proposal(name, "kind", "kind", descriptions.of_word(name), 2) for name in words()["kind"])
     yield from _models(unit, 3)
     yield from _keywords(_STATEMENTS.split(), 4)
     yield from _types()
 
 
-def _types() -> Iterator[Item]:
+def _types() -> Iterator[Proposal]:
     for name in (*words()["type"], *(x for x in quantities.TYPES if x in kinds())):
-        yield Item(name, "type", quantities.TYPES.get(name, ""), descriptions.of_type(name), 5)
+        yield Proposal(name, "type", quantities.TYPES.get(name, ""), descriptions.of_type(name), 5)
 
 
-def _models(unit: Unit, rank: int = 5) -> Iterator[Item]:
+def _models(unit: SourceUnit, rank: int = 5) -> Iterator[Proposal]:
     for name in unit.names():
         if (found := unit.find(name)) is not None:
-            yield Item(name, "model", "model", descriptions.of_model(found[0], found[1].file.name), rank)
+            yield Proposal(name, "model", "model", descriptions.of_model(found[0], found[1].file.name), rank)
 
 
-def _keywords(names: Iterable[str], rank: int = 6) -> Iterator[Item]:
+def _keywords(names: Iterable[str], rank: int = 6) -> Iterator[Proposal]:
     for name in names:
-        yield Item(name, "keyword", "", descriptions.of_word(name), rank)
+        yield Proposal(name, "keyword", "", descriptions.of_word(name), rank)
 
 
 # -- members and names ----------------------------------------------------------------------------------------------
-def _members(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator[Item]:
+def _members(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     """Behind a dot."""
     found: Entity | OfKind | None = known.get(at.path[0])
     if found is None and at.path[0] in unit.aliases and len(at.path) == 1:
         imported = unit.aliases[at.path[0]]
         yield from (
-            Item(m.name, "model", "model", descriptions.of_model(m, imported.file.name)) for m in imported.file.models
+            Proposal(m.name, "model", "model", descriptions.of_model(m, imported.file.name))
+            for m in imported.file.models
         )
         return
     for name in at.path[1:]:
         found = e.inside(found).get(name)
     for x, unit in e.coordinates(found).items():
-        yield Item(x, "signal", unit, descriptions.of_coordinate(x), 2)
+        yield Proposal(x, "signal", unit, descriptions.of_coordinate(x), 2)
     ranks = {"frame": 1, "signal": 2}
     for member in e.inside(found).values():
         item = _of_own(member, 0) if isinstance(member, OfKind) else _of_entity(member, 3)
         if item.label != "frames":
-            yield Item(item.label, item.form, item.detail, item.doc, ranks.get(item.form, 4))
+            yield Proposal(item.label, item.form, item.detail, item.doc, ranks.get(item.form, 4))
 
 
-def _of_entity(found: Entity, rank: int) -> Item:
+def _of_entity(found: Entity, rank: int) -> Proposal:
     d = found.declaration
     form = "value" if found.form == e.VALUE else "frame" if found.form == e.FRAME else "component"
-    return Item(d.name, form, d.type, descriptions.of_entity(found, {}), rank)
+    return Proposal(d.name, form, d.type, descriptions.of_entity(found, {}), rank)
 
 
-def _of_own(found: OfKind, rank: int) -> Item:
+def _of_own(found: OfKind, rank: int) -> Proposal:
     doc = descriptions.of_own(found, {})
     if found.form == e.FRAME:
-        return Item(found.name, "frame", "frame", doc, rank)
+        return Proposal(found.name, "frame", "frame", doc, rank)
     signals = e.signals(found.kind)
     if found.name in signals:
-        return Item(found.name, "signal", signals[found.name][0], doc, rank)
+        return Proposal(found.name, "signal", signals[found.name][0], doc, rank)
     parameter = found.kind.parameter(found.name)
-    return Item(found.name, "parameter", parameter.unit if parameter is not None else "", doc, rank)
+    return Proposal(found.name, "parameter", parameter.unit if parameter is not None else "", doc, rank)
 
 
-def _names(known: Mapping[str, Entity], frames_first: bool = False) -> Iterator[Item]:
+def _names(known: Mapping[str, Entity], frames_first: bool = False) -> Iterator[Proposal]:
     for found in known.values():
         part = found.form in (e.COMPONENT, e.SUB_MODEL, e.FRAME)
         yield _of_entity(found, 1 if part == frames_first else 4)
 
 
 # -- arguments and values -------------------------------------------------------------------------------------------
-def _target(at: Context, known: Mapping[str, Entity], unit: Unit) -> Entity | None:
+def _target(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Entity | None:
     """The declaration whose arguments are typed, or the part of it that nested modifiers belong to."""
     if at.declared == "extends":
         base = unit.find(at.type)
@@ -194,7 +195,7 @@ def _part(known: Mapping[str, Entity], path: tuple[str, ...]) -> Entity | None:
     return found
 
 
-def _arguments(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator[Item]:
+def _arguments(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     """Names of parameters that are not given yet, and frames that a component may be attached to."""
     target = _target(at, known, unit)
     inner: Mapping[str, Entity] = {}
@@ -215,25 +216,25 @@ def _arguments(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator
     elif target.form in (e.VALUE, e.TABLE, e.FRAME):
         of_frame = tuple(orientations.PARAMETERS) if target.owner.spatial else _FRAME_ARGUMENTS
         listed = {e.VALUE: ATTRIBUTES, e.TABLE: TABLE_ARGUMENTS, e.FRAME: of_frame}[target.form]
-        yield from (Item(x, "parameter", "", descriptions.of_setting(x), 1) for x in listed if x not in at.given)
+        yield from (Proposal(x, "parameter", "", descriptions.of_setting(x), 1) for x in listed if x not in at.given)
     if not at.path and ((kind is not None and kind.ports) or target.form in (e.FRAME, e.SUB_MODEL)):
         parts = (x for x in known.values() if x.form in (e.COMPONENT, e.SUB_MODEL, e.FRAME))
         yield from (_of_entity(x, 2) for x in parts if x.declaration.name != at.declared)
 
 
-def _parameter(kind: Kind, name: str) -> Item:
+def _parameter(kind: Kind, name: str) -> Proposal:
     parameter = kind.parameter(name)
     assert parameter is not None
     rank = 0 if parameter.default is REQUIRED else 1
-    return Item(name, "parameter", parameter.unit, descriptions.of_member(kind, name), rank)
+    return Proposal(name, "parameter", parameter.unit, descriptions.of_member(kind, name), rank)
 
 
-def _values(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator[Item]:
+def _values(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     """An expression."""
     target = _target(at, known, unit)
     kind = target.kind if target is not None else None
     frames = kind is not None and at.parameter in kind.ports
-    yield from (Item(f'"{x}"', "choice", rank=0) for x in _choices(at, known, unit))
+    yield from (Proposal(f'"{x}"', "choice", rank=0) for x in _choices(at, known, unit))
     yield from _names(known, frames_first=frames)
     if frames:
         return
@@ -245,12 +246,12 @@ def _values(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator[It
             name: x for name, x in e.of_component(target).items() if name not in (*kind.ports, at.parameter, "frames")
         }
         yield from (_of_own(x, 2) for x in own.values() if x.form != e.FRAME and x.name not in known)
-    yield from (Item(x, "function", "function", descriptions.of_word(x), 6) for x in words()["function"])
-    yield from (Item(x, "value", "constant", descriptions.of_word(x), 6) for x in words()["constant"])
+    yield from (Proposal(x, "function", "function", descriptions.of_word(x), 6) for x in words()["function"])
+    yield from (Proposal(x, "value", "constant", descriptions.of_word(x), 6) for x in words()["constant"])
     yield from _keywords(_IN_EXPRESSIONS, 7)
 
 
-def _choices(at: Context, known: Mapping[str, Entity], unit: Unit) -> tuple[str, ...]:
+def _choices(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> tuple[str, ...]:
     """The texts that a parameter may be."""
     if at.path[:1] == ("annotation",):
         return tuple(EFFECTS) if at.parameter == "Without" else ()
@@ -263,7 +264,7 @@ def _choices(at: Context, known: Mapping[str, Entity], unit: Unit) -> tuple[str,
     return parameter.choices if parameter is not None else ()
 
 
-def _settings(at: Context) -> Iterator[Item]:
+def _settings(at: Context) -> Iterator[Proposal]:
     """Inside of an annotation."""
     inner = at.path[-1]
     if inner == "annotation":
@@ -275,13 +276,13 @@ def _settings(at: Context) -> Iterator[Item]:
     else:
         names = shapes.FIELDS.get(inner, ())
     yield from (
-        Item(x, "parameter", KEYS[x][1] if x in KEYS else "", descriptions.of_setting(x))
+        Proposal(x, "parameter", KEYS[x][1] if x in KEYS else "", descriptions.of_setting(x))
         for x in names
         if x not in at.given
     )
 
 
-def _expected_unit(at: Context, known: Mapping[str, Entity], unit: Unit) -> str:
+def _expected_unit(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> str:
     """The unit of the value that is typed; "" if it is not known."""
     if at.path[:1] == ("annotation",):
         return KEYS[at.parameter][1] if at.parameter in KEYS else ""

@@ -16,7 +16,7 @@ from mbdsl.lang import modelica_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import classify
 from mbdsl.lang.inheritance import declarations
-from mbdsl.lang.library import Unit, key_of
+from mbdsl.lang.library import SourceUnit, key_of
 from mbdsl.mechanism import signal_names, wrenches
 
 #: forms of entities
@@ -52,9 +52,9 @@ class Entity:
     form: str
     declaration: s.Declaration
     owner: s.Model  #: the model that declares it
-    unit: Unit  #: the file of this model
+    unit: SourceUnit  #: the file of this model
     kind: Kind | None = None  #: of components
-    model: tuple[s.Model, Unit] | None = None  #: of sub-models
+    model: tuple[s.Model, SourceUnit] | None = None  #: of sub-models
 
     @property
     def symbol(self) -> Symbol:
@@ -80,7 +80,7 @@ class OfKind:
         return Symbol(OF_KIND, self.name, owner=self.kind.name)
 
 
-def entity(d: s.Declaration, owner: s.Model, unit: Unit) -> Entity:
+def entity(d: s.Declaration, owner: s.Model, unit: SourceUnit) -> Entity:
     """The entity that a declaration makes."""
     try:
         found = classify(d, unit)
@@ -93,7 +93,7 @@ def entity(d: s.Declaration, owner: s.Model, unit: Unit) -> Entity:
     return Entity(COMPONENT, d, owner, unit, kind=find(found, owner.spatial) or find(found, not owner.spatial))
 
 
-def members(model: s.Model, unit: Unit, below: tuple[s.Model, ...] = ()) -> dict[str, Entity]:
+def members(model: s.Model, unit: SourceUnit, below: tuple[s.Model, ...] = ()) -> dict[str, Entity]:
     """The members of a model by name, with those of the models that it extends; the first declaration counts."""
     found: dict[str, Entity] = {}
     for item in model.items:

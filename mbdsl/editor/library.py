@@ -6,18 +6,18 @@ from dataclasses import replace
 
 from mbdsl.editor.repair import repaired
 from mbdsl.errors import MbdslError
-from mbdsl.lang.library import Library, Unit, key_of
+from mbdsl.lang.library import Library, SourceUnit, key_of
 
 
 class LooseLibrary(Library):
     """Files of a model, without statements and imports that have errors; imports lead where those of a model may."""
 
-    def _parse(self, text: str, file: str) -> Unit:
-        unit = Unit(repaired(text, file).file, text)
+    def _parse(self, text: str, file: str) -> SourceUnit:
+        unit = SourceUnit(repaired(text, file).file, text)
         self.units[key_of(file)] = unit
         return unit
 
-    def _import(self, unit: Unit) -> list[Unit]:
+    def _import(self, unit: SourceUnit) -> list[SourceUnit]:
         found, file = [], unit.file
         for item in file.imports:
             unit.file = replace(file, imports=(item,))

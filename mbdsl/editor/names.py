@@ -13,7 +13,7 @@ from mbdsl.editor.vocabulary import class_of
 from mbdsl.lang import lexer, modelica_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.functions import CONSTANTS
-from mbdsl.lang.library import Unit, key_of
+from mbdsl.lang.library import SourceUnit, key_of
 from mbdsl.lang.source import At
 
 
@@ -25,7 +25,7 @@ class Occurrence:
     end: int
     symbol: Symbol
     declares: bool = False
-    found: Entity | OfKind | tuple[s.Model, Unit] | None = field(default=None, compare=False)
+    found: Entity | OfKind | tuple[s.Model, SourceUnit] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Names:
 
     Parameters
     ----------
-    unit : Unit
+    unit : SourceUnit
         The file, with the files that it imports.
 
     Attributes
@@ -54,7 +54,7 @@ class Names:
         In the order of the text.
     """
 
-    def __init__(self, unit: Unit) -> None:
+    def __init__(self, unit: SourceUnit) -> None:
         self.unit = unit
         self._key = key_of(unit.file.name)
         self._found: dict[int, Occurrence] = {}
@@ -225,7 +225,7 @@ class Names:
                 children = (*(part for branch in x.branches for part in branch), x.otherwise)
             elif isinstance(x, s.Range):
                 children = (x.start, x.step, x.stop)
-            elif isinstance(x, s.Array):
+            elif isinstance(x, s.ArrayNode):
                 children = x.items
             elif isinstance(x, s.Comprehension):
                 pending.append((x.item, self._loops(x.iterators, place)))

@@ -16,7 +16,7 @@ from pygls.lsp.server import LanguageServer
 
 from mbdsl.editor import navigation
 from mbdsl.editor.check_process import CheckProcess
-from mbdsl.editor.completion import Item, complete
+from mbdsl.editor.completion import Proposal, complete
 from mbdsl.editor.connection import Input
 from mbdsl.editor.hover import hover
 from mbdsl.editor.navigation import Location
@@ -292,7 +292,7 @@ def _without_traceback(record: logging.LogRecord) -> bool:
     return True
 
 
-def _completion_item(item: Item, at: lsp.Range) -> lsp.CompletionItem:
+def _completion_item(item: Proposal, at: lsp.Range) -> lsp.CompletionItem:
     return lsp.CompletionItem(
         item.label,
         kind=_FORMS[item.form],

@@ -21,7 +21,7 @@ def proposals(expected: str) -> Iterator[tuple[str, str, str, str, int]]:
     Yields
     ------
     tuple
-        The fields of a :class:`~mbdsl.editor.completion.Item`.
+        The fields of a :class:`~mbdsl.editor.completion.Proposal`.
     """
     wanted = units.dimension(expected) if expected else None
     angles = wanted == units.NUMBER and expected != "rad"

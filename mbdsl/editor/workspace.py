@@ -9,7 +9,7 @@ from mbdsl.editor.library import LooseLibrary
 from mbdsl.editor.names import Names
 from mbdsl.errors import UsageError
 from mbdsl.lang import syntax as s
-from mbdsl.lang.library import Allowed, Unit, key_of, read
+from mbdsl.lang.library import Allowed, SourceUnit, key_of, read
 
 FILES = 500  #: files of the folders that are searched for a name
 FOLDERS = 2000  #: folders that are searched for files
@@ -81,7 +81,7 @@ class Workspace:
         known = next((text for name, text in texts.items() if key_of(name) == key_of(path)), None)
         text = self.text(path) if known is None else known
         if len(text) > SIZE:
-            return Names(Unit(s.File(path, (), ()), text))
+            return Names(SourceUnit(s.File(path, (), ()), text))
         return Names(LooseLibrary(self._allowed, unsaved=texts).add(text, path))
 
     def files(self, path: str, others: Iterable[str] = ()) -> Iterator[str]:

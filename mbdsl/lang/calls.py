@@ -15,7 +15,7 @@ from mbdsl.lang.source import Source
 _PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
 
 
-class Call(Source):
+class CallLine(Source):
     """The line outside of mbdsl that is being executed; its text is read when an error shows it."""
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Given(Source):
 
     def __init__(self, what: str, text: str) -> None:
         super().__init__(f"<{what}>", text)
-        self.call = Call()
+        self.call = CallLine()
 
     def _span(self, start: int, end: int) -> Span:
         found = super()._span(start, end)

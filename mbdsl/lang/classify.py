@@ -9,7 +9,7 @@ from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError
 from mbdsl.lang import modelica_names, quantities
 from mbdsl.lang import syntax as s
-from mbdsl.lang.library import Unit
+from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.mistakes import equations
 from mbdsl.lang.mistakes import kinds as other_kinds
 from mbdsl.lang.mistakes import names as other_names
@@ -27,8 +27,8 @@ def is_frame_type(name: str) -> bool:
 
 
 def classify(
-    d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = list, spatial: bool = False
-) -> str | tuple[s.Model, Unit]:
+    d: s.Declaration, unit: SourceUnit, around: Callable[[], list[s.Item]] = list, spatial: bool = False
+) -> str | tuple[s.Model, SourceUnit]:
     """The class of a declaration: "value", "frame", "table", the name of a kind, or a model.
 
     ``around()`` are the other items and equations of its model, and ``spatial`` says whether this is a model in space,
@@ -76,7 +76,7 @@ def other_dimension(kind: str, spatial: bool, d: s.Declaration) -> ModelError:
 
 
 def no_type(
-    d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = list, spatial: bool = False
+    d: s.Declaration, unit: SourceUnit, around: Callable[[], list[s.Item]] = list, spatial: bool = False
 ) -> ModelError:
     """The error for a declaration of an unknown type."""
     if d.prefixes & {"parameter", "constant"}:

@@ -13,7 +13,7 @@ class NotConnected(ModelError):
     """A port has no frame. While a model is built from Python, it may be connected later."""
 
 
-class Node:
+class PortNode:
     """A port of a joint or force, or a connector of a sub-model; after all connections it has a frame."""
 
     __slots__ = ("_above", "_at", "_frame", "at", "name")
@@ -21,11 +21,11 @@ class Node:
     def __init__(self, name: str, at: At = None) -> None:
         self.name = name
         self.at = at
-        self._above: Node | None = None
+        self._above: PortNode | None = None
         self._frame: Frame | None = None
         self._at: At = None
 
-    def _top(self) -> Node:
+    def _top(self) -> PortNode:
         top = self
         while top._above is not None:
             top = top._above
@@ -38,7 +38,7 @@ class Node:
         return self._top()._frame
 
 
-def connect(a: Node | Frame, b: Node | Frame, at: At, inside: str = "") -> None:
+def connect(a: PortNode | Frame, b: PortNode | Frame, at: At, inside: str = "") -> None:
     """Record that ``a`` and ``b`` are the same frame; ``inside`` is the sub-model of the connection, for messages.
 
     Raises
@@ -52,7 +52,7 @@ def connect(a: Node | Frame, b: Node | Frame, at: At, inside: str = "") -> None:
         return
     if isinstance(a, Frame):
         a, b = b, a
-    assert isinstance(a, Node)
+    assert isinstance(a, PortNode)
     top = a._top()
     if isinstance(b, Frame):
         if top._frame is None:

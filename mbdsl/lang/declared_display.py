@@ -12,7 +12,7 @@ from mbdsl.lang.values import Quantity
 
 if TYPE_CHECKING:
     from mbdsl.lang.entities import Slot
-    from mbdsl.lang.flat_component import Part
+    from mbdsl.lang.flat_component import FlatComponent
 
 HINT = 'e.g. displayUnit = "deg"'
 
@@ -54,7 +54,7 @@ def of_value(slot: Slot, unit: str) -> tuple[str, str]:
     return unit, shown
 
 
-def of_signals(parts: Iterable[Part]) -> dict[str, str]:
+def of_signals(parts: Iterable[FlatComponent]) -> dict[str, str]:
     """Signal -> its display unit, of modifiers such as ``phi(displayUnit = "deg")``."""
     found = {}
     for part in parts:

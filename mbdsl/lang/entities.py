@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Union
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, units, values
-from mbdsl.lang.connections import Node
+from mbdsl.lang.connections import PortNode
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Frame, Input, Table
 
 if TYPE_CHECKING:
-    from mbdsl.lang.flat_component import Part
+    from mbdsl.lang.flat_component import FlatComponent
     from mbdsl.lang.flat_model import Assembly
-    from mbdsl.lang.scope import Signal
+    from mbdsl.lang.scope import SignalEntity
 
 SMOOTHNESS = ("linear", "cubic", "monotone")
 EXTRAPOLATION = ("hold", "linear", "periodic", "error")
@@ -86,7 +86,7 @@ class Disabled:
         self.at = at
 
 
-class Array:
+class ComponentArray:
     """Components with indices. In a loop they are added one by one."""
 
     __slots__ = ("at", "items", "name", "sizes")
@@ -158,18 +158,18 @@ class FrameMember:
         self,
         assembly: Assembly,
         name: str,
-        make: Callable[[], Frame | Node],
+        make: Callable[[], Frame | PortNode],
         at: At,
-        base: Callable[[], Frame | Node | Part] | None = None,
+        base: Callable[[], Frame | PortNode | FlatComponent] | None = None,
     ) -> None:
         self.assembly = assembly
         self.name = name
         self.at = at
         self.base = base  #: what it is fixed to
         self._make = make
-        self._target: Frame | Node | None = None
+        self._target: Frame | PortNode | None = None
 
-    def target(self) -> Frame | Node:
+    def target(self) -> Frame | PortNode:
         if self._target is None:
             with self.assembly.defining(self, f"`{self.name}`", self.at):
                 self._target = self._make()
@@ -304,5 +304,17 @@ class TableMember:
 
 
 Entity = Union[
-    Quantity, tuple, Slot, "Signal", Frame, Node, FrameMember, TableMember, "Part", Array, Many, Disabled, Namespace
+    Quantity,
+    tuple,
+    Slot,
+    "SignalEntity",
+    Frame,
+    PortNode,
+    FrameMember,
+    TableMember,
+    "FlatComponent",
+    ComponentArray,
+    Many,
+    Disabled,
+    Namespace,
 ]

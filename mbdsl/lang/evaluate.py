@@ -30,7 +30,7 @@ class Budget:
             raise ModelError(f"evaluating the model takes more than {NODES} operations")
 
 
-class Scope(Protocol):
+class Names(Protocol):
     """The meaning of names in an expression."""
 
     budget: Budget
@@ -41,7 +41,7 @@ class Scope(Protocol):
     def apply(self, reference: s.Reference, argument: Value) -> Value | None:
         """``reference`` as a table at ``argument``; None if it is not a table."""
 
-    def with_locals(self, names: dict[str, Value]) -> Scope:
+    def with_locals(self, names: dict[str, Value]) -> Names:
         """The same scope with additional names, as in a loop."""
 
     def last(self) -> Value:
@@ -60,7 +60,7 @@ class Scope(Protocol):
         """The value of a function of the model; None if it has none of this name."""
 
 
-def evaluate(e: s.Expression, scope: Scope) -> Value:
+def evaluate(e: s.Expression, scope: Names) -> Value:
     """The value of ``e``; an error without a place is given that of the innermost faulty expression."""
     try:
         return _evaluate(e, scope)
@@ -70,7 +70,7 @@ def evaluate(e: s.Expression, scope: Scope) -> Value:
         raise
 
 
-def _evaluate(e: s.Expression, scope: Scope) -> Value:
+def _evaluate(e: s.Expression, scope: Names) -> Value:
     scope.budget.spend()
     match e:
         case s.Number():
@@ -89,7 +89,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
             return values.negate(value) if operator == "-" else value
         case s.Call():
             return _spend(_call(e, scope), scope)
-        case s.Array(items, unit):
+        case s.ArrayNode(items, unit):
             found = tuple(evaluate(item, scope) for item in items)
             if unit:
                 unit_mistakes.check_readings(unit, scope.declared)
@@ -121,7 +121,7 @@ def _with_unit(found: tuple, unit: Unit, items: tuple[s.Expression, ...]) -> Val
         raise
 
 
-def _spend(value: Value, scope: Scope) -> Value:
+def _spend(value: Value, scope: Names) -> Value:
     if isinstance(value, tuple):
         scope.budget.spend(math.prod(values.shape(value)))
     return value
@@ -151,7 +151,7 @@ _OPERATORS = {
 }
 
 
-def _binary(e: s.Binary, scope: Scope) -> Value:
+def _binary(e: s.Binary, scope: Names) -> Value:
     # Sums and products associate to the left; a long one must not need a deep recursion.
     spine = [e]
     while isinstance(e.left, s.Binary):
@@ -181,7 +181,7 @@ def _binary(e: s.Binary, scope: Scope) -> Value:
     return result
 
 
-def _choice(e: s.Choice, scope: Scope) -> Value:
+def _choice(e: s.Choice, scope: Names) -> Value:
     branches = []
     otherwise: Value | None = None
     for condition, value in e.branches:
@@ -204,7 +204,7 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
     return result
 
 
-def _call(e: s.Call, scope: Scope) -> Value:
+def _call(e: s.Call, scope: Names) -> Value:
     written = write(e.function)
     name = modelica_names.function(written)
     if name not in functions.FUNCTIONS and name != "der" and (found := scope.call(e)) is not None:
@@ -233,7 +233,7 @@ def _call(e: s.Call, scope: Scope) -> Value:
     raise ModelError(f"no function is called `{written}`", span_of(e.function.at), hint)
 
 
-def _der(arguments: list[s.Expression], scope: Scope) -> Value:
+def _der(arguments: list[s.Expression], scope: Names) -> Value:
     if len(arguments) != 1:
         raise ModelError(f"der() takes 1 argument, found {len(arguments)}")
     inner = values.numeric(evaluate(arguments[0], scope), "der()")
@@ -247,7 +247,7 @@ def _der(arguments: list[s.Expression], scope: Scope) -> Value:
     return Quantity(rate, dimension)
 
 
-def range_values(e: s.Range, scope: Scope) -> list[int | float]:
+def range_values(e: s.Range, scope: Names) -> list[int | float]:
     """The numbers of ``first:step:last``."""
     bounds = [evaluate(x, scope) for x in (e.start, e.step, e.stop) if x is not None]
     if e.step is None or all(isinstance(getattr(b, "value", None), int) for b in bounds):
@@ -272,7 +272,7 @@ def range_values(e: s.Range, scope: Scope) -> list[int | float]:
     return [start + i * by_ for i in range(n)]
 
 
-def loop(iterators: tuple[s.Iterator, ...], scope: Scope):
+def loop(iterators: tuple[s.Iterator, ...], scope: Names):
     """One scope for every iteration of a loop; the last iterator varies fastest."""
     if not iterators:
         yield scope

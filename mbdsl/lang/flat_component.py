@@ -17,7 +17,7 @@ from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import argument_checks, coupled_coordinates, modelica_names, orientations, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node, NotConnected
+from mbdsl.lang.connections import NotConnected, PortNode
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.mistakes import doubts, joint_laws, members
 from mbdsl.lang.mistakes import names as other_names
@@ -35,7 +35,7 @@ from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.elements.rope_path import Path
-    from mbdsl.lang.evaluate import Scope
+    from mbdsl.lang.evaluate import Names
     from mbdsl.lang.flat_model import Assembly
 
 #: results of a simulation, which are not variables of its equations
@@ -120,7 +120,7 @@ class Template:
         return other_names.axis(self.kind.name, owner, n, joint)
 
 
-class Part:
+class FlatComponent:
     """A component of the flat model under construction."""
 
     __slots__ = (
@@ -153,15 +153,15 @@ class Part:
         self.contexts = contexts
         self.at = at
         self.doc = doc
-        self.joint: Part | None = None  #: whose own frames it uses
-        self.nodes = {port: Node(f"{name}.{port}", at) for port in template.kind.ports}
+        self.joint: FlatComponent | None = None  #: whose own frames it uses
+        self.nodes = {port: PortNode(f"{name}.{port}", at) for port in template.kind.ports}
         self._values: dict | None = None
         self._frames: dict[str, Frame] | None = None
         self._laws: dict[str, Expr] = {}
         self._formulas: signals.Formulas | None = None
         self._signal_names: tuple[str, ...] | None = None
         self._path: Path | None = None
-        self.drawn: list[tuple[tuple[s.Argument, ...], Scope]] = []  #: annotations with shapes
+        self.drawn: list[tuple[tuple[s.Argument, ...], Names]] = []  #: annotations with shapes
         self.lacks: set[str] = set()  #: effects in ``assembly.without`` that it would have otherwise
 
     # -- values ------------------------------------------------------------------------------------------------
@@ -380,7 +380,7 @@ class Part:
             }
         return self._frames
 
-    def follow(self, joint: Part) -> None:
+    def follow(self, joint: FlatComponent) -> None:
         """Take the axis of a joint that it is attached to, unless it has its own."""
         kind, follows = joint.kind, self.kind.follows
         if not isinstance(kind, JointKind) or not kind.free_axes:
@@ -395,7 +395,7 @@ class Part:
         else:
             self._values = FrozenDict({**self.values, "n": joint.values[axis]})
 
-    def _immovable(self, joint: Part) -> ModelError:
+    def _immovable(self, joint: FlatComponent) -> ModelError:
         """The error of a driver of a motion that the joint does not have."""
         turns = self.kind.follows == "rotation"
         one, other = ("Rotational", "Translational") if turns else ("Translational", "Rotational")
@@ -505,7 +505,7 @@ class Part:
         found = wrenches.in_axes(force, torque, lambda name: self.assembly.coordinate(frame, name).value)  # type: ignore[arg-type,return-value]
         return Quantity(found[key], units.dimension(wrenches.units(self.assembly.spatial)[key]))
 
-    def own(self, name: str) -> Value | Node | Frame | None:
+    def own(self, name: str) -> Value | PortNode | Frame | None:
         """The parameter, port or frame called ``name`` in the component; None for signals and unknown names."""
         if name in self.nodes:
             return self.nodes[name]
@@ -516,7 +516,7 @@ class Part:
             return self.frames.get(name)
         return None
 
-    def by_other_name(self, name: str) -> Node | Frame | None:
+    def by_other_name(self, name: str) -> PortNode | Frame | None:
         """The port or frame that has ``name`` in Modelica or by the habit of other kinds: `rod.frame_a`, `pin.a`."""
         if not isinstance(self.kind, BodyKind):
             return self.nodes.get(modelica_names.PORTS.get(name, ""))
@@ -633,5 +633,5 @@ def _dimension(kind: Kind, signal: str) -> Dimension | None:
     return units.dimension(unit) if unit else None
 
 
-def is_body(part: Part) -> bool:
+def is_body(part: FlatComponent) -> bool:
     return isinstance(part.kind, BodyKind)

@@ -14,11 +14,11 @@ from mbdsl.errors import ModelError, ModelNote, ModelWarning
 from mbdsl.expressions import spatial_coordinates, symbolic
 from mbdsl.lang import declared_display, limits, quantities, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node, NotConnected, connect
+from mbdsl.lang.connections import NotConnected, PortNode, connect
 from mbdsl.lang.display_units import declare
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget, place
-from mbdsl.lang.flat_component import Part, is_body
+from mbdsl.lang.flat_component import FlatComponent, is_body
 from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts
@@ -48,7 +48,7 @@ class Positional:
         self.e, self.scope, self.level = e, scope, level
         self._found: Any = None
 
-    def find(self, contexts: Contexts) -> Frame | Node | Part:
+    def find(self, contexts: Contexts) -> Frame | PortNode | FlatComponent:
         if self._found is None:
             self._found = self.scope.frame(self.e)
         found = self._found
@@ -73,17 +73,17 @@ class Assembly:
     def __init__(self, spatial: bool = False) -> None:
         self.spatial = spatial
         self.budget = Budget()
-        self.parts: dict[str, Part] = {}
+        self.parts: dict[str, FlatComponent] = {}
         #: what components without modifiers share, of each kind: as Template.shared
         self.plain: dict[Kind, tuple[dict, dict, set[str]]] = {}
-        self.frames: list[FrameMember | Node] = []
+        self.frames: list[FrameMember | PortNode] = []
         self.slots: list[Slot] = []
-        self.ground: Part | None = None
+        self.ground: FlatComponent | None = None
         self.without: tuple[str, ...] = ()  #: effects to leave out
         self.library: Library | None = None  #: the files of a model that was read from a text
         self._active: dict[object, tuple[str, At]] = {}
-        self._attachments: list[tuple[Part, list[Positional]]] = []
-        self._connectors: list[tuple[Node, Positional, Contexts]] = []
+        self._attachments: list[tuple[FlatComponent, list[Positional]]] = []
+        self._connectors: list[tuple[PortNode, Positional, Contexts]] = []
         self._connects: list[tuple[s.Expression, s.Expression, Scope, At]] = []
         self._initial: list[tuple[s.Initial, Scope]] = []
         self._steady: s.Initial | None = None  # that lets the model start at its equilibrium
@@ -109,7 +109,7 @@ class Assembly:
         finally:
             del self._active[key]
 
-    def add(self, part: Part, positional: list[Positional]) -> None:
+    def add(self, part: FlatComponent, positional: list[Positional]) -> None:
         """Add a component with its positional arguments."""
         if len(self.parts) >= limits.COMPONENTS:
             raise ModelError(f"more than {limits.COMPONENTS} components", span_of(part.at))
@@ -141,7 +141,7 @@ class Assembly:
         if positional or any(port in part.template.modifiers for port in part.kind.ports):
             self._attachments.append((part, positional))
 
-    def attach_connector(self, node: Node, positional: Positional, contexts: Contexts) -> None:
+    def attach_connector(self, node: PortNode, positional: Positional, contexts: Contexts) -> None:
         self._connectors.append((node, positional, contexts))
 
     def connect(self, first: s.Expression, second: s.Expression, scope: Scope, at: At) -> None:
@@ -193,7 +193,7 @@ class Assembly:
             self._attach(part, positional)
         for node, argument, contexts in connectors:
             found = argument.find(contexts)
-            if isinstance(found, Part):
+            if isinstance(found, FlatComponent):
                 raise ModelError(
                     f"`{found.name}` is a {found.kind.name}, expected a frame for `{node.name}`", span_of(argument.e.at)
                 )
@@ -209,7 +209,7 @@ class Assembly:
                 if part.nodes[port].frame is None:
                     connect(part.nodes[port], self.world(part), part.at)
 
-    def world(self, part: Part) -> Frame:
+    def world(self, part: FlatComponent) -> Frame:
         """The frame of an optional port that is not connected."""
         if self.ground is None:
             raise NotConnected(
@@ -219,13 +219,13 @@ class Assembly:
             )
         return self.ground.frames["c"]
 
-    def _attach(self, part: Part, positional: list[Positional]) -> None:
+    def _attach(self, part: FlatComponent, positional: list[Positional]) -> None:
         kind = part.kind
         found = [(p.find(part.contexts), p.e.at) for p in positional]
         named = [port for port in kind.ports if port in part.template.modifiers]
-        if len(found) == 1 and isinstance(kind, PairKind) and kind.ports and isinstance(found[0][0], Part):
+        if len(found) == 1 and isinstance(kind, PairKind) and kind.ports and isinstance(found[0][0], FlatComponent):
             other, at = found[0]
-            assert isinstance(other, Part)
+            assert isinstance(other, FlatComponent)
             if other is part:
                 raise ModelError(f"`{part.name}` cannot be attached to itself", span_of(at))
             if not other.nodes:
@@ -248,7 +248,7 @@ class Assembly:
                 hint,
             )
         for port, (frame, at) in zip(free, found, strict=False):
-            if isinstance(frame, Part):
+            if isinstance(frame, FlatComponent):
                 both = f"; alone, as `{kind.name} {part.name}({frame.name})`, it stands for both"
                 raise ModelError(
                     f"`{frame.name}` is a {frame.kind.name}, expected a frame for `{port}` of `{part.name}`",
@@ -262,17 +262,17 @@ class Assembly:
             if modifier.value is None:
                 raise ModelError(f"`{port}` of `{part.name}` takes a frame", span_of(modifier.at))
             frame = Positional(modifier.value, modifier.scope, modifier.level).find(part.contexts)
-            if isinstance(frame, Part):
+            if isinstance(frame, FlatComponent):
                 raise ModelError(
                     f"`{frame.name}` is a {frame.kind.name}, expected a frame for `{port}`", modifier.value_span()
                 )
             connect(part.nodes[port], frame, modifier.value.at)
 
-    def _ends(self, e: s.Expression, scope: Scope) -> list[tuple[Frame | Node | None, At]]:
+    def _ends(self, e: s.Expression, scope: Scope) -> list[tuple[Frame | PortNode | None, At]]:
         found = scope.frame(e)
-        ends: list[tuple[Frame | Node | None, At]] = []
+        ends: list[tuple[Frame | PortNode | None, At]] = []
         for item in found.items if isinstance(found, Many) else [found]:
-            if isinstance(item, Part):
+            if isinstance(item, FlatComponent):
                 raise ModelError(
                     f"`{item.name}` is a {item.kind.name}, expected one of its ports",
                     span_of(e.at),
@@ -321,7 +321,7 @@ class Assembly:
         aliases: dict[str, str] = {}
         for member in self.frames:
             found = member.target() if isinstance(member, FrameMember) else member
-            frame = found.frame if isinstance(found, Node) else found
+            frame = found.frame if isinstance(found, PortNode) else found
             if frame is not None and frame.name == member.name:
                 frames[frame.name] = frame
             elif frame is not None:

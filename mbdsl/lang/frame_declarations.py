@@ -8,9 +8,9 @@ from mbdsl.elements.kind import is_point
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, orientations, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node
+from mbdsl.lang.connections import PortNode
 from mbdsl.lang.evaluate import place
-from mbdsl.lang.flat_component import Part, frame_at, is_body
+from mbdsl.lang.flat_component import FlatComponent, frame_at, is_body
 from mbdsl.lang.flat_model import Positional
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.mistakes.names import in_braces
@@ -28,7 +28,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
         return _in_space(name, base, modifiers, contexts, at)
     entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
     x0 = y0 = phi0 = 0.0
-    if isinstance(entity, Part) and is_body(entity):
+    if isinstance(entity, FlatComponent) and is_body(entity):
         body = entity.name  # a body's bare name: its reference point
     else:
         found = base.find(contexts)
@@ -70,7 +70,7 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
     entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
     pose: tuple[float, ...] = (0.0, 0.0, 0.0, *SpatialFrame.axes)
     turn = 0.0
-    if isinstance(entity, Part) and is_body(entity):
+    if isinstance(entity, FlatComponent) and is_body(entity):
         body = entity.name
     else:
         found = base.find(contexts)
@@ -97,10 +97,10 @@ def _checked(base: Positional, frame: Frame) -> Frame:
     return frame
 
 
-def alias(argument: Positional, contexts: Contexts) -> Frame | Node:
+def alias(argument: Positional, contexts: Contexts) -> Frame | PortNode:
     found = argument.find(contexts)
-    if isinstance(found, Part):
+    if isinstance(found, FlatComponent):
         found = as_frame(found, argument.e)  # type: ignore[assignment]
-    if not isinstance(found, Frame | Node):
+    if not isinstance(found, Frame | PortNode):
         raise ModelError(f"`{write(argument.e)}` is not a frame", span_of(argument.e.at))
     return found

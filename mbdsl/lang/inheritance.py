@@ -9,7 +9,7 @@ from mbdsl.elements import find
 from mbdsl.errors import ModelError
 from mbdsl.lang import modelica_names
 from mbdsl.lang import syntax as s
-from mbdsl.lang.library import Unit
+from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.modifiers import Modifiers, bind, merge
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
@@ -21,12 +21,12 @@ class Member:
     """An item of a model or of one that it extends, with the file it came from and the modifiers of `extends`."""
 
     item: s.Item
-    unit: Unit
+    unit: SourceUnit
     modifiers: Modifiers
 
 
 @dataclass
-class Content:
+class ModelContent:
     """All items of a model and its bases; names are looked up in ``scope``, that of the extending model."""
 
     scope: Scope
@@ -35,7 +35,7 @@ class Content:
     equations: list[s.Item] = field(default_factory=list)
     initial: list[s.Item] = field(default_factory=list)
 
-    def add(self, model: s.Model, unit: Unit, modifiers: Modifiers, below: tuple[s.Model, ...] = ()) -> None:
+    def add(self, model: s.Model, unit: SourceUnit, modifiers: Modifiers, below: tuple[s.Model, ...] = ()) -> None:
         """Add ``model`` from the file ``unit``; ``below`` are the models that extend it."""
         if any(m is model for m in below):
             raise ModelError(f"`{model.name}` extends itself: {circle(below, model)}", span_of(model.at))
@@ -51,7 +51,7 @@ class Content:
         self.initial += model.initial
 
     def _extend(
-        self, item: s.Extends, model: s.Model, unit: Unit, modifiers: Modifiers, below: tuple[s.Model, ...]
+        self, item: s.Extends, model: s.Model, unit: SourceUnit, modifiers: Modifiers, below: tuple[s.Model, ...]
     ) -> None:
         found = unit.find(item.base)
         if found is None:
@@ -97,7 +97,7 @@ def declared_names(item: s.Item) -> list[str]:
     return [d.name for d in declarations(item)]
 
 
-def reachable(model: s.Model, unit: Unit) -> list[s.Model]:
+def reachable(model: s.Model, unit: SourceUnit) -> list[s.Model]:
     """A model and all models that it consists of: its bases, the models of its components, and theirs."""
     found, waiting = [], [(model, unit)]
     while waiting:

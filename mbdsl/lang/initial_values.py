@@ -11,7 +11,7 @@ from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
-from mbdsl.lang.flat_component import Part
+from mbdsl.lang.flat_component import FlatComponent
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
@@ -65,7 +65,9 @@ def check_steady(item: s.Initial, given: Iterable[InitialValue]) -> None:
 class InitialValues:
     """The initial values of a model."""
 
-    def __init__(self, parts: Iterable[Part], equations: list[tuple[s.Initial, Scope]], warn: doubts.Warn) -> None:
+    def __init__(
+        self, parts: Iterable[FlatComponent], equations: list[tuple[s.Initial, Scope]], warn: doubts.Warn
+    ) -> None:
         self.parts = parts
         self.warn = warn
         self.equations = equations

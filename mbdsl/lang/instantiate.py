@@ -14,15 +14,15 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
 from mbdsl.lang.classify import attached, classify, is_frame_type, no_type, other_dimension
-from mbdsl.lang.connections import Node
-from mbdsl.lang.entities import TABLE_ARGUMENTS, Array, Disabled, Entity, FrameMember, Namespace, TableMember
+from mbdsl.lang.connections import PortNode
+from mbdsl.lang.entities import TABLE_ARGUMENTS, ComponentArray, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop, place
-from mbdsl.lang.flat_component import Part, Template
+from mbdsl.lang.flat_component import FlatComponent, Template
 from mbdsl.lang.flat_model import Assembly, Positional
 from mbdsl.lang.frame_declarations import alias, fixed_frame
-from mbdsl.lang.inheritance import Content, Member, circle, declarations, declared_names
+from mbdsl.lang.inheritance import Member, ModelContent, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
-from mbdsl.lang.library import Unit
+from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.mistakes import doubts, equations
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
@@ -43,7 +43,7 @@ class Instance:
         assembly: Assembly,
         namespace: Namespace,
         model: s.Model,
-        unit: Unit,
+        unit: SourceUnit,
         modifiers: Modifiers,
         chain: tuple[s.Model, ...] = (),
         at: At = None,
@@ -60,11 +60,11 @@ class Instance:
             raise ModelError(f"`{model.name}` contains itself: {circle(chain, model)}", span_of(at))
         if len(self.chain) > limits.INSTANCE_DEPTH:
             raise ModelError(f"sub-models more than {limits.INSTANCE_DEPTH} deep", span_of(at))
-        self.content = Content(self.scope)
+        self.content = ModelContent(self.scope)
         self.content.add(model, unit, {})
         self.members = self.content.members
         blocks = (m.item for m in self.members if not isinstance(m.item, s.Declaration))
-        self._classes: dict[int, str | tuple[s.Model, Unit]] = {}  # of declarations, by their places in the tree
+        self._classes: dict[int, str | tuple[s.Model, SourceUnit]] = {}  # of declarations, by their places in the tree
         self.looped = {name for item in blocks for name in declared_names(item)}
 
     def build(self) -> None:
@@ -238,12 +238,12 @@ class Instance:
         frames = lambda: attached(d, self._around())  # noqa: E731
         template.unknown(d.name, frames, self.assembly.passed)
 
-        def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
+        def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> FlatComponent:
             own = template
             if index in elements:
                 own = Template(template.kind, merge(elements[index].inner, modifiers))
                 own.unknown(name, frames, self.assembly.passed)
-            made = Part(self.assembly, name, own, contexts, d.at, d.doc)
+            made = FlatComponent(self.assembly, name, own, contexts, d.at, d.doc)
             if d.notes:
                 made.drawn.append((d.notes, scope))
             self.assembly.add(made, arguments)
@@ -277,7 +277,7 @@ class Instance:
         self,
         d: s.Declaration,
         model: s.Model,
-        unit: Unit,
+        unit: SourceUnit,
         arguments: list[Positional],
         modifiers: Modifiers,
         elements: Elements,
@@ -307,11 +307,13 @@ class Instance:
             index = tuple(self._index(i, scope) for i in d.indices)
             array = namespace.members.get(d.name)
             if array is None:
-                array = namespace.members[d.name] = Array(full, len(index), d.at)
+                array = namespace.members[d.name] = ComponentArray(full, len(index), d.at)
             name = f"{full}[{','.join(map(str, index))}]"
-            if not isinstance(array, Array) or len(array.sizes) != len(index) or index in array.items:
+            if not isinstance(array, ComponentArray) or len(array.sizes) != len(index) or index in array.items:
                 what = (
-                    "is declared twice" if isinstance(array, Array) and index in array.items else "is already declared"
+                    "is declared twice"
+                    if isinstance(array, ComponentArray) and index in array.items
+                    else "is already declared"
                 )
                 raise ModelError(f"`{name}` {what}", span_of(d.at))
             array.add(index, make(name, namespace.contexts, index))
@@ -329,7 +331,7 @@ class Instance:
             raise ModelError(
                 f"`{full}` has {count} elements, but a model has at most {limits.COMPONENTS} components", span_of(d.at)
             )
-        array = namespace.members[d.name] = Array(full, len(sizes), d.at)
+        array = namespace.members[d.name] = ComponentArray(full, len(sizes), d.at)
         array.sizes = tuple(sizes)
         for index in _indices(sizes):
             contexts = (*namespace.contexts, *((i - 1, size) for i, size in zip(index, sizes, strict=True)))
@@ -357,7 +359,7 @@ class Instance:
         modifiers: Modifiers,
         value: s.Expression | None,
         scope: Scope,
-    ) -> Node | FrameMember:
+    ) -> PortNode | FrameMember:
         if value is not None:
             if arguments or modifiers:
                 where = arguments[0].e.at if arguments else next(iter(modifiers.values())).at
@@ -379,7 +381,7 @@ class Instance:
                     span_of(first.at),
                     f"a frame fixed to a body names it first: `Frame {d.name}(ground, r = {{x, y}});`",
                 )
-            node = Node(name, d.at)
+            node = PortNode(name, d.at)
             self.assembly.frames.append(node)
             return node
         if len(arguments) > 1:
@@ -402,7 +404,7 @@ class Instance:
         name: str,
         contexts: Contexts,
         model: s.Model,
-        unit: Unit,
+        unit: SourceUnit,
         modifiers: Modifiers,
         arguments: list[Positional],
         d: s.Declaration,
@@ -440,7 +442,7 @@ class Instance:
 
     def _bind(self, namespace: Namespace, connector: str, argument: Positional, contexts: Contexts) -> None:
         node = namespace.members.get(connector)
-        if isinstance(node, Node):
+        if isinstance(node, PortNode):
             self.assembly.attach_connector(node, argument, contexts)
 
     def _refuse_elements(self, d: s.Declaration, elements: Elements) -> None:

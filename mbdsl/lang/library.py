@@ -43,18 +43,18 @@ def allowed_now() -> Allowed:
 
 
 @dataclass
-class Unit:
+class SourceUnit:
     """One file with the files that it imports."""
 
     file: s.File
     text: str
-    imports: list[Unit] = field(default_factory=list)
-    aliases: dict[str, Unit] = field(default_factory=dict)
+    imports: list[SourceUnit] = field(default_factory=list)
+    aliases: dict[str, SourceUnit] = field(default_factory=dict)
 
     def own(self, name: str) -> s.Model | None:
         return next((m for m in self.file.models if m.name == name), None)
 
-    def find(self, name: str) -> tuple[s.Model, Unit] | None:
+    def find(self, name: str) -> tuple[s.Model, SourceUnit] | None:
         """The model that ``name`` (or ``alias.Name``) denotes in this file."""
         alias, dot, rest = name.partition(".")
         if dot:
@@ -101,7 +101,7 @@ class Library:
         unsaved: Mapping[str, str] = {},
         data: Mapping[str, Columns] = {},
     ) -> None:
-        self.units: dict[str, Unit] = {}
+        self.units: dict[str, SourceUnit] = {}
         self._texts = texts  #: the files by name, if they are not read from the disk
         self._unsaved = {key_of(file): text for file, text in unsaved.items()}
         self._allowed = True if texts is not None else allowed_now() if allowed is None else allowed
@@ -155,7 +155,7 @@ class Library:
             raise data_files.DataError("the stored model has no such file", "load the model from its file")
         return data_files.from_text(self._texts[path], x, y)
 
-    def add(self, text: str, file: str) -> Unit:
+    def add(self, text: str, file: str) -> SourceUnit:
         """Add a text and, recursively, all that it imports."""
         if self._allowed is not True:
             folder = os.path.dirname(file) if self._allowed is False else os.fspath(self._allowed)
@@ -167,8 +167,8 @@ class Library:
             waiting += self._import(waiting.pop())
         return unit
 
-    def _parse(self, text: str, file: str) -> Unit:
-        unit = Unit(parse(text, file), text)
+    def _parse(self, text: str, file: str) -> SourceUnit:
+        unit = SourceUnit(parse(text, file), text)
         self.units[key_of(file)] = unit
         seen: dict[str, s.Model] = {}
         for model in unit.file.models:
@@ -187,11 +187,11 @@ class Library:
             named[f.name] = f
         return unit
 
-    def unit_of(self, file: str) -> Unit:
+    def unit_of(self, file: str) -> SourceUnit:
         """The file of this name; the main one for texts that are no files, as those of ``--set``."""
         return self.units.get(key_of(file)) or next(iter(self.units.values()))
 
-    def _import(self, unit: Unit) -> list[Unit]:
+    def _import(self, unit: SourceUnit) -> list[SourceUnit]:
         """Connect ``unit`` with the files that it imports; return the new ones."""
         new = []
         for item in unit.file.imports:

@@ -19,7 +19,7 @@ from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.instantiate import Instance
-from mbdsl.lang.library import Allowed, Library, Unit, read
+from mbdsl.lang.library import Allowed, Library, SourceUnit, read
 from mbdsl.lang.mistakes.space import first_of_all
 from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
@@ -185,7 +185,7 @@ def _is_model(path: object) -> bool:
     )
 
 
-def _main(unit: Unit, name: str | None) -> s.Model:
+def _main(unit: SourceUnit, name: str | None) -> s.Model:
     models = unit.file.models
     if name is not None:
         found = unit.own(name)
@@ -219,7 +219,7 @@ def _plain(name: str) -> str:
 
 def instantiate(
     model: s.Model,
-    unit: Unit,
+    unit: SourceUnit,
     overrides: Mapping[str, Any] = {},
     without: tuple[str, ...] = (),
     library: Library | None = None,

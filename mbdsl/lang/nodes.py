@@ -287,22 +287,22 @@ class Nodes:
         inner = [e for a in arguments for e in _expressions(a)]
         return s.Call(function, arguments, at=function.at, depth=_deep(*inner))
 
-    def array(self, parts: list) -> s.Array:
+    def array(self, parts: list) -> s.ArrayNode:
         items = tuple(p for p in parts if isinstance(p, s.Expression))
-        return s.Array(items, _unit(parts), at=_at(parts[0], parts[-1]), depth=_deep(*items))
+        return s.ArrayNode(items, _unit(parts), at=_at(parts[0], parts[-1]), depth=_deep(*items))
 
     def comprehension(self, parts: list) -> s.Comprehension:
         item, iterators = parts[1], parts[3]
         depth = _deep(item, *(i.values for i in iterators))
         return s.Comprehension(item, iterators, _unit(parts), at=_at(parts[0], parts[-1]), depth=depth)
 
-    def row(self, parts: list) -> s.Array:
+    def row(self, parts: list) -> s.ArrayNode:
         items = tuple(p for p in parts if isinstance(p, s.Expression))
-        return s.Array(items, at=cover(items[0].at, items[-1].at), depth=_deep(*items))
+        return s.ArrayNode(items, at=cover(items[0].at, items[-1].at), depth=_deep(*items))
 
-    def matrix(self, parts: list) -> s.Array:
+    def matrix(self, parts: list) -> s.ArrayNode:
         rows = tuple(p for p in parts if isinstance(p, s.Expression))
-        return s.Array(rows, _unit(parts), at=_at(parts[0], parts[-1]), depth=_deep(*rows))
+        return s.ArrayNode(rows, _unit(parts), at=_at(parts[0], parts[-1]), depth=_deep(*rows))
 
 
 class _Indices(list):

@@ -78,7 +78,7 @@ def refuse_loose(frames: Modifiers, owner: str, spatial: bool) -> None:
     given = {key: m for key, m in frames.items() if m.value is not None}
     own = [key for key in given if key not in PARAMETERS]
     loose = {key: m for key, m in given.items() if key in PARAMETERS}
-    united = {key: isinstance(m.value, s.Array) and m.value.unit is not None for key, m in given.items()}
+    united = {key: isinstance(m.value, s.ArrayNode) and m.value.unit is not None for key, m in given.items()}
     direction = spatial and "n" in loose and not united["n"] and any(united[key] for key in own)
     if not (loose.keys() - {"n", "r"} or (len(loose) > 1 and not own) or direction):
         return  # `n` and `r` may be names of frames
@@ -91,8 +91,8 @@ def refuse_loose(frames: Modifiers, owner: str, spatial: bool) -> None:
         right = f"{name}({', '.join(f'{key} = {x}' for key, x in values.items())})"
     else:
         base = given[name].value if own else None
-        items = [*base.items[:2]] if isinstance(base, s.Array) else []
-        unit = base.unit if isinstance(base, s.Array) else None
+        items = [*base.items[:2]] if isinstance(base, s.ArrayNode) else []
+        unit = base.unit if isinstance(base, s.ArrayNode) else None
         shown = [write(s.Number(x.value, unit) if isinstance(x, s.Number) and unit else x) for x in items]
         right = f"{name} = {{{', '.join((*shown, *('x', 'y')[len(shown) :], values.get('phi', 'phi')))}}}"
     message = f"`{first.name}` is not a frame of `{owner}`, but belongs to one"

@@ -12,7 +12,7 @@ from mbdsl.elements.kind import is_point
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node, NotConnected
+from mbdsl.lang.connections import NotConnected, PortNode
 from mbdsl.lang.entities import Disabled, Many
 from mbdsl.lang.modifiers import Modifier
 from mbdsl.lang.source import span_of
@@ -21,13 +21,13 @@ from mbdsl.mechanism.scene import Component, Frame
 
 if TYPE_CHECKING:
     from mbdsl.elements.rope_path import Path
-    from mbdsl.lang.flat_component import Part
+    from mbdsl.lang.flat_component import FlatComponent
 
 
 HINT = "name frames at the centres of the discs, or bodies: `over = {wheel, block.sheave}`"
 
 
-def frames_over(modifier: Modifier | None) -> list[Frame | Node]:
+def frames_over(modifier: Modifier | None) -> list[Frame | PortNode]:
     """The frames that the parameter `over` names; a body stands for its centre of mass.
 
     Raises
@@ -37,27 +37,27 @@ def frames_over(modifier: Modifier | None) -> list[Frame | Node]:
     """
     if modifier is None or modifier.value is None:
         return []
-    items = modifier.value.items if isinstance(modifier.value, s.Array) else (modifier.value,)
+    items = modifier.value.items if isinstance(modifier.value, s.ArrayNode) else (modifier.value,)
     return [found for e in items for found in _named(e, modifier)]
 
 
-def _named(e: s.Expression, modifier: Modifier) -> Iterator[Frame | Node]:
+def _named(e: s.Expression, modifier: Modifier) -> Iterator[Frame | PortNode]:
     if not isinstance(e, s.Reference):
         raise ModelError(f"`over`: found `{write(e)}`, expected a frame or a body", span_of(e.at), HINT)
     found = modifier.scope.frame(e, centred=True)
     for x in found.items if isinstance(found, Many) else [found]:
         if isinstance(x, Disabled):
             raise ModelError(f"`{write(e)}`: `{x.name}` is switched off by its condition", span_of(e.at))
-        if not isinstance(x, Frame | Node):
+        if not isinstance(x, Frame | PortNode):
             what = f"`over`: `{write(e)}` is a {x.kind.name}, expected a body or one of its frames"
             raise ModelError(what, span_of(e.at), HINT)
         yield x
 
 
-def _frames(part: Part, over: Modifier | None) -> list[Frame]:
+def _frames(part: FlatComponent, over: Modifier | None) -> list[Frame]:
     found = []
     for x in frames_over(over):
-        frame = x.frame if isinstance(x, Node) else x
+        frame = x.frame if isinstance(x, PortNode) else x
         if frame is None:
             raise NotConnected(f"`{x.name}`, which `{part.name}` runs over, is not connected", span_of(part.at))
         found.append(frame)
@@ -69,7 +69,7 @@ def _frames(part: Part, over: Modifier | None) -> list[Frame]:
     return frames
 
 
-def path_of(part: Part, over: Modifier | None) -> Path:
+def path_of(part: FlatComponent, over: Modifier | None) -> Path:
     """The path of a part, over the frames that its parameter `over` names."""
     frames = _frames(part, over)
     if part.values["mu"] is None:
@@ -91,7 +91,7 @@ def path_of(part: Part, over: Modifier | None) -> Path:
     return part.kind.path(part.values, at, part.assembly.spatial)  # type: ignore[attr-defined, no-any-return]
 
 
-def spans(part: Part, over: Modifier | None) -> list[Component]:
+def spans(part: FlatComponent, over: Modifier | None) -> list[Component]:
     """A component for each span of the path: the first has the name and the signals of the part."""
     path, frames = part.path, _frames(part, over)
     made: list[Component] = []

@@ -42,7 +42,7 @@ def expression(value: Any, what: str, name_of: NameOf = no_name) -> s.Expression
         return s.Number(value)
     if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray):
         shown = _shown(value)
-        return s.Array(tuple(expression(v, what, name_of) for v in value), at=(Given(what, shown), 0, len(shown)))
+        return s.ArrayNode(tuple(expression(v, what, name_of) for v in value), at=(Given(what, shown), 0, len(shown)))
     hint = 'a text has its unit: `"30 deg"`'
     raise UsageError(f"`{what}`: found {_shown(value)}, expected a number, a text or a sequence", hint=hint)
 

@@ -11,10 +11,10 @@ from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME
 from mbdsl.lang import functions, modelica_names, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node, NotConnected
-from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
+from mbdsl.lang.connections import NotConnected, PortNode
+from mbdsl.lang.entities import ComponentArray, Disabled, FrameMember, Many, Namespace, Slot, TableMember
 from mbdsl.lang.evaluate import evaluate
-from mbdsl.lang.flat_component import ACCELERATIONS, Part, is_body
+from mbdsl.lang.flat_component import ACCELERATIONS, FlatComponent, is_body
 from mbdsl.lang.mistakes import doubts, members
 from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.source import At, span_of
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from mbdsl.lang.entities import Entity
 
 
-class Signal:
+class SignalEntity:
     """A name of a quantity that varies."""
 
     __slots__ = ("_make", "name")
@@ -58,7 +58,7 @@ class Scope:
         self.locals = local or {}
         self.varying = varying
         self.size = size  # of the dimension that is being indexed: the value of `end`
-        self.owner: Part | None = None
+        self.owner: FlatComponent | None = None
         self.law = ""
         self.budget = namespace.assembly.budget
 
@@ -68,7 +68,7 @@ class Scope:
     def for_signals(self) -> Scope:
         return self if self.varying else self._copy(self.locals, True, self.size)
 
-    def for_law(self, owner: Part, law: str) -> Scope:
+    def for_law(self, owner: FlatComponent, law: str) -> Scope:
         scope = self._copy(self.locals, True, self.size)
         scope.owner, scope.law = owner, law
         return scope
@@ -89,7 +89,7 @@ class Scope:
             self._doubt_hidden(self.owner, steps[0].name, value, reference)
         return value
 
-    def _doubt_hidden(self, owner: Part, name: str, value: Value, reference: s.Reference) -> None:
+    def _doubt_hidden(self, owner: FlatComponent, name: str, value: Value, reference: s.Reference) -> None:
         """Warn if a value of the model has the name of a signal of the component, which its law may have meant."""
         if name == self.law or not isinstance(self.namespace.find(name), Slot) or isinstance(value, tuple):
             return
@@ -99,7 +99,7 @@ class Scope:
             doubts.hidden_signal(self.namespace.assembly.warn, name, owner.name, reference.at)
 
     def value_of(self, entity: Entity, reference: s.Reference) -> Value:
-        if isinstance(entity, Signal):
+        if isinstance(entity, SignalEntity):
             if not self.varying:
                 raise self._not_constant(entity.name)
             return entity.value()
@@ -115,11 +115,11 @@ class Scope:
         if isinstance(entity, Disabled):
             raise _disabled(entity, write(reference))
         name = write(reference)
-        if isinstance(entity, Frame | Node | FrameMember):
+        if isinstance(entity, Frame | PortNode | FrameMember):
             raise ModelError(f"`{name}` is a frame, expected a value", None, f"its signals are {name}.x, .y, .phi, ...")
         if isinstance(entity, TableMember):
             raise ModelError(f"`{name}` is a table, expected a value", None, f"call it: `{name}(time)`")
-        if isinstance(entity, Part):
+        if isinstance(entity, FlatComponent):
             known = [n for n in entity.known_names() if "." not in n]
             raise ModelError(
                 f"`{name}` is a {entity.kind.name}, expected a value", None, f"it has {', '.join(known[:12])}"
@@ -231,7 +231,9 @@ class Scope:
         above = self.namespace.parent
         if above is not None and above.find(name) is not None:
             hint = "a sub-model does not see the names around it; pass it as a parameter or connector"
-            if isinstance(above.find(name), Part) and name == getattr(self.namespace.assembly.ground, "name", ""):
+            if isinstance(above.find(name), FlatComponent) and name == getattr(
+                self.namespace.assembly.ground, "name", ""
+            ):
                 hint = f"a sub-model sees the world if it declares `outer Ground {name};`"
             return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
         if name in ("ground", "world") and self.namespace.assembly.ground is not None:
@@ -243,9 +245,9 @@ class Scope:
         hint = hint or other_names.FUNCTIONS.get(name)
         return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
 
-    def _own(self, owner: Part, name: str) -> Entity | None:
+    def _own(self, owner: FlatComponent, name: str) -> Entity | None:
         if name != self.law and name in owner.signal_names():
-            return Signal(f"{owner.name}.{name}", lambda: owner.signal(name))
+            return SignalEntity(f"{owner.name}.{name}", lambda: owner.signal(name))
         if name == self.law and any(x.name == name for x in owner.kind.signals):
             # `torque = ...` cannot use itself, and the law `phi` of a driver differs from the measured `phi`.
             return None
@@ -253,11 +255,11 @@ class Scope:
 
     def _step(self, entity: Entity, step: s.Step, owner: str) -> Entity:
         name = step.name
-        if isinstance(entity, Part):
+        if isinstance(entity, FlatComponent):
             return self._of_part(entity, step, owner)
         if isinstance(entity, Many):
             return Many([self._step(item, step, owner) for item in entity.items])
-        if isinstance(entity, Array):
+        if isinstance(entity, ComponentArray):
             return Many([self._step(item, step, owner) for item in entity.in_order()])
         if isinstance(entity, Disabled):
             return entity
@@ -273,10 +275,10 @@ class Scope:
             if name == "frame_a" and entity.base is not None:
                 return entity.base()
             entity = entity.target()
-        if isinstance(entity, Frame | Node):
+        if isinstance(entity, Frame | PortNode):
             coordinates = self.namespace.assembly.coordinates
             if name in coordinates:
-                return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
+                return SignalEntity(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
             if name in ACCELERATIONS:
                 raise _output_only(f"{owner}.{name}", step.at)
             if name in SIZES and f"{name}x" in coordinates:
@@ -284,7 +286,7 @@ class Scope:
             assembly, (component, _, port) = self.namespace.assembly, entity.name.rpartition(".")
             kind = part.kind if (part := assembly.parts.get(component)) is not None else None
             if part is not None and isinstance(kind, PairKind) and name in wrenches.units(assembly.spatial):
-                return Signal(f"{owner}.{name}", lambda: part.on_port(port, name))
+                return SignalEntity(f"{owner}.{name}", lambda: part.on_port(port, name))
             if part is not None and isinstance(kind, PairKind):
                 coordinates = (*coordinates, *wrenches.units(assembly.spatial))
                 if name in SIZES and not step.indices:
@@ -298,10 +300,10 @@ class Scope:
         kind = "a table" if isinstance(entity, TableMember) else "a value"
         raise ModelError(f"`{owner}` is {kind}, it has no `{name}`", span_of(step.at))
 
-    def _of_part(self, part: Part, step: s.Step, owner: str) -> Entity:
+    def _of_part(self, part: FlatComponent, step: s.Step, owner: str) -> Entity:
         name = step.name
         if name in part.signal_names():
-            return Signal(f"{part.name}.{name}", lambda: part.signal(name))
+            return SignalEntity(f"{part.name}.{name}", lambda: part.signal(name))
         found = part.own(name)
         if found is not None:
             return found
@@ -311,7 +313,7 @@ class Scope:
             raise _size(f"{owner}.{name}", part.signal_names(), name, step.at)
         if is_body(part) and part.kind.is_frame and name in self.namespace.assembly.coordinates:  # type: ignore[attr-defined]
             frame = part.frames["c"]
-            return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
+            return SignalEntity(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
         other = part.by_other_name(name)
         if other is not None:
             return other
@@ -329,7 +331,7 @@ class Scope:
         return f"in space it has `{name}`: write `spatial model` at the beginning of the model"
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
-        if isinstance(entity, Array):
+        if isinstance(entity, ComponentArray):
             return entity.select(self._positions(step, entity.sizes, owner, "component"), owner, step.at)
         if isinstance(entity, Slot):
             entity = self.value_of(entity, s.Reference((step,), at=step.at))
@@ -388,7 +390,7 @@ class Scope:
 
     # -- frames ------------------------------------------------------------------------------------------------
 
-    def frame(self, e: s.Expression, centred: bool = False) -> Frame | Node | Part | Many | Disabled:
+    def frame(self, e: s.Expression, centred: bool = False) -> Frame | PortNode | FlatComponent | Many | Disabled:
         """The frame that an argument denotes; a joint denotes its two frames, and if ``centred`` a body its centre of
         mass."""
         if not isinstance(e, s.Reference):
@@ -401,17 +403,19 @@ class Scope:
             raise
 
 
-def as_frame(entity: Entity, e: s.Expression, centred: bool = False) -> Frame | Node | Part | Many | Disabled:
+def as_frame(
+    entity: Entity, e: s.Expression, centred: bool = False
+) -> Frame | PortNode | FlatComponent | Many | Disabled:
     """The frame that ``entity``, written as ``e``, denotes; see :meth:`Scope.frame`."""
-    if isinstance(entity, Frame | Node | Disabled):
+    if isinstance(entity, Frame | PortNode | Disabled):
         return entity
     if isinstance(entity, FrameMember):
         return entity.target()
     if isinstance(entity, Many):
         return Many([as_frame(item, e, centred) for item in entity.items])
-    if isinstance(entity, Array):
+    if isinstance(entity, ComponentArray):
         return Many([as_frame(item, e, centred) for item in entity.in_order()])
-    if isinstance(entity, Part):
+    if isinstance(entity, FlatComponent):
         if not is_body(entity):
             return entity
         if entity.kind.is_frame or centred:  # type: ignore[attr-defined]
@@ -421,13 +425,13 @@ def as_frame(entity: Entity, e: s.Expression, centred: bool = False) -> Frame | 
         raise ModelError(f"`{name}` is a {entity.kind.name}, expected one of its frames", None, f"its frames: {frames}")
     name = write(e)
     if isinstance(entity, Namespace):
-        connectors = [n for n, m in entity.members.items() if isinstance(m, Node | FrameMember)]
+        connectors = [n for n, m in entity.members.items() if isinstance(m, PortNode | FrameMember)]
         listed = f"its connectors: {', '.join(f'{name}.{c}' for c in connectors)}" if connectors else None
         raise ModelError(f"`{name}` is a sub-model, expected a frame", None, listed)
     raise ModelError(f"`{name}` is {'a table' if isinstance(entity, TableMember) else 'a value'}, expected a frame")
 
 
-def _coordinate(namespace: Namespace, entity: Frame | Node, key: str) -> Quantity:
+def _coordinate(namespace: Namespace, entity: Frame | PortNode, key: str) -> Quantity:
     frame = entity if isinstance(entity, Frame) else entity.frame
     if frame is None:
         raise NotConnected(f"`{entity.name}` is not connected, it has no `{key}`")
@@ -439,7 +443,7 @@ def _varies(value: Value) -> bool:
 
 
 def _no_value(found: Entity, step: s.Step) -> bool:
-    return isinstance(found, Part | Namespace | Array) and not step.indices
+    return isinstance(found, FlatComponent | Namespace | ComponentArray) and not step.indices
 
 
 def _output_only(name: str, at: At) -> ModelError:

@@ -14,7 +14,7 @@ from math import cos, isfinite, sin
 from mbdsl.errors import ModelError
 from mbdsl.lang import limits, shape_values, svg_path
 from mbdsl.lang import syntax as s
-from mbdsl.lang.evaluate import Scope, evaluate, place
+from mbdsl.lang.evaluate import Names, evaluate, place
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Value
@@ -89,14 +89,14 @@ def shapes_among(arguments: tuple[s.Argument, ...]) -> list[Called]:
     return found
 
 
-def read_shapes(arguments: tuple[s.Argument, ...], scope: Scope) -> tuple[DrawnShape, ...] | None:
+def read_shapes(arguments: tuple[s.Argument, ...], scope: Names) -> tuple[DrawnShape, ...] | None:
     """The shapes in the annotation of a body.
 
     Parameters
     ----------
     arguments : tuple of Argument
         The arguments of ``annotation(...)``.
-    scope : Scope
+    scope : Names
         Where names in it are looked up.
 
     Returns
@@ -138,7 +138,7 @@ def _parts(whole: Called) -> Iterator[Called]:
     """The polygons, circles, ... of a Shape, written as its arguments or as ``graphics = {...}``."""
     for argument in whole.arguments:
         if argument.name == "graphics":
-            if not isinstance(argument.value, s.Array):
+            if not isinstance(argument.value, s.ArrayNode):
                 raise ModelError("`graphics` is a list", span_of(argument.at), f"write `graphics = {{{EXAMPLE}}}`")
             items: list[tuple[Called | None, At]] = [(_call(e), e.at) for e in argument.value.items]
         else:
@@ -156,7 +156,7 @@ def _parts(whole: Called) -> Iterator[Called]:
 class _Fields:
     """The arguments of one primitive, evaluated when they are requested."""
 
-    def __init__(self, part: Called, scope: Scope, units_needed: bool = False) -> None:
+    def __init__(self, part: Called, scope: Names, units_needed: bool = False) -> None:
         self.name, self.scope, self.units_needed = part.name, scope, units_needed
         self.given: dict[str, s.Expression] = {}
         known = FIELDS[part.name]
@@ -201,7 +201,7 @@ class _Fields:
         return found.endswith("Solid")
 
 
-def _primitive(part: Called, scope: Scope, units_needed: bool) -> Iterator[DrawnShape]:
+def _primitive(part: Called, scope: Names, units_needed: bool) -> Iterator[DrawnShape]:
     fields = _Fields(part, scope, units_needed)
     x, y = fields.read("origin", shape_values.point, (0.0, 0.0))
     phi = fields.read("rotation", shape_values.angle, 0.0)

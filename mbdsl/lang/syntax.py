@@ -147,7 +147,7 @@ class Range(Expression):
 
 
 @node
-class Array(Expression):
+class ArrayNode(Expression):
     """``{a, b} unit``; a matrix ``[a, b; c, d]`` is an array of arrays."""
 
     items: tuple[Expression, ...]

@@ -41,7 +41,7 @@ def write(e: s.Expression | None) -> str:
             return f"if {parts} else {write(otherwise)}"
         case s.Range(start, step, stop):
             return ":".join(inner(x) for x in (start, step, stop) if x is not None)
-        case s.Array(items, unit):
+        case s.ArrayNode(items, unit):
             return "{" + ", ".join(map(write, items)) + "}" + (f" {unit.text}" if unit else "")
         case s.Comprehension(item, iterators, unit):
             return "{" + f"{write(item)} for {_iterators(iterators)}" + "}" + (f" {unit.text}" if unit else "")

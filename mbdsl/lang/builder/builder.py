@@ -13,7 +13,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.builder.declaring import Declarations
 from mbdsl.lang.builder.handles import Handle, Law, Number, Place, Vector
 from mbdsl.lang.builder.kind_methods import known
-from mbdsl.lang.calls import Call, Given
+from mbdsl.lang.calls import CallLine, Given
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import read_expression
@@ -264,7 +264,7 @@ class Builder(Declarations):
         first, second : Handle or str
         """
         ends = self._place(first, "connect.first"), self._place(second, "connect.second")
-        self._draft.connect(s.Connect(*ends, at=(Call(), 0, 0)))
+        self._draft.connect(s.Connect(*ends, at=(CallLine(), 0, 0)))
 
     def shape(self, body: Place, *parts: str, replace: bool = False) -> None:
         """Give a body shapes for pictures, instead of those that follow from its frames.
@@ -293,7 +293,7 @@ class Builder(Declarations):
             raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
         with deep():
             texts = [python_values.text(part, f"the shape of {name}") for part in parts]
-            graphics = s.Array(tuple(read_expression(Given(f"shape of {name}", text)) for text in texts))
+            graphics = s.ArrayNode(tuple(read_expression(Given(f"shape of {name}", text)) for text in texts))
         self._draft.draw(name, s.Argument("Shape", None, (s.Argument("graphics", graphics),)), _flag(replace))
 
     def initial(
@@ -330,7 +330,7 @@ class Builder(Declarations):
             if target is not None or value is not NOT_GIVEN:
                 raise UsageError("initial(state=...) has no target and no value", hint='write initial(state="steady")')
             named = s.Reference((s.Step("state"),))
-            item = s.Initial("state", named, self._node(state, "initial(state)"), at=(Call(), 0, 0))
+            item = s.Initial("state", named, self._node(state, "initial(state)"), at=(CallLine(), 0, 0))
             self._draft.initial(item, True)
             return
         if target is None or value is NOT_GIVEN:
@@ -340,7 +340,7 @@ class Builder(Declarations):
             self._draft.forget_initial(goal)
             return
         mode = "fixed" if python_values.flag(fixed, "fixed") else "guess"
-        item = s.Initial(mode, goal, self._node(value, f"initial value of {write(goal)}"), at=(Call(), 0, 0))
+        item = s.Initial(mode, goal, self._node(value, f"initial value of {write(goal)}"), at=(CallLine(), 0, 0))
         self._draft.initial(item, _flag(replace))
 
     def experiment(
@@ -379,8 +379,8 @@ class Builder(Declarations):
             raise UsageError(f"without: found {without!r}, expected names of effects")
         if without:
             effects = (without,) if isinstance(without, str) else without
-            nodes["without"] = s.Array(tuple(s.String(python_values.text(x, "without")) for x in effects))
-        at = Call(), 0, 0
+            nodes["without"] = s.ArrayNode(tuple(s.String(python_values.text(x, "without")) for x in effects))
+        at = CallLine(), 0, 0
         self._draft.set_experiment({key: s.Argument(_FIELDS[key], node, at=at) for key, node in nodes.items()})
 
     def remove(self, name: Place, *, dependents: bool = False) -> tuple[str, ...]:

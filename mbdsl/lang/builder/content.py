@@ -9,7 +9,7 @@ from mbdsl.lang.unparse import indices
 
 
 @dataclass(frozen=True)
-class Entry:
+class DraftEntry:
     """A declaration; ``serial`` is its number, which its replacement keeps."""
 
     declaration: s.Declaration
@@ -17,10 +17,10 @@ class Entry:
 
 
 @dataclass
-class Content:
+class DraftContent:
     """All that was declared."""
 
-    entries: dict[str, Entry] = field(default_factory=dict)  #: by full name: ``link[3]``
+    entries: dict[str, DraftEntry] = field(default_factory=dict)  #: by full name: ``link[3]``
     connections: list[s.Connect] = field(default_factory=list)
     initial: list[s.Initial] = field(default_factory=list)
     settings: dict[str, s.Argument] = field(default_factory=dict)  #: of the experiment

@@ -14,7 +14,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.builder.draft import Draft
 from mbdsl.lang.builder.handles import Handle, Place
 from mbdsl.lang.builder.kind_methods import KindMethods, known
-from mbdsl.lang.calls import Call, Given
+from mbdsl.lang.calls import CallLine, Given
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import read_expression
 from mbdsl.messages import count
@@ -86,7 +86,7 @@ class Declarations(KindMethods):
         text = python_values.text(doc, f"{name}.doc")
         if value and type_name:
             numbers = (s.Everything(),) * _rank(parts.get("value"))
-        d = s.Declaration(prefixes, type_name, plain, numbers, doc=text, **parts, at=(Call(), 0, 0))
+        d = s.Declaration(prefixes, type_name, plain, numbers, doc=text, **parts, at=(CallLine(), 0, 0))
         serial = self._draft.declare(d, python_values.flag(replace, "replace"))
         return Handle(self, name.replace(" ", ""), serial)
 
@@ -146,4 +146,4 @@ class Declarations(KindMethods):
 
 def _rank(e: s.Expression | None) -> int:
     """Number of dimensions of a sequence."""
-    return 1 + _rank(e.items[0] if e.items else None) if isinstance(e, s.Array) else 0
+    return 1 + _rank(e.items[0] if e.items else None) if isinstance(e, s.ArrayNode) else 0

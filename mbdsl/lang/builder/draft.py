@@ -8,22 +8,22 @@ from typing import Any
 
 from mbdsl.errors import MbdslError, ModelError, UsageError
 from mbdsl.lang import syntax as s
-from mbdsl.lang.builder.content import Content, Entry, full_name, is_element
+from mbdsl.lang.builder.content import DraftContent, DraftEntry, full_name, is_element
 from mbdsl.lang.builder.references import check_names, find_dependents, without
 from mbdsl.lang.calls import called
 from mbdsl.lang.experiment import check_effects
-from mbdsl.lang.flat_component import Part
+from mbdsl.lang.flat_component import FlatComponent
 from mbdsl.lang.inheritance import Member
 from mbdsl.lang.initial_values import is_steady
 from mbdsl.lang.instantiate import Instance
-from mbdsl.lang.library import Unit
+from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.load import deep, flatten, instantiate
 from mbdsl.lang.overrides import merged
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, did_you_mean, few
 
-UNIT = Unit(s.File("<library>", (), ()), "")  #: a Builder has no file
+UNIT = SourceUnit(s.File("<library>", (), ()), "")  #: a Builder has no file
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Draft:
     """
 
     def __init__(self, spatial: bool = False) -> None:
-        self.content = Content(spatial=spatial)
+        self.content = DraftContent(spatial=spatial)
         self._serial = 0
         self._instance: Instance | None = None
 
@@ -63,11 +63,11 @@ class Draft:
             self._instance = _instance(self.content)
         return self._instance
 
-    def part(self, name: str) -> Part:
+    def part(self, name: str) -> FlatComponent:
         """The component with a full name."""
         return self.instance.assembly.parts[name]
 
-    def _exchange(self, content: Content) -> None:
+    def _exchange(self, content: DraftContent) -> None:
         """Replace the content, if the names of the new one are known."""
         instance = _instance(content)
         for item in (*(e.declaration for e in content.entries.values()), *content.connections, *content.initial):
@@ -86,12 +86,12 @@ class Draft:
                 _add(d, instance)
                 check_names(d, instance)
             self._serial += 1
-            entries[name], self._instance = Entry(d, self._serial), instance
+            entries[name], self._instance = DraftEntry(d, self._serial), instance
         elif not instead:
             hint = "give it another name, or `replace=True` to replace the first one"
             raise ModelError(f"`{name}` is declared twice", hint=hint)
         else:
-            new = Entry(replace(d, notes=before.declaration.notes), before.serial)
+            new = DraftEntry(replace(d, notes=before.declaration.notes), before.serial)
             try:
                 self._exchange(replace(self.content, entries={**entries, name: new}))
             except MbdslError as problem:
@@ -128,7 +128,7 @@ class Draft:
         entry = self.content.entries[name]
         d = replace(entry.declaration, notes=(shape,) if instead else (*entry.declaration.notes, shape))
         check_names(d, self.instance)
-        self.content.entries[name] = Entry(d, entry.serial)
+        self.content.entries[name] = DraftEntry(d, entry.serial)
 
     def set_experiment(self, given: Mapping[str, s.Argument]) -> None:
         """Set defaults of simulations."""
@@ -174,6 +174,6 @@ def _without_target(items: Sequence[s.Initial], target: s.Expression) -> list[s.
     return [item for item in items if item.target != target]
 
 
-def _instance(content: Content) -> Instance:
+def _instance(content: DraftContent) -> Instance:
     with deep(), called():
         return instantiate(content.model("", ""), UNIT)

@@ -86,7 +86,7 @@ class Convertible(Protocol):
     def tolist(self) -> Any: ...
 
 
-class Start(TypedDict, total=False):
+class StartValue(TypedDict, total=False):
     """The initial value of a signal; without ``fixed``, assembly may change it."""
 
     start: Number

@@ -60,13 +60,13 @@ def signature(kind: Kind) -> inspect.Signature:
         found += [inspect.Parameter(port, named, default=None, annotation="Place | None") for port in kind.ports]
     both = {x.name for x in kind.signals if kind.parameter(x.name)}
     for p in kind.parameters:
-        start = " | Start" if p.name in both else ""
+        start = " | StartValue" if p.name in both else ""
         optional = " | None" if p.default is None else ""
         default = inspect.Parameter.empty if p.default is REQUIRED else {} if p.name == "frames" else p.default
         way = inspect.Parameter.POSITIONAL_OR_KEYWORD if p.name in kind.coupled else named
         found.append(inspect.Parameter(p.name, way, default=default, annotation=_type(p) + start + optional))
     found += [
-        inspect.Parameter(x.name, named, default=None, annotation="Start | None")
+        inspect.Parameter(x.name, named, default=None, annotation="StartValue | None")
         for x in kind.signals
         if x.name not in both
     ]

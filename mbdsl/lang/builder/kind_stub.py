@@ -22,7 +22,7 @@ from inspect import Signature
 from typing import Literal
 
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.builder.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
+from mbdsl.lang.builder.handles import Frames, Handle, Law, Number, Place, Places, StartValue, Vector
 
 def known(spatial: bool = False) -> dict[str, Kind]: ...
 def missing(spatial: bool) -> list[str]: ...
@@ -39,7 +39,7 @@ _HEAD_IN_SPACE = '''"""The Builder of models in space: made when mbdsl is built 
 from typing import Literal
 
 from mbdsl.lang.builder.builder import Builder
-from mbdsl.lang.builder.handles import Frames, Handle, Law, Number, Place, Places, Start, Vector
+from mbdsl.lang.builder.handles import Frames, Handle, Law, Number, Place, Places, StartValue, Vector
 
 class SpatialBuilder(Builder):
     """Collects the components of a model in space and makes a ``Scene`` of them."""

@@ -9,7 +9,7 @@ from mbdsl.elements import find
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions import symbolic
 from mbdsl.lang import syntax as s
-from mbdsl.lang.builder.content import Content, is_element
+from mbdsl.lang.builder.content import DraftContent, is_element
 from mbdsl.lang.functions import CONSTANTS
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.modelica_names import KINDS as ALIASES
@@ -97,7 +97,7 @@ def _declaration_refers(d: s.Declaration, to: s.Declaration, spatial: bool) -> b
     return _refers(frames, to) or _refers(values, to, own)
 
 
-def _attached(content: Content, to: s.Declaration) -> Iterator[str]:
+def _attached(content: DraftContent, to: s.Declaration) -> Iterator[str]:
     """The joints and forces that are connected with the body or frame ``to``."""
     if _has_ports(to, content.spatial):
         return
@@ -108,7 +108,7 @@ def _attached(content: Content, to: s.Declaration) -> Iterator[str]:
                 yield from (k for k, d in joints.items() if _refers(other, d))
 
 
-def find_dependents(content: Content, names: Sequence[str]) -> list[str]:
+def find_dependents(content: DraftContent, names: Sequence[str]) -> list[str]:
     """What refers to the declarations ``names``, directly or through others, in the order of declaration."""
     found: set[str] = set()
     pending = [content.entries[name].declaration for name in names]
@@ -131,7 +131,7 @@ def find_dependents(content: Content, names: Sequence[str]) -> list[str]:
     return [*(key for key in content.entries if key in found), *values, *settings]
 
 
-def without(content: Content, gone: set[str]) -> Content:
+def without(content: DraftContent, gone: set[str]) -> DraftContent:
     """The content without declarations, and without what refers to them."""
     out = [content.entries[name].declaration for name in gone if name in content.entries]
 

@@ -110,7 +110,7 @@ def hidden_pi(warn: Warn, name: str, value: Value | None, at: At) -> None:
 def _with_unit(e: s.Expression, x: float, unit: str) -> str:
     """The expression ``e`` of the value ``x`` with a unit."""
     match e:
-        case s.Number() | s.Unary("-", s.Number()) | s.Array():
+        case s.Number() | s.Unary("-", s.Number()) | s.ArrayNode():
             return f"{x:g} {unit}"
         case s.Reference() | s.Call():
             return f"{write(e)}*(1 {unit})"

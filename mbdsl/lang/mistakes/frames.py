@@ -90,8 +90,8 @@ def _turns(given: Given, spatial: bool) -> tuple[list[str], list[str]]:
 
 
 def _two_axes(given: Given, spatial: bool) -> tuple[list[str], list[str]]:
-    n_x = given.get("n_x", s.Array((s.Number(1), s.Number(0), s.Number(0))))
-    n_y = given.get("n_y", s.Array((s.Number(0), s.Number(1), s.Number(0))))
+    n_x = given.get("n_x", s.ArrayNode((s.Number(1), s.Number(0), s.Number(0))))
+    n_y = given.get("n_y", s.ArrayNode((s.Number(0), s.Number(1), s.Number(0))))
     x, y = numbers(n_x), numbers(n_y)
     if not spatial:
         if x is None:

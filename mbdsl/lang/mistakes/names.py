@@ -112,8 +112,8 @@ _LOADS = ("f", "F", "force", "t", "T", "tau", "torque", "M", "moment", "f_x", "F
 
 def components(kind: Kind, e: s.Expression | None) -> str | None:
     """How a vector of a Force or Torque is written by its components; None if it is neither of them."""
-    given = e.items if isinstance(e, s.Array) and len(e.items) <= 3 else ()
-    unit = e.unit if isinstance(e, s.Array) else None
+    given = e.items if isinstance(e, s.ArrayNode) and len(e.items) <= 3 else ()
+    unit = e.unit if isinstance(e, s.ArrayNode) else None
     items = [write(s.Number(x.value, unit) if isinstance(x, s.Number) and x.value and unit else x) for x in given]
     if kind.name == "Force":
         names = ("fx", "fy", "fz") if kind.spatial else ("fx", "fy")
@@ -188,8 +188,8 @@ def in_braces(e: s.Expression | None, shape: tuple[int, ...]) -> str | None:
     """A vector of the plane that was given in ``shape``, as the language writes it; None for other shapes."""
     if shape == (3,):
         return planar(e)
-    if shape == (1, 2) and isinstance(e, s.Array) and isinstance(e.items[0], s.Array):
-        return write(s.Array(e.items[0].items, e.unit))
+    if shape == (1, 2) and isinstance(e, s.ArrayNode) and isinstance(e.items[0], s.ArrayNode):
+        return write(s.ArrayNode(e.items[0].items, e.unit))
     return None
 
 
@@ -202,8 +202,8 @@ def vector(e: s.Expression | None, spatial: bool) -> str:
 
 def planar(e: s.Expression | None) -> str:
     """A vector as it is written in the plane: {1, 0, 0} as {1, 0}."""
-    if isinstance(e, s.Array) and len(e.items) == 3 and e.unit is None:
-        e = s.Array(e.items[:2])
+    if isinstance(e, s.ArrayNode) and len(e.items) == 3 and e.unit is None:
+        e = s.ArrayNode(e.items[:2])
     return write(e) if e is not None else "{x, y}"
 
 

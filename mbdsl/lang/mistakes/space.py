@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from mbdsl.errors import ModelError
 from mbdsl.lang import inheritance, modelica_names
 from mbdsl.lang import syntax as s
-from mbdsl.lang.library import Unit
+from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.mistakes import frames
 from mbdsl.lang.mistakes.members import STARTS
 from mbdsl.lang.mistakes.values import is_zero
@@ -23,7 +23,7 @@ _VECTORS = ("r", "r_CM", "rRod_ia", "com", "f", "force", "F")
 _TURNING = ("Revolute", "FixedRotation")
 
 
-def first_of_all(model: s.Model, unit: Unit) -> ModelError | None:
+def first_of_all(model: s.Model, unit: SourceUnit) -> ModelError | None:
     """The error of a model in the plane, if one of the models that it consists of has values outside of the plane."""
     for m in inheritance.reachable(model, unit):
         if m.spatial:
@@ -46,11 +46,11 @@ def _outside(d: s.Declaration) -> Iterator[s.Argument]:
         if a.name in ("I_31", "I_32") and not is_zero(a.value):
             yield a
         value = next((x.value for x in a.modifiers if x.name == "start"), a.value)
-        if a.name in STARTS and isinstance(value, s.Array) and len(value.items) == 3:
+        if a.name in STARTS and isinstance(value, s.ArrayNode) and len(value.items) == 3:
             x, y, z = (not is_zero(item) for item in value.items)
             if (x or y) if a.name.endswith("_start") else z:
                 yield a
-        if not isinstance(a.value, s.Array) or len(a.value.items) != 3:
+        if not isinstance(a.value, s.ArrayNode) or len(a.value.items) != 3:
             continue
         x, y, z = (not is_zero(item) for item in a.value.items)
         if (a.name in _VECTORS and z) or (a.name == "n" and ((x or y) if kind in _TURNING else z)):

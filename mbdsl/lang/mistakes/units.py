@@ -75,7 +75,7 @@ def of_elements(items: Sequence[s.Expression], found: Value, unit: Unit) -> str 
 
 def _element(e: s.Expression, value: Value, unit: Unit) -> str | None:
     """An element that has a unit of its own; None if it has another dimension."""
-    if isinstance(e, s.Array) and e.unit is None and isinstance(value, tuple):
+    if isinstance(e, s.ArrayNode) and e.unit is None and isinstance(value, tuple):
         inner_ones = [_element(item, x, unit) for item, x in zip(e.items, value, strict=True)]
         return f"{{{', '.join(inner_ones)}}}" if None not in inner_ones else None  # type: ignore[arg-type]
     if isinstance(value, tuple) or not value.number:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mbdsl.errors import ModelNote
 from mbdsl.lang import syntax as s
 from mbdsl.lang.inheritance import declarations, reachable
-from mbdsl.lang.library import Library, Unit
+from mbdsl.lang.library import Library, SourceUnit
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import LONGEST
 from mbdsl.lang.source import span_of
@@ -41,7 +41,7 @@ def find(scene: Scene) -> list[ModelNote]:
     ]
 
 
-def _unused(model: s.Model, unit: Unit) -> list[s.Declaration]:
+def _unused(model: s.Model, unit: SourceUnit) -> list[s.Declaration]:
     models = reachable(model, unit)
     references = [[x for x in s.inside(m) if isinstance(x, s.Reference)] for m in models]
     read = {step.name for each in references for r in each for step in r.steps[1:]}
@@ -55,7 +55,7 @@ def _unused(model: s.Model, unit: Unit) -> list[s.Declaration]:
     return found
 
 
-def _bases(model: s.Model, unit: Unit) -> list[s.Model]:
+def _bases(model: s.Model, unit: SourceUnit) -> list[s.Model]:
     """A model and all that it extends."""
     bases = [unit.find(item.base) for item in model.items if isinstance(item, s.Extends)]
     return [model, *(x for base in bases if base is not None for x in _bases(*base))]

@@ -42,13 +42,13 @@ def items(e: s.Expression | None, size: int = 3) -> list[s.Expression] | None:
     """The components of a vector, each with its unit, zeros for those left out; None if they are not written out."""
     if e is None:
         return [ZERO] * size
-    if not isinstance(e, s.Array) or len(e.items) > 3:
+    if not isinstance(e, s.ArrayNode) or len(e.items) > 3:
         return None
     found = [_with_unit(x, e) for x in e.items]
     return (found + [ZERO] * size)[:size]
 
 
-def _with_unit(x: s.Expression, e: s.Array) -> s.Expression:
+def _with_unit(x: s.Expression, e: s.ArrayNode) -> s.Expression:
     if e.unit is None or is_zero(x):
         return x
     if isinstance(x, s.Number):
