@@ -11,7 +11,7 @@ from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang.connections import PortNode
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Frame, Input, Table
 
@@ -238,11 +238,8 @@ class TableMember:
         modifier = self.modifiers.get(name)
         if modifier is None or modifier.value is None:
             return None
-        try:
+        with placed(modifier.value.at):
             return argument_checks.argument(Parameter(name, ""), modifier.evaluate(), self.name)  # type: ignore[return-value]
-        except ModelError as problem:
-            problem.span = problem.span or modifier.value_span()
-            raise
 
     def _of_points(self, given: Modifier, what: str) -> Columns2:
         """The columns of ``table``, and their dimensions."""
@@ -258,11 +255,8 @@ class TableMember:
             )
         if found[0] < 2:
             raise ModelError(f"{what} has {found[0]} row, it needs at least 2", span)
-        try:
+        with placed(given.value.at):  # type: ignore[union-attr]
             (u, u_dimension), (y, y_dimension) = (self._column(rows, k) for k in (0, 1))  # type: ignore[arg-type]
-        except ModelError as problem:
-            problem.span = problem.span or span
-            raise
         for k, (before, after) in enumerate(pairwise(u)):
             if not before < after:
                 raise ModelError(
@@ -286,11 +280,8 @@ class TableMember:
         modifier = self.modifiers.get(name)
         if modifier is None or modifier.value is None:
             return choices[0]
-        try:
+        with placed(modifier.value.at):
             return argument_checks.argument(Parameter(name, "", choices=choices), modifier.evaluate(), self.name)  # type: ignore[return-value]
-        except ModelError as problem:
-            problem.span = problem.span or modifier.value_span()
-            raise
 
     def at_argument(self, argument: Value, varying: bool) -> Quantity:
         table, u_dimension, y_dimension = self.made()

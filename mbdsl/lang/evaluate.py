@@ -12,7 +12,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.mistakes import units as unit_mistakes
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.source import placed, span_of
 from mbdsl.lang.units import Unit
 from mbdsl.lang.unparse import write, write_argument
 from mbdsl.lang.values import Quantity, Value
@@ -169,13 +169,9 @@ def _binary(e: s.Binary, scope: Names) -> Value:
             if (written := unit_mistakes.one_word(spine[0])) is not None:
                 problem.hint = f"a unit is one word without `*`: write `{written[0]}`"
             raise
-        try:
+        with placed(node.at):
             operation = _OPERATORS.get(node.operator)
             result = operation(result, right) if operation else values.compare(node.operator, result, right)
-        except ModelError as problem:
-            if problem.span is None:
-                problem.span = span_of(node.at)
-            raise
         if isinstance(result, tuple):
             _spend(result, scope)
     return result
@@ -288,10 +284,3 @@ def loop(iterators: tuple[s.Iterator, ...], scope: Names):
     for item in over:
         scope.budget.spend()
         yield from loop(tuple(rest), scope.with_locals({first.name: item}))
-
-
-def place(problem: ModelError, at: At) -> ModelError:
-    """``problem``, with the place ``at`` if it has none yet."""
-    if problem.span is None:
-        problem.span = span_of(at)
-    return problem

@@ -9,10 +9,10 @@ from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, functions, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.mistakes.tokens import misread_argument
 from mbdsl.lang.scope import Scope
-from mbdsl.lang.source import span_of
+from mbdsl.lang.source import placed, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Experiment
 from mbdsl.messages import did_you_mean
@@ -80,10 +80,8 @@ def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
         raise ModelError(f"`{argument.name}` takes a value only", span_of(at), f"write `{argument.name} = ...`")
     field, unit = KEYS[argument.name]
     value = evaluate(argument.value, scope)
-    try:
+    with placed(argument.value.at or argument.at):
         found[field] = setting(argument.name, field, unit, value)
-    except ModelError as problem:
-        raise place(problem, argument.value.at or argument.at) from None
 
 
 def setting(name: str, field: str, unit: str, value: values.Value) -> Any:

@@ -12,24 +12,26 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.elements.kind import BodyKind, Kind, PairKind
 from mbdsl.errors import ModelError, ModelNote, ModelWarning
 from mbdsl.expressions import spatial_coordinates, symbolic
-from mbdsl.lang import declared_display, limits, quantities, units
+from mbdsl.lang import declared_display, limits, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import NotConnected, PortNode, connect
 from mbdsl.lang.display_units import declare
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
-from mbdsl.lang.evaluate import Budget, place
+from mbdsl.lang.evaluate import Budget
 from mbdsl.lang.flat_component import FlatComponent, is_body
 from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts
+from mbdsl.lang.scene_components import components_of
+from mbdsl.lang.scene_values import values_of
 from mbdsl.lang.scope import Scope
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
-from mbdsl.lang.values import Quantity, Value
+from mbdsl.lang.values import Quantity
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.loop_rows import with_rows_in_axes
 from mbdsl.mechanism.point_masses import turned_by_joints
-from mbdsl.mechanism.scene import ENERGIES, Component, Description, Experiment, Frame, Input, ParameterValue, Scene
+from mbdsl.mechanism.scene import Component, Experiment, Frame, Scene
 from mbdsl.messages import count, few
 
 if TYPE_CHECKING:
@@ -103,9 +105,8 @@ class Assembly:
             raise ModelError(f"cyclic definition: {shown}", span_of(circle[0][1]), notes=notes[:5])
         self._active[key] = (label, at)
         try:
-            yield
-        except ModelError as problem:
-            raise place(problem, at) from None
+            with placed(at):
+                yield
         finally:
             del self._active[key]
 
@@ -312,8 +313,8 @@ class Assembly:
             message = "the model has no ground" if first or self.parts else "the model has no components"
             where = span_of(first.at) if first is not None else None
             raise ModelError(message, where, "declare it: `Ground ground;`")
-        parameters, variables, descriptions, inputs, display = self._slots(root)
-        components: dict[str, Component] = {c.name: c for part in self.parts.values() for c in part.components()}
+        parameters, variables, descriptions, inputs, display = values_of(self.slots, root)
+        components: dict[str, Component] = {c.name: c for part in self.parts.values() for c in components_of(part)}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
         if self.spatial:
             turned = (part.own_frame(port) for part in self.parts.values() for port in part.nodes)
@@ -375,54 +376,3 @@ class Assembly:
                     points = total(shapes, points, part.at)
                     found[part.name] = found.get(part.name, ()) + shapes
         return found
-
-    def _slots(
-        self, root: Namespace
-    ) -> tuple[
-        dict[str, ParameterValue], dict[str, symbolic.Expr], dict[str, Description], dict[str, Input], dict[str, str]
-    ]:
-        parameters, variables, described, inputs, display = {}, {}, {}, {}, {}
-        own = {id(m) for m in root.members.values() if isinstance(m, Slot)}
-        for slot in self.slots:
-            value = slot.value()
-            unit, shown = declared_display.of_value(slot, slot.unit or _unit_of(value))
-            inputs |= {x.name: x for x in slot.inputs}
-            if slot.constant:
-                if id(slot) in own:
-                    display |= {slot.name: shown} if shown else {}
-                    parameters[slot.name] = ParameterValue(slot.name, _plain(value), unit, slot.doc, span_of(slot.at))
-            else:
-                for suffix, q in _scalars(value):
-                    if not isinstance(q.value, str):
-                        if slot.name + suffix in ENERGIES:
-                            raise ModelError(
-                                f"every model has a signal `{slot.name}`, its energy; a variable cannot be called so",
-                                span_of(slot.at),
-                                f"give the sub-model `{slot.name.split('.')[0]}` or the variable another name",
-                            )
-                        variables[slot.name + suffix] = symbolic.expr(q.value)
-                        own_unit = unit if shown else slot.unit or _unit_of(q)
-                        described[slot.name + suffix] = Description(own_unit, slot.doc)
-                        display |= {slot.name + suffix: shown} if shown else {}
-        return parameters, variables, described, inputs, display
-
-
-def _unit_of(value: Value) -> str:
-    while isinstance(value, tuple) and value:
-        value = value[0]
-    if isinstance(value, tuple) or value.dimension is None or value.boolean:
-        return ""
-    unit = quantities.unit_text(value.dimension)
-    return "" if unit == "1" else unit
-
-
-def _plain(value: Value) -> Any:
-    return tuple(_plain(v) for v in value) if isinstance(value, tuple) else value.value
-
-
-def _scalars(value: Value, suffix: str = "") -> Iterator[tuple[str, Quantity]]:
-    if not isinstance(value, tuple):
-        yield suffix, value
-        return
-    for i, inner in enumerate(value, 1):
-        yield from _scalars(inner, f"{suffix[:-1]},{i}]" if suffix else f"[{i}]")

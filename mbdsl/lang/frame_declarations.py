@@ -9,17 +9,18 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, orientations, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import PortNode
-from mbdsl.lang.evaluate import place
+from mbdsl.lang.entities import FrameMember
 from mbdsl.lang.flat_component import FlatComponent, frame_at, is_body
-from mbdsl.lang.flat_model import Positional
+from mbdsl.lang.flat_model import Assembly, Positional
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.mistakes.names import in_braces
-from mbdsl.lang.modifiers import Contexts, Modifiers
+from mbdsl.lang.modifiers import Contexts, Modifiers, refuse_inner
 from mbdsl.lang.scope import as_frame
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.poses_in_space import composed
 from mbdsl.mechanism.scene import Frame, SpatialFrame
+from mbdsl.messages import did_you_mean
 
 
 def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
@@ -40,7 +41,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
         body, x0, y0, phi0 = found.body, found.x, found.y, found.phi
     x = y = phi = 0.0
     if (r := modifiers.get("r")) is not None and r.value is not None:
-        try:
+        with placed(r.value.at):
             picked = r.pick(r.evaluate(), 1, contexts)
             if values.shape(picked) != (2,):
                 right = in_braces(r.value, values.shape(picked))
@@ -48,10 +49,8 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
                 what = f"found {values.describe(picked)}, expected a position {{x, y}}"
                 raise ModelError(f"`r` of `{name}`: {what}", hint=hint)
             x, y, _ = argument_checks.pose(picked, f"`r` of `{name}`")
-        except ModelError as problem:
-            raise place(problem, r.value.at) from None
     if (angle := modifiers.get("phi")) is not None and angle.value is not None:
-        try:
+        with placed(angle.value.at):
             what = f"`phi` of `{name}`"
             value = angle.pick(angle.evaluate(), 0, contexts)
             q = argument_checks.fit(value, units.NUMBER, what, "rad", angle.value)
@@ -59,8 +58,6 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
             phi = argument_checks.floats(q, what)  # type: ignore[assignment]
             if isinstance(phi, tuple):
                 raise ModelError(f"{what}: found an array, expected a single angle")
-        except ModelError as problem:
-            raise place(problem, angle.value.at) from None
     c, sn = cos(phi0), sin(phi0)
     return _checked(base, Frame(name, body, x0 + c * x - sn * y, y0 + sn * x + c * y, phi0 + phi, span_of(at)))
 
@@ -95,6 +92,54 @@ def _checked(base: Positional, frame: Frame) -> Frame:
             f"leave out `r`, or write `Body {frame.body}(m = ..., I = ..., frames({frame.name} = ...))`",
         )
     return frame
+
+
+def declared_frame(
+    assembly: Assembly,
+    name: str,
+    contexts: Contexts,
+    d: s.Declaration,
+    arguments: list[Positional],
+    modifiers: Modifiers,
+    value: Positional | None,
+) -> PortNode | FrameMember:
+    """A connector, another name of a frame, or a frame that is fixed to a body."""
+    if value is not None:
+        if arguments or modifiers:
+            where = arguments[0].e.at if arguments else next(iter(modifiers.values())).at
+            raise ModelError(
+                f"`{name}` is an alias of `{write(value.e)}` and takes no arguments",
+                span_of(where),
+                f"write a frame with another pose as `Frame {d.name}({write(value.e)}, r = {{x, y}});`",
+            )
+        member = FrameMember(assembly, name, lambda: alias(value, contexts), d.at)
+        assembly.frames.append(member)
+        return member
+    if not arguments:
+        if modifiers:
+            first = next(iter(modifiers.values()))
+            raise ModelError(
+                f"`{name}` is a connector, it has no parameters",
+                span_of(first.at),
+                f"a frame fixed to a body names it first: `Frame {d.name}(ground, r = {{x, y}});`",
+            )
+        node = PortNode(name, d.at)
+        assembly.frames.append(node)
+        return node
+    if len(arguments) > 1:
+        raise ModelError("a Frame is fixed to one body or frame", span_of(arguments[1].e.at))
+    known = tuple(orientations.PARAMETERS) if assembly.spatial else ("r", "phi")
+    for key, modifier in modifiers.items():
+        if key not in known:
+            hint = did_you_mean(key, known, "a Frame has")
+            if key in orientations.PARAMETERS:
+                hint = "in a planar model a Frame has `r` and `phi`; models in space begin with `spatial model`"
+            raise ModelError(f"a Frame has no `{key}`", span_of(modifier.at), hint)
+        refuse_inner(modifier, f"`{key}` of Frame `{name}`", f"write `{key} = ...`")
+    make = lambda: fixed_frame(name, arguments[0], modifiers, contexts, d.at)  # noqa: E731
+    member = FrameMember(assembly, name, make, d.at, lambda: arguments[0].find(contexts))
+    assembly.frames.append(member)
+    return member
 
 
 def alias(argument: Positional, contexts: Contexts) -> Frame | PortNode:

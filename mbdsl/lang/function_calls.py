@@ -8,7 +8,7 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate
-from mbdsl.lang.source import span_of
+from mbdsl.lang.source import placed, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Value
@@ -75,7 +75,7 @@ def _form(f: s.Function) -> str:
 
 def _fitted(d: s.Declaration, value: Value, what: str, e: s.Expression) -> Value:
     """A value with the dimension of its declaration, which bare numbers adopt."""
-    try:
+    with placed(e.at):
         if len(values.shape(value)) != len(d.indices):
             expected = (
                 "a single value" if not d.indices else f"an array as `{d.name}[{', '.join(':' * len(d.indices))}]`"
@@ -86,9 +86,6 @@ def _fitted(d: s.Declaration, value: Value, what: str, e: s.Expression) -> Value
             return value
         dimension, unit = _dimension(d)
         return argument_checks.fit(value, dimension, what, unit, e)
-    except ModelError as problem:
-        problem.span = problem.span or span_of(e.at)
-        raise
 
 
 def _dimension(d: s.Declaration) -> tuple[Dimension | None, str]:

@@ -10,12 +10,12 @@ from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.flat_component import FlatComponent
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
@@ -114,12 +114,10 @@ class InitialValues:
                 if given is None and not keep:
                     continue
                 source = given or modifier  # as in Modelica, the start is zero unless it is given
-                try:
+                with placed(source.value.at if source.value is not None else source.at):
                     value = Quantity(0.0) if given is None else given.pick(given.evaluate(), 0, part.contexts)
                     target = part.signal(signal.name)
                     yield self._initial_value(name, target, value, keep, source.at, source.value), source.at
-                except ModelError as problem:
-                    raise place(problem, source.value.at if source.value is not None else source.at) from None
 
     def _given(self) -> Iterator[tuple[InitialValue, At]]:
         """The initial equations."""
@@ -139,20 +137,16 @@ class InitialValues:
                     )
             for k, (t, v) in enumerate(zip(targets, given, strict=True)):
                 label = f"{name}[{k + 1}]" if isinstance(target, tuple) else name
-                try:
+                with placed(item.at):
                     assert isinstance(t, Quantity)
                     yield self._initial_value(label, t, v, item.mode == "fixed", item.at, item.value), item.at
-                except ModelError as problem:
-                    raise place(problem, item.at) from None
 
     def _target(self, target: s.Expression, scope: Scope) -> tuple[str, Value]:
         """Name and value of the left side of an initial equation: a signal, or der(signal)."""
         if isinstance(target, s.Reference):
-            try:
+            with placed(target.at):
                 entity = scope.resolve(target)
                 return getattr(entity, "name", None) or write(target), scope.value_of(entity, target)
-            except ModelError as problem:
-                raise place(problem, target.at) from None
         inner = target.arguments[0].value if isinstance(target, s.Call) and len(target.arguments) == 1 else None
         if isinstance(inner, s.Reference) and isinstance(target, s.Call) and write(target.function) == "der":
             return f"der({self._target(inner, scope)[0]})", evaluate(target, scope)

@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import product
 from math import prod
 
 from mbdsl.elements import find
-from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import functions, limits, orientations, values
+from mbdsl.lang import functions, limits, values
+from mbdsl.lang import instance_checks as checks
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
 from mbdsl.lang.classify import attached, classify, is_frame_type, no_type, other_dimension
+from mbdsl.lang.component_template import Template
 from mbdsl.lang.connections import PortNode
-from mbdsl.lang.entities import TABLE_ARGUMENTS, ComponentArray, Disabled, Entity, FrameMember, Namespace, TableMember
-from mbdsl.lang.evaluate import evaluate, loop, place
-from mbdsl.lang.flat_component import FlatComponent, Template
+from mbdsl.lang.entities import ComponentArray, Disabled, Entity, Namespace, TableMember
+from mbdsl.lang.evaluate import evaluate, loop
+from mbdsl.lang.flat_component import FlatComponent
 from mbdsl.lang.flat_model import Assembly, Positional
-from mbdsl.lang.frame_declarations import alias, fixed_frame
+from mbdsl.lang.frame_declarations import declared_frame
 from mbdsl.lang.inheritance import Member, ModelContent, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
+from mbdsl.lang.instance_checks import Elements
 from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.mistakes import doubts, equations
-from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
+from mbdsl.lang.modifiers import Contexts, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.scope import Scope
-from mbdsl.lang.source import At, span_of
-from mbdsl.lang.unparse import write
-from mbdsl.messages import did_you_mean
-
-#: index of an element of an array -> its modifier
-Elements = Mapping[tuple[int, ...], Modifier]
+from mbdsl.lang.source import At, placed, span_of
 
 
 class Instance:
@@ -69,16 +66,16 @@ class Instance:
 
     def build(self) -> None:
         """Make all entities that the model declares."""
-        self._refuse_loose_shapes()
+        checks.refuse_loose_shapes(self)
         for member in self.members:
             self._announce(member)
-        self._refuse_unknown_modifiers()
+        checks.refuse_unknown_modifiers(self)
         for member in self.members:
             if isinstance(member.item, s.Declaration) and not self._is_piece(member.item):
                 self.namespace.find(member.item.name)
             else:
                 self._block(member, self.scope)
-        self._refuse_unknown_elements()
+        checks.refuse_unknown_elements(self)
         for item in self.content.equations:
             self._equation(item, self.scope)
         for item in self.content.initial:
@@ -102,22 +99,7 @@ class Instance:
         """Whether the indices denote one element, because a loop declares others of the same name."""
         return bool(d.indices) and d.name in self.looped
 
-    def _refuse_unknown_modifiers(self) -> None:
-        for name, modifier in self.modifiers.items():
-            if name not in self.namespace.places:
-                owner = self.namespace.name or self.model.name
-                hint = did_you_mean(name, self.namespace.places, f"{self.model.name} has")
-                raise ModelError(f"`{owner}` has no `{name}`", span_of(modifier.at), hint)
-
-    def _refuse_unknown_elements(self) -> None:
-        for name, modifier in self.modifiers.items():
-            items = getattr(self.namespace.members.get(name), "items", {})
-            for index in modifier.elements:
-                if index not in items:
-                    shown = f"{name}[{', '.join(map(str, index))}]"
-                    raise ModelError(f"there is no `{shown}` to modify", span_of(modifier.at))
-
-    def _around(self) -> list[s.Item]:
+    def around(self) -> list[s.Item]:
         """Declarations and equations of the model."""
         return [*(member.item for member in self.members), *self.content.equations]
 
@@ -152,9 +134,9 @@ class Instance:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = self._classes.get(id(d))  # loops declare the same again and again
         if kind is None:
-            kind = self._classes[id(d)] = classify(d, member.unit, self._around, self.assembly.spatial)
+            kind = self._classes[id(d)] = classify(d, member.unit, self.around, self.assembly.spatial)
         if d.notes:
-            self._refuse_shapes(d, kind)
+            checks.refuse_shapes(self, d, kind)
             doubts.misplaced_experiment(self.assembly.warn, d.notes, f"`{d.name}`")
         if "input" in d.prefixes:
             refuse_other_inputs(d, kind)
@@ -173,7 +155,7 @@ class Instance:
             self.namespace.members[d.name] = slot
             return
         if "outer" in d.prefixes:
-            self._refuse_changes_of_outer(d, given)
+            checks.refuse_changes_of_outer(d, given)
             self.namespace.members[d.name] = self._outer(d)
             return
         if d.prefixes & {"parameter", "constant"}:
@@ -189,11 +171,15 @@ class Instance:
         arguments = [Positional(e, scope, self.level) for e in positional]
         elements = given.elements if given is not None else {}
         if kind == "frame":
-            self._refuse_elements(d, elements)
-            value = given.value if given is not None and given.value is not None else d.value
-            where = given.scope if given is not None and given.value is not None else scope
+            checks.refuse_elements(d, elements)
+            value = Positional(d.value, scope, self.level) if d.value is not None else None
+            if given is not None and given.value is not None:
+                value = Positional(given.value, given.scope, self.level)
             self._enter(
-                d, looped, scope, lambda name, c, i: self._frame(name, c, d, arguments, modifiers, value, where)
+                d,
+                looped,
+                scope,
+                lambda name, c, i: declared_frame(self.assembly, name, c, d, arguments, modifiers, value),
             )
             return
         if d.value is not None:
@@ -203,23 +189,14 @@ class Instance:
                 f"give its parameters in parentheses: `{d.type} {d.name}(...)`",
             )
         if kind == "table":
-            self._check_table(d, positional, modifiers)
-            self._refuse_elements(d, elements)
+            checks.check_table(d, positional, modifiers)
+            checks.refuse_elements(d, elements)
             self._enter(d, looped, scope, lambda name, c, i: TableMember(self.assembly, name, modifiers, d.at))
             return
         if isinstance(kind, str):
             self._enter(d, looped, scope, self._parts(d, kind, arguments, modifiers, elements, scope))
         else:
             self._enter(d, looped, scope, self._sub_models(d, *kind, arguments, modifiers, elements))
-
-    def _check_table(self, d: s.Declaration, positional: Sequence[s.Expression], modifiers: Modifiers) -> None:
-        if positional:
-            raise ModelError("a Table takes `table = [...]`, or `file = ...`", span_of(positional[0].at))
-        for name, modifier in modifiers.items():
-            if name not in TABLE_ARGUMENTS:
-                hint = did_you_mean(name, TABLE_ARGUMENTS, "a Table has")
-                raise ModelError(f"a Table has no `{name}`", span_of(modifier.at), hint)
-            refuse_inner(modifier, f"`{name}` of Table `{d.name}`", f"write `{name} = ...`")
 
     def _parts(
         self,
@@ -235,7 +212,7 @@ class Instance:
         if declared is None:
             raise other_dimension(kind, self.assembly.spatial, d)
         template = Template(declared, modifiers)
-        frames = lambda: attached(d, self._around())  # noqa: E731
+        frames = lambda: attached(d, self.around())  # noqa: E731
         template.unknown(d.name, frames, self.assembly.passed)
 
         def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> FlatComponent:
@@ -250,28 +227,6 @@ class Instance:
             return made
 
         return part
-
-    def _refuse_shapes(self, d: s.Declaration, kind: object) -> None:
-        """Refuse a Shape of anything except a body or the ground at its declaration."""
-        from mbdsl.lang.shapes import ICON, shapes_among
-
-        known = find(kind, self.assembly.spatial) if isinstance(kind, str) else None
-        if isinstance(known, BodyKind) and "outer" not in d.prefixes:
-            return
-        for shape in shapes_among(d.notes):
-            if shape.name != ICON:
-                what = "is declared in an enclosing model" if "outer" in d.prefixes else "is not a body"
-                hint = "give it to a body or to the ground, after its declaration"
-                raise ModelError(f"`{d.name}` {what}; a Shape belongs to a body", span_of(shape.at), hint)
-
-    def _refuse_loose_shapes(self) -> None:
-        """Refuse a Shape in the annotation of a model; its Icon is for diagrams and is ignored."""
-        for annotation in self.content.annotations:
-            for a in annotation.arguments:
-                function = a.value.function if isinstance(a.value, s.Call) else None
-                if "Shape" in (a.name, write(function)):
-                    hint = "write it after the declaration of the body: `Rod rod(...) annotation(Shape(...));`"
-                    raise ModelError("a Shape belongs to a body, not to a model", span_of(a.at), hint)
 
     def _sub_models(
         self,
@@ -333,71 +288,20 @@ class Instance:
             )
         array = namespace.members[d.name] = ComponentArray(full, len(sizes), d.at)
         array.sizes = tuple(sizes)
-        for index in _indices(sizes):
+        for index in product(*(range(1, size + 1) for size in sizes)):
             contexts = (*namespace.contexts, *((i - 1, size) for i, size in zip(index, sizes, strict=True)))
             array.items[index] = make(f"{full}[{','.join(map(str, index))}]", contexts, index)
 
     def _index(self, e: s.Expression, scope: Scope, what: str = "an index", least: int = 1) -> int:
         if isinstance(e, s.Everything):
             raise ModelError("the size of an array of components must be given", span_of(e.at))
-        try:
+        with placed(e.at):
             n = functions.count(evaluate(e, scope), what)
             if n < least:
                 raise ModelError(f"{what} is {n}, it must be at least {least}")
-        except ModelError as problem:
-            raise place(problem, e.at) from None
         return n
 
     # -- entities ----------------------------------------------------------------------------------------------
-
-    def _frame(
-        self,
-        name: str,
-        contexts: Contexts,
-        d: s.Declaration,
-        arguments: list[Positional],
-        modifiers: Modifiers,
-        value: s.Expression | None,
-        scope: Scope,
-    ) -> PortNode | FrameMember:
-        if value is not None:
-            if arguments or modifiers:
-                where = arguments[0].e.at if arguments else next(iter(modifiers.values())).at
-                raise ModelError(
-                    f"`{name}` is an alias of `{write(value)}` and takes no arguments",
-                    span_of(where),
-                    f"write a frame with another pose as `Frame {d.name}({write(value)}, r = {{x, y}});`",
-                )
-            member = FrameMember(
-                self.assembly, name, lambda: alias(Positional(value, scope, self.level), contexts), d.at
-            )
-            self.assembly.frames.append(member)
-            return member
-        if not arguments:
-            if modifiers:
-                first = next(iter(modifiers.values()))
-                raise ModelError(
-                    f"`{name}` is a connector, it has no parameters",
-                    span_of(first.at),
-                    f"a frame fixed to a body names it first: `Frame {d.name}(ground, r = {{x, y}});`",
-                )
-            node = PortNode(name, d.at)
-            self.assembly.frames.append(node)
-            return node
-        if len(arguments) > 1:
-            raise ModelError("a Frame is fixed to one body or frame", span_of(arguments[1].e.at))
-        known = tuple(orientations.PARAMETERS) if self.assembly.spatial else ("r", "phi")
-        for key, modifier in modifiers.items():
-            if key not in known:
-                hint = did_you_mean(key, known, "a Frame has")
-                if key in orientations.PARAMETERS:
-                    hint = "in a planar model a Frame has `r` and `phi`; models in space begin with `spatial model`"
-                raise ModelError(f"a Frame has no `{key}`", span_of(modifier.at), hint)
-            refuse_inner(modifier, f"`{key}` of Frame `{name}`", f"write `{key} = ...`")
-        make = lambda: fixed_frame(name, arguments[0], modifiers, contexts, d.at)  # noqa: E731
-        member = FrameMember(self.assembly, name, make, d.at, lambda: arguments[0].find(contexts))
-        self.assembly.frames.append(member)
-        return member
 
     def _sub(
         self,
@@ -445,25 +349,6 @@ class Instance:
         if isinstance(node, PortNode):
             self.assembly.attach_connector(node, argument, contexts)
 
-    def _refuse_elements(self, d: s.Declaration, elements: Elements) -> None:
-        """Single elements of an array can be modified if they are components or sub-models."""
-        for index, modifier in elements.items():
-            shown = f"{d.name}[{', '.join(map(str, index))}]"
-            raise ModelError(f"`{shown}` cannot be modified alone", span_of(modifier.at), f"modify all of `{d.name}`")
-
-    def _refuse_changes_of_outer(self, d: s.Declaration, given: Modifier | None) -> None:
-        """Refuse changes of an outer component, whose values are given where it is declared."""
-        where = d.arguments[0].at if d.arguments else d.value.at if d.value is not None else None
-        if given is not None:
-            where = given.at
-        elif not (d.arguments or d.value is not None or d.indices):
-            return
-        raise ModelError(
-            f"`{d.name}` is declared in a model around this one and cannot be changed here",
-            span_of(where or d.at),
-            f"write `outer {d.type} {d.name};`, and give it its values where it is declared",
-        )
-
     def _outer(self, d: s.Declaration) -> Entity:
         above = self.namespace.parent
         while above is not None:
@@ -485,7 +370,7 @@ class Instance:
             self.assembly.connect(item.first, item.second, scope, item.at)
         elif isinstance(item, s.Relation):
             if not is_assertion(item):
-                raise _no_equation(item, equations.variable(item, self._around()))
+                raise checks.no_equation(item, equations.variable(item, self.around()))
             check_assertion(item, scope)
         else:
             self._repeat(item, scope, self._equation)
@@ -503,33 +388,9 @@ class Instance:
                     action(each, inner)
         elif isinstance(item, s.If):
             if (equation := equations.first_equation(item)) is not None:
-                raise _no_equation(equation, equations.variable(item, self._around()), item.at)
+                raise checks.no_equation(equation, equations.variable(item, self.around()), item.at)
             for condition, items in item.branches:
                 if condition is None or self._decide(condition, scope):
                     for each in items:
                         action(each, scope)
                     break
-
-
-def _indices(sizes: Iterable[int]) -> Iterator[tuple[int, ...]]:
-    first, *rest = sizes
-    for i in range(1, first + 1):
-        if rest:
-            for inner in _indices(rest):
-                yield (i, *inner)
-        else:
-            yield (i,)
-
-
-def _no_equation(item: s.Relation, remedy: str | None, at: At = None) -> ModelError:
-    if item.right is None:
-        return ModelError(
-            f"found `{write(item.left)}`, expected `connect(a, b);`",
-            span_of(item.left.at),
-        )
-    return ModelError(
-        "mbdsl has no free equations: the equation section holds `connect(a, b);`",
-        span_of(at or item.left.at),
-        f"give a variable its value where it is declared, `{remedy or 'Real F = 2 N*sin(3*time);'}`; "
-        "initial values go under `initial equation`",
-    )

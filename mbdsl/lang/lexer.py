@@ -190,6 +190,22 @@ def tokenize(source: Source) -> list[Token]:
     return tokens
 
 
+def unquote(token: Token) -> str:
+    """The value of a string literal."""
+    text = token.text[1:-1]
+    if "\\" not in text:
+        return text
+    out, at = [], 0
+    while at < len(text):
+        if text[at] == "\\":
+            at += 1
+            out.append({"n": "\n", "t": "\t", "r": "\r"}.get(text[at], text[at]))
+        else:
+            out.append(text[at])
+        at += 1
+    return "".join(out)
+
+
 def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
     stop = end
     while stop < len(source.text) and (source.text[stop].isalnum() or source.text[stop] == "_"):

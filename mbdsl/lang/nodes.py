@@ -10,25 +10,9 @@ from typing import Any
 from mbdsl.errors import Span, SyntaxProblem
 from mbdsl.lang import limits, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.lexer import NUMERAL, Token
+from mbdsl.lang.lexer import NUMERAL, Token, unquote
 from mbdsl.lang.source import At, cover, span_of
 from mbdsl.lang.unparse import write
-
-
-def unquote(token: Token) -> str:
-    """The value of a string literal."""
-    text = token.text[1:-1]
-    if "\\" not in text:
-        return text
-    out, at = [], 0
-    while at < len(text):
-        if text[at] == "\\":
-            at += 1
-            out.append({"n": "\n", "t": "\t", "r": "\r"}.get(text[at], text[at]))
-        else:
-            out.append(text[at])
-        at += 1
-    return "".join(out)
 
 
 class Nodes:

@@ -18,10 +18,9 @@ from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.evaluate import place
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism import poses_in_space
 from mbdsl.mechanism.scene import SpatialFrame
@@ -127,7 +126,7 @@ def pose(
         modifier = modifiers.get(key)
         if modifier is None or modifier.value is None:
             continue
-        try:
+        with placed(modifier.value.at):
             picked = modifier.pick(modifier.evaluate(), len(parameter.shape), contexts)
             if key == "angles" and values.shape(picked) == (2,):
                 raise ModelError(f"`angles` of {what}: found two angles, expected three")
@@ -136,14 +135,10 @@ def pose(
                 raise ModelError(f"`{key}` of {what} is zero, expected {ZERO[key]}")
             if parameter.unit == "rad":
                 doubts.angle(warn, picked, modifier.value, f"`{key}` of {what}")
-        except ModelError as problem:
-            raise place(problem, modifier.value.at) from None
     _one_way(what, given, modifiers, at)
-    try:
+    wrong = next((value for key in ("sequence", "n_y") if key in given and (value := modifiers[key].value)), None)
+    with placed(wrong.at if wrong is not None else at):
         axes = _axes(what, given)
-    except ModelError as problem:
-        key = "sequence" if "sequence" in given else "n_y"
-        raise place(problem, modifiers[key].value.at) from None  # type: ignore[union-attr]
     n = given.get("n", PARAMETERS["n"].default)
     about_z = given.get("phi", 0.0) * n[2] / abs(n[2]) if n[0] == n[1] == 0.0 else 0.0
     return (*given.get("r", PARAMETERS["r"].default), *axes), about_z

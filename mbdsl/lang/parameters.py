@@ -6,13 +6,13 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, declared_display, functions, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import Namespace, Slot
-from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.inputs import make_inputs, starts
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.scope import Scope
-from mbdsl.lang.source import span_of
+from mbdsl.lang.source import placed, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
@@ -85,11 +85,9 @@ def _evaluate(
             unit = slot.unit = unit or (quantities.unit_text(dimension) if dimension else "")
         e, at = given.value, given.value.at
         value = given.evaluate() if "input" not in d.prefixes else evaluate(given.value, given.scope.for_signals())
-        try:
+        with placed(at):
             rank = len(sizes) if sizes or d.type else min(len(values.shape(value)), 0)
             value = given.pick(value, rank, namespace.contexts)
-        except ModelError as problem:
-            raise place(problem, at) from None
     elif d.value is not None:
         value, e, at = evaluate(d.value, scope), d.value, d.value.at
     elif "start" in attributes and attributes["start"].value is not None:
@@ -101,15 +99,13 @@ def _evaluate(
     else:
         word = "parameter" if slot.constant else "variable"
         raise ModelError(f"{word} {what} has no value", span_of(d.at), f"write `{d.name} = ...`")
-    try:
+    with placed(at):
         if comes_in:
             value = starts(value, dimension, sizes)
         assert value is not None
         value = _check(value, d, what, dimension, unit, sizes, attributes, e, slot.assembly)
         if comes_in:
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
-    except ModelError as problem:
-        raise place(problem, at) from None
     return value
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import BodyKind, JointKind, PairKind
@@ -13,11 +13,12 @@ from mbdsl.lang import functions, modelica_names, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import NotConnected, PortNode
 from mbdsl.lang.entities import ComponentArray, Disabled, FrameMember, Many, Namespace, Slot, TableMember
-from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.flat_component import ACCELERATIONS, FlatComponent, is_body
+from mbdsl.lang.indices import element, positions
 from mbdsl.lang.mistakes import doubts, members
 from mbdsl.lang.mistakes import names as other_names
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.mistakes import references as mistakes
+from mbdsl.lang.source import placed, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism import sections, wrenches
@@ -73,6 +74,10 @@ class Scope:
         scope.owner, scope.law = owner, law
         return scope
 
+    def with_size(self, size: int) -> Scope:
+        """The scope of an index, in which `end` is ``size``."""
+        return self._copy(self.locals, self.varying, size)
+
     def _copy(self, local: dict[str, Value], varying: bool, size: int | None) -> Scope:
         scope = Scope(self.namespace, local, varying, size)
         scope.owner, scope.law = self.owner, self.law
@@ -113,7 +118,7 @@ class Scope:
         if isinstance(entity, Many):
             return tuple(self.value_of(item, reference) for item in entity.items)
         if isinstance(entity, Disabled):
-            raise _disabled(entity, write(reference))
+            raise mistakes.disabled(entity, write(reference))
         name = write(reference)
         if isinstance(entity, Frame | PortNode | FrameMember):
             raise ModelError(f"`{name}` is a frame, expected a value", None, f"its signals are {name}.x, .y, .phi, ...")
@@ -147,7 +152,7 @@ class Scope:
         entity = self.resolve(reference)
         if not isinstance(entity, TableMember):
             if isinstance(entity, Disabled):
-                raise _disabled(entity, write(reference))
+                raise mistakes.disabled(entity, write(reference))
             return None
         return entity.at_argument(argument, self.varying)
 
@@ -217,33 +222,7 @@ class Scope:
         if name == "Modelica":
             whole = write(reference)
             raise ModelError(f"unknown name `{whole}`", span_of(reference.at), other_names.constant(whole))
-        raise self.unknown(name, step.at)
-
-    def unknown(self, name: str, at: At) -> ModelError:
-        known = [*self.locals, *self.namespace.names(), *functions.CONSTANTS, "time"]
-        if self.owner is not None:
-            known += self.owner.known_names()
-            if self.owner.output_only(name):
-                return _output_only(f"{self.owner.name}.{name}", at)
-        if name in ("ground", "world") and self.namespace.assembly.ground is None:
-            return ModelError(f"unknown name `{name}`", span_of(at), f"declare it: `Ground {name};`")
-        where = f" in `{self.namespace.name}`" if self.namespace.name else ""
-        above = self.namespace.parent
-        if above is not None and above.find(name) is not None:
-            hint = "a sub-model does not see the names around it; pass it as a parameter or connector"
-            if isinstance(above.find(name), FlatComponent) and name == getattr(
-                self.namespace.assembly.ground, "name", ""
-            ):
-                hint = f"a sub-model sees the world if it declares `outer Ground {name};`"
-            return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
-        if name in ("ground", "world") and self.namespace.assembly.ground is not None:
-            called = self.namespace.assembly.ground.name
-            return ModelError(f"unknown name `{name}`{where}", span_of(at), f"the ground is called `{called}` here")
-        hint = did_you_mean(name, known)
-        if hint is None and name in functions.FUNCTIONS:
-            hint = f"{name}(...) is a function"
-        hint = hint or other_names.FUNCTIONS.get(name)
-        return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
+        raise mistakes.unknown(self, name, step.at)
 
     def _own(self, owner: FlatComponent, name: str) -> Entity | None:
         if name != self.law and name in owner.signal_names():
@@ -280,9 +259,9 @@ class Scope:
             if name in coordinates:
                 return SignalEntity(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
             if name in ACCELERATIONS:
-                raise _output_only(f"{owner}.{name}", step.at)
+                raise mistakes.output_only(f"{owner}.{name}", step.at)
             if name in SIZES and f"{name}x" in coordinates:
-                raise _size(f"{owner}.{name}", coordinates, name, step.at)
+                raise mistakes.size(f"{owner}.{name}", coordinates, name, step.at)
             assembly, (component, _, port) = self.namespace.assembly, entity.name.rpartition(".")
             kind = part.kind if (part := assembly.parts.get(component)) is not None else None
             if part is not None and isinstance(kind, PairKind) and name in wrenches.units(assembly.spatial):
@@ -290,9 +269,9 @@ class Scope:
             if part is not None and isinstance(kind, PairKind):
                 coordinates = (*coordinates, *wrenches.units(assembly.spatial))
                 if name in SIZES and not step.indices:
-                    raise _size(f"{owner}.{name}", coordinates, name, step.at)
+                    raise mistakes.size(f"{owner}.{name}", coordinates, name, step.at)
             if isinstance(kind, BodyKind) and kind.name in sections.KINDS and name in sections.keys(assembly.spatial):
-                raise _output_only(f"{owner}.{name}", step.at)
+                raise mistakes.output_only(f"{owner}.{name}", step.at)
             hint = self._in_space(name)
             hint = hint or members.hint(kind, owner, port, "", step, assembly.spatial)
             hint = hint or did_you_mean(name, coordinates, "a frame has")
@@ -308,9 +287,9 @@ class Scope:
         if found is not None:
             return found
         if part.output_only(name):
-            raise _output_only(f"{owner}.{name}", step.at)
+            raise mistakes.output_only(f"{owner}.{name}", step.at)
         if name in SIZES and f"{name}x" in part.signal_names():
-            raise _size(f"{owner}.{name}", part.signal_names(), name, step.at)
+            raise mistakes.size(f"{owner}.{name}", part.signal_names(), name, step.at)
         if is_body(part) and part.kind.is_frame and name in self.namespace.assembly.coordinates:  # type: ignore[attr-defined]
             frame = part.frames["c"]
             return SignalEntity(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
@@ -332,61 +311,14 @@ class Scope:
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
         if isinstance(entity, ComponentArray):
-            return entity.select(self._positions(step, entity.sizes, owner, "component"), owner, step.at)
+            return entity.select(positions(self, step, entity.sizes, owner, "component"), owner, step.at)
         if isinstance(entity, Slot):
             entity = self.value_of(entity, s.Reference((step,), at=step.at))
         if isinstance(entity, Disabled):
             return entity
         if isinstance(entity, tuple):
-            return self._element(entity, step, owner)
+            return element(self, entity, step, owner)
         raise ModelError(f"`{owner}` is not an array, it has no elements", span_of(step.at))
-
-    def _element(self, value: tuple, step: s.Step, owner: str) -> Value:
-        positions = self._positions(step, values.shape(value), owner, "value")
-
-        def take(inner: Value, rest: list[list[int] | int]) -> Value:
-            if not rest:
-                return inner
-            index, *more = rest
-            assert isinstance(inner, tuple)
-            if isinstance(index, int):
-                return take(inner[index - 1], more)
-            return tuple(take(inner[i - 1], more) for i in index)
-
-        return take(value, positions)
-
-    def _positions(self, step: s.Step, shape: tuple[int, ...], owner: str, what: str) -> list[list[int] | int]:
-        """Indices as numbers, 1-based; lists where a range or `:` was given."""
-        if len(step.indices) > len(shape) or (what == "component" and len(step.indices) != len(shape)):
-            raise ModelError(
-                f"`{owner}` has {len(shape)} dimension{'s' * (len(shape) != 1)}, found {len(step.indices)} indices",
-                span_of(step.at),
-            )
-        found: list[list[int] | int] = []
-        scope = self
-        for index, size in zip(step.indices, shape, strict=False):
-            if isinstance(index, s.Everything):
-                found.append(list(range(1, size + 1)))
-                continue
-            if size != scope.size and not isinstance(index, (s.Number, s.Reference)):
-                scope = self._copy(self.locals, self.varying, size)  # for `end`
-            value = evaluate(index, scope)
-            if isinstance(value, Quantity) and type(value.value) is int:
-                if 1 <= value.value <= size:
-                    found.append(value.value)
-                    continue
-                numbers = [value.value]
-            elif isinstance(value, tuple):
-                numbers = [functions.count(v, f"an index of `{owner}`") for v in value]
-            else:
-                numbers = [functions.count(value, f"an index of `{owner}`")]
-            for n in numbers:
-                if not 1 <= n <= size:
-                    raise ModelError(
-                        f"`{owner}[{n}]` does not exist: `{owner}` has elements 1 to {size}", span_of(index.at)
-                    )
-            found.append(numbers if isinstance(value, tuple) else numbers[0])
-        return found
 
     # -- frames ------------------------------------------------------------------------------------------------
 
@@ -395,12 +327,8 @@ class Scope:
         mass."""
         if not isinstance(e, s.Reference):
             raise ModelError(f"found `{write(e)}`, expected a frame", span_of(e.at), "e.g. `rod.b`, or `ground`")
-        try:
+        with placed(e.at):
             return as_frame(self.resolve(e), e, centred)
-        except ModelError as problem:
-            if problem.span is None:
-                problem.span = span_of(e.at)
-            raise
 
 
 def as_frame(
@@ -444,26 +372,3 @@ def _varies(value: Value) -> bool:
 
 def _no_value(found: Entity, step: s.Step) -> bool:
     return isinstance(found, FlatComponent | Namespace | ComponentArray) and not step.indices
-
-
-def _output_only(name: str, at: At) -> ModelError:
-    return ModelError(
-        f"`{name}` is a result of the simulation, it cannot be used in the model",
-        span_of(at),
-        "accelerations can be written out, but laws may depend on positions, velocities and reactions only",
-    )
-
-
-def _size(name: str, known: Collection[str], vector: str, at: At) -> ModelError:
-    """The error of a size in a law, with the expression of the components."""
-    found = [f"{name}{i}" for i in "xyz" if f"{vector}{i}" in known]
-    written = f"hypot({', '.join(found)})" if len(found) == 2 else f"sqrt({' + '.join(f'{x}^2' for x in found)})"
-    message = f"`{name}` is a result of the simulation, it cannot be used in the model"
-    return ModelError(message, span_of(at), f"write `{written}`")
-
-
-def _disabled(entity: Disabled, name: str) -> ModelError:
-    return ModelError(
-        f"`{name}` does not exist here: `{entity.name}` is switched off by its condition",
-        notes=(("declared here", span_of(entity.at)),) if entity.at else (),
-    )

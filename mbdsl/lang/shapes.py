@@ -14,8 +14,8 @@ from math import cos, isfinite, sin
 from mbdsl.errors import ModelError
 from mbdsl.lang import limits, shape_values, svg_path
 from mbdsl.lang import syntax as s
-from mbdsl.lang.evaluate import Names, evaluate, place
-from mbdsl.lang.source import At, span_of
+from mbdsl.lang.evaluate import Names, evaluate
+from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Value
 from mbdsl.mechanism.drawn_shapes import DrawnShape, Point
@@ -181,13 +181,11 @@ class _Fields:
             return default
         e = self.given[name]
         value = evaluate(e, self.scope)
-        try:
+        with placed(e.at):
             if self.units_needed and name in LENGTHS and shape_values.bare(value):
                 hint = f"write `{name} = {write(e)} mm`"
                 raise ModelError(f"`{name}` of {self.name} in an Icon has no unit; on a body it is a length", hint=hint)
             return check(value, f"`{name}` of {self.name}")
-        except ModelError as problem:
-            raise place(problem, e.at) from None
 
     def choice(self, name: str) -> bool | None:
         """True for ``FillPattern.Solid``, False for ``FillPattern.None``, None if nothing is given."""

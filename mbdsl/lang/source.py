@@ -6,7 +6,7 @@ from bisect import bisect_right
 from functools import cached_property
 from itertools import accumulate
 
-from mbdsl.errors import Span
+from mbdsl.errors import ModelError, Span
 
 
 class Source:
@@ -54,3 +54,19 @@ def cover(first: At, last: At) -> At:
     if first is None or last is None:
         return first or last
     return first[0], first[1], last[2]
+
+
+class placed:
+    """``with placed(at):`` errors of the block that have no place yet get this one."""
+
+    __slots__ = ("at",)
+
+    def __init__(self, at: At) -> None:
+        self.at = at
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, problem: BaseException | None, traceback: object) -> None:
+        if isinstance(problem, ModelError) and problem.span is None:
+            problem.span = span_of(self.at)

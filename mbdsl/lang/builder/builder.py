@@ -6,20 +6,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.builder.declaring import Declarations
+from mbdsl.lang.builder.declaring import Declarations, displayed
 from mbdsl.lang.builder.handles import Handle, Law, Number, Place, Vector
 from mbdsl.lang.builder.kind_methods import known
-from mbdsl.lang.calls import CallLine, Given
+from mbdsl.lang.calls import CallLine
 from mbdsl.lang.experiment import KEYS
-from mbdsl.lang.load import deep
-from mbdsl.lang.parser import read_expression
-from mbdsl.lang.unparse import indices, write, write_argument
+from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import count, did_you_mean
+from mbdsl.messages import did_you_mean
 
 _FIELDS = {field: key for key, (field, _) in KEYS.items() if field}
 
@@ -60,18 +57,6 @@ class Builder(Declarations):
         self.name = python_values.text(name, "the name of the model")
         self.doc = python_values.text(doc, "doc")
         super().__init__()
-
-    def __repr__(self) -> str:
-        return f"<Builder of {self.name}: {count(len(self._draft.content.entries), 'declaration')}>"
-
-    def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
-        from mbdsl.plotting.html_tables import fragment
-
-        declared = [entry.declaration for entry in self._draft.content.entries.values()]
-        rows = [(d.name + indices(d.indices), _type(d), _arguments(d), d.doc) for d in declared]
-        found = Table("", ("name", "kind", "frames and values", "description"), rows)
-        return fragment(f"{self.name}: {self.doc}" if self.doc else self.name, (), [found])
 
     # -- declarations ------------------------------------------------------------------------------------------
 
@@ -137,7 +122,7 @@ class Builder(Declarations):
         """
         type_name = python_values.text(type, "type")
         node = self._node(value, str(name))
-        shown = _display(name, display_unit)
+        shown = displayed(name, display_unit)
         return self._enter(name, frozenset({"parameter"}), type_name, doc, replace, value=node, arguments=shown)
 
     def input(
@@ -173,7 +158,7 @@ class Builder(Declarations):
         arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
         if python_values.text(unit, f"{name}.unit"):
             arguments.append(s.Argument("unit", s.String(unit)))
-        arguments += _display(name, display_unit)
+        arguments += displayed(name, display_unit)
         return self._enter(name, frozenset({"input"}), "Real", doc, replace, arguments=tuple(arguments))
 
     def variable(
@@ -197,7 +182,7 @@ class Builder(Declarations):
         -------
         Handle
         """
-        node, shown = self._node(value, str(name)), _display(name, display_unit)
+        node, shown = self._node(value, str(name)), displayed(name, display_unit)
         return self._enter(name, frozenset(), "Real", doc, replace, value=node, arguments=shown)
 
     def frame(
@@ -284,17 +269,8 @@ class Builder(Declarations):
         ModelError
             If there is no such body, or a part is not written correctly.
         """
-        name = self._name(body, "shape.body").replace(" ", "")
-        entries = self._draft.content.entries
-        bodies = [
-            key for key, e in entries.items() if isinstance(known(self.spatial).get(e.declaration.type), BodyKind)
-        ]
-        if name not in bodies:
-            raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
-        with deep():
-            texts = [python_values.text(part, f"the shape of {name}") for part in parts]
-            graphics = s.ArrayNode(tuple(read_expression(Given(f"shape of {name}", text)) for text in texts))
-        self._draft.draw(name, s.Argument("Shape", None, (s.Argument("graphics", graphics),)), _flag(replace))
+        name = self._root(body, "shape.body")
+        self._draft.draw(name, self._shapes(name, parts), python_values.flag(replace, "replace"))
 
     def initial(
         self,
@@ -329,19 +305,15 @@ class Builder(Declarations):
         if state is not None:
             if target is not None or value is not NOT_GIVEN:
                 raise UsageError("initial(state=...) has no target and no value", hint='write initial(state="steady")')
-            named = s.Reference((s.Step("state"),))
-            item = s.Initial("state", named, self._node(state, "initial(state)"), at=(CallLine(), 0, 0))
-            self._draft.initial(item, True)
-            return
+            goal = s.Reference((s.Step("state"),))
+            return self._start("state", goal, self._node(state, "initial(state)"), True)
         if target is None or value is NOT_GIVEN:
             raise UsageError("initial needs a target and a value", hint='e.g. b.initial(rod.phi, "30 deg")')
         goal = self._place(target, "initial.target")
         if value is None:
-            self._draft.forget_initial(goal)
-            return
+            return self._draft.forget_initial(goal)
         mode = "fixed" if python_values.flag(fixed, "fixed") else "guess"
-        item = s.Initial(mode, goal, self._node(value, f"initial value of {write(goal)}"), at=(CallLine(), 0, 0))
-        self._draft.initial(item, _flag(replace))
+        return self._start(mode, goal, self._node(value, f"initial value of {write(goal)}"), replace)
 
     def experiment(
         self,
@@ -375,11 +347,8 @@ class Builder(Declarations):
         nodes = {key: self._node(value, key) for key, value in given.items() if value is not None}
         if method is not None:
             nodes["method"] = s.String(python_values.text(method, "method"))
-        if not isinstance(without, str | Sequence):
-            raise UsageError(f"without: found {without!r}, expected names of effects")
         if without:
-            effects = (without,) if isinstance(without, str) else without
-            nodes["without"] = s.ArrayNode(tuple(s.String(python_values.text(x, "without")) for x in effects))
+            nodes["without"] = self._effects(without)
         at = CallLine(), 0, 0
         self._draft.set_experiment({key: s.Argument(_FIELDS[key], node, at=at) for key, node in nodes.items()})
 
@@ -405,8 +374,7 @@ class Builder(Declarations):
         UsageError
             If there is no such name, or if other declarations refer to it; the message names them.
         """
-        chosen = self._name(name, "remove").replace(" ", "")
-        return self._draft.remove(chosen, python_values.flag(dependents, "dependents"))
+        return self._draft.remove(self._root(name, "remove"), python_values.flag(dependents, "dependents"))
 
     def scene(self, parameters: Mapping[str, Any] | None = None, without: Sequence[str] = ()) -> Scene:
         """Check the model and return its Scene.
@@ -429,23 +397,3 @@ class Builder(Declarations):
             If the model is invalid.
         """
         return self._draft.scene(self.name, self.doc, {} if parameters is None else parameters, without)
-
-
-def _display(name: str, unit: str) -> tuple[s.Argument, ...]:
-    """The attribute ``displayUnit`` of a declaration."""
-    text = python_values.text(unit, f"{name}.display_unit")
-    return (s.Argument("displayUnit", s.String(text)),) if text else ()
-
-
-def _flag(replace: object) -> bool:
-    return python_values.flag(replace, "replace")
-
-
-def _type(d: s.Declaration) -> str:
-    return " ".join([*sorted(d.prefixes), d.type] if d.type else sorted(d.prefixes))
-
-
-def _arguments(d: s.Declaration) -> str:
-    """The frames and values of a declaration, as in a text."""
-    given = [write_argument(a) for a in d.arguments] + ([f"= {write(d.value)}"] if d.value is not None else [])
-    return ", ".join(given)

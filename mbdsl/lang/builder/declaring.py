@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mbdsl.elements.kind import Kind
-from mbdsl.errors import UsageError
+from mbdsl.elements.kind import BodyKind, Kind
+from mbdsl.errors import ModelError, UsageError
 from mbdsl.expressions.spatial_coordinates import NAMES
 from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.lang import python_values
@@ -17,17 +17,31 @@ from mbdsl.lang.builder.kind_methods import KindMethods, known
 from mbdsl.lang.calls import CallLine, Given
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import read_expression
-from mbdsl.messages import count
+from mbdsl.lang.unparse import indices, write, write_argument
+from mbdsl.messages import count, did_you_mean
 
 
 class Declarations(KindMethods):
     """The declarations of a Builder, and its handles."""
 
     name: str
+    doc: str
     spatial = False  #: whether it makes models in space
 
     def __init__(self) -> None:
         self._draft = Draft(self.spatial)
+
+    def __repr__(self) -> str:
+        return f"<Builder of {self.name}: {count(len(self._draft.content.entries), 'declaration')}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.html_tables import fragment
+
+        declared = [entry.declaration for entry in self._draft.content.entries.values()]
+        rows = [(d.name + indices(d.indices), _type(d), _arguments(d), d.doc) for d in declared]
+        found = Table("", ("name", "kind", "frames and values", "description"), rows)
+        return fragment(f"{self.name}: {self.doc}" if self.doc else self.name, (), [found])
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -143,7 +157,51 @@ class Declarations(KindMethods):
         with deep():
             return python_values.expression(value, what, self._handle_name)
 
+    def _root(self, given: Place, what: str) -> str:
+        """The name of a component."""
+        return self._name(given, what).replace(" ", "")
+
+    def _start(self, mode: str, target: s.Expression, value: s.Expression, replace: bool) -> None:
+        item = s.Initial(mode, target, value, at=(CallLine(), 0, 0))
+        self._draft.initial(item, python_values.flag(replace, "replace"))
+
+    def _shapes(self, name: str, parts: Sequence[str]) -> s.Argument:
+        """The annotation with the shapes of a body."""
+        entries = self._draft.content.entries
+        of = {key: known(self.spatial).get(e.declaration.type) for key, e in entries.items()}
+        bodies = [key for key, kind in of.items() if isinstance(kind, BodyKind)]
+        if name not in bodies:
+            raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
+        with deep():
+            texts = [python_values.text(part, f"the shape of {name}") for part in parts]
+            graphics = s.ArrayNode(tuple(read_expression(Given(f"shape of {name}", text)) for text in texts))
+        return s.Argument("Shape", None, (s.Argument("graphics", graphics),))
+
+    @staticmethod
+    def _effects(without: str | Sequence[str]) -> s.ArrayNode:
+        """Names of effects to leave out."""
+        if not isinstance(without, str | Sequence):
+            raise UsageError(f"without: found {without!r}, expected names of effects")
+        effects = (without,) if isinstance(without, str) else without
+        return s.ArrayNode(tuple(s.String(python_values.text(x, "without")) for x in effects))
+
 
 def _rank(e: s.Expression | None) -> int:
     """Number of dimensions of a sequence."""
     return 1 + _rank(e.items[0] if e.items else None) if isinstance(e, s.ArrayNode) else 0
+
+
+def displayed(name: str, unit: str) -> tuple[s.Argument, ...]:
+    """The attribute ``displayUnit`` of a declaration."""
+    text = python_values.text(unit, f"{name}.display_unit")
+    return (s.Argument("displayUnit", s.String(text)),) if text else ()
+
+
+def _type(d: s.Declaration) -> str:
+    return " ".join([*sorted(d.prefixes), d.type] if d.type else sorted(d.prefixes))
+
+
+def _arguments(d: s.Declaration) -> str:
+    """The frames and values of a declaration, as in a text."""
+    given = [write_argument(a) for a in d.arguments] + ([f"= {write(d.value)}"] if d.value is not None else [])
+    return ", ".join(given)

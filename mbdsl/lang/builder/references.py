@@ -12,6 +12,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.builder.content import DraftContent, is_element
 from mbdsl.lang.functions import CONSTANTS
 from mbdsl.lang.instantiate import Instance
+from mbdsl.lang.mistakes.references import unknown
 from mbdsl.lang.modelica_names import KINDS as ALIASES
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity
@@ -33,7 +34,7 @@ def check_names(node: object, instance: Instance) -> None:
         own |= {*(p.name for p in kind.parameters), *kind.formulas}  # in its law
     for step, _ in _first_steps(node, functions=False):
         if step.name not in own and step.name not in instance.namespace.places:
-            raise instance.scope.unknown(step.name, step.at)
+            raise unknown(instance.scope, step.name, step.at)
 
 
 def _first_steps(node: object, functions: bool = True) -> Iterator[tuple[s.Step, bool]]:

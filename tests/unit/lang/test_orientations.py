@@ -109,5 +109,6 @@ def test_the_builder_takes_the_same():
     more = "Frame f(b, n_x = {1, 2, 3}, n_y = {0, 1, 0}); Frame g(b.tip, quaternion = {1, 2, -3, 4});"
     text = TEXT.format(more=more, body=", frames(tip(r = {1, 2, 3} m, angles = {10, 20, 30} deg), side = {0, 1} m)")
     assert b.scene() == mbdsl.parse(text)
+    b.frame("h", "b", phi=1, quaternion=(1, 0, 0, 0))
     with pytest.raises(ModelError, match="is given twice"):
-        b.frame("h", "b", phi=1, quaternion=(1, 0, 0, 0))
+        b.scene()

@@ -1,0 +1,71 @@
+"""From a component under construction to the components of a Scene."""
+
+from __future__ import annotations
+
+from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.expressions.primitive import potential
+from mbdsl.expressions.symbolic import Expr
+from mbdsl.lang.flat_component import FlatComponent
+from mbdsl.lang.mistakes import joint_laws
+from mbdsl.lang.paths import spans
+from mbdsl.lang.source import placed, span_of
+from mbdsl.mechanism.scene import Component
+
+
+def components_of(part: FlatComponent) -> list[Component]:
+    """The component, and those of the further spans of its path."""
+    if part.kind.computed:
+        return spans(part, part.modifier("over"))
+    return [_component(part)]
+
+
+def _component(part: FlatComponent) -> Component:
+    kind = part.kind
+    laws = {name: part.law(name) for name in kind.law_parameters}
+    if isinstance(kind, ForceKind) and kind.springs is None:
+        laws |= {name: part.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
+    ports = {port: part.own_frame(port).name for port in part.nodes}
+    return Component(
+        part.name,
+        kind,
+        {**part.values, **laws} if laws else part.values,
+        ports,
+        part.signal_names(),
+        span_of(part.at),
+        part.doc,
+        _energy(part),
+        _velocity_constraints(part),
+        part.formulas.signal("friction") if part.has_friction() else None,
+        part.formulas.friction_rows() if part.has_friction() else (),
+        {port: frame for port, own in ports.items() if (frame := part.port_frame(port).name) != own},
+        tuple(map(part.formulas.row, kind.relations)) if isinstance(kind, JointKind) else (),
+        part.units() if kind.coupled else {},
+    )
+
+
+def _energy(part: FlatComponent) -> Expr | None:
+    """The potential energy, if the kind has one; of a law, if it depends on the kind's coordinate and rate only."""
+    kind = part.kind
+    if not getattr(kind, "energy", ""):
+        return None
+    given = [name for name in kind.law_parameters if part.has_law(name)]
+    if not given:
+        return part.formulas.energy()
+    law, coordinate = part.formulas.law(given[0]), next((x for x in ("s", "phi") if x in kind.formulas), None)
+    if law is None or coordinate is None or len(given) > 1:
+        return None
+    rate = part.formulas.signal("v" if coordinate == "s" else "w")
+    start = part.values.get(f"{coordinate}0", 0.0)
+    return potential(law, part.formulas.signal(coordinate), rate, float(start))
+
+
+def _velocity_constraints(part: FlatComponent) -> tuple[Expr, ...]:
+    if not isinstance(part.kind, JointKind) or not part.kind.velocity_rows:
+        return ()
+    found = tuple(part.formulas.row(row) for row in part.kind.velocity_rows)
+    for name in part.kind.law_parameters:
+        modifier = part.modifier(name)
+        for row in found:
+            with placed(modifier.value.at if modifier and modifier.value else part.at):
+                joint_laws.check_row(name, row, part.kind, part.name)
+    return found
