@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
-from mbdsl.cli.simulate import print_warnings
+from mbdsl.cli._summary import print_warnings
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.messages import once
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
     from mbdsl.mechanism.scene import Scene
+    from mbdsl.simulation.run_options import RunOptions
+    from mbdsl.simulation.streaming import Stream
     from mbdsl.simulation.trajectory import Trajectory
 
 
@@ -43,31 +47,43 @@ def kept(scene: Scene, quiet: bool, **given: Any) -> tuple[Trajectory, BaseExcep
     UsageError
         If neither the command nor the model has a stop time.
     """
-    from mbdsl.api import simulated
     from mbdsl.simulation.plan import NO_STOP
     from mbdsl.simulation.run_options import RunOptions
 
-    display = None if quiet else Display(sys.stderr)
-    failure: BaseException | None = None
     try:
-        announce = once(display.say, set()) if display else None
-        trajectory = simulated(scene, RunOptions(progress=display, announce=announce, **given))
+        with displayed(quiet, set()) as shown:
+            trajectory, failure = ended(scene, RunOptions(**given, **shown))
     except UsageError as problem:
         if problem.hint != NO_STOP or "stop" in given:
             raise
         hint = "write `annotation(experiment(StopTime = 2 s));` in the model, or plot a result of "
         raise UsageError(problem.message, hint=f"{hint}`mbdsl simulate --stop 2s`") from None
+    if isinstance(failure, IntegrationError) and not len(trajectory.t):
+        raise failure
+    return trajectory, failure
+
+
+def ended(scene: Scene, asked: RunOptions, stream: Stream | None = None) -> tuple[Trajectory, BaseException | None]:
+    """The results of a run, also of one that ends early, and the error or interruption that ended it."""
+    from mbdsl.api import simulated
+
+    try:
+        trajectory = simulated(scene, asked, stream)
     except IntegrationError as problem:
-        found = getattr(problem, "trajectory", None)
-        if found is None or not len(found.t):
+        if problem.trajectory is None:
             raise
-        trajectory, failure = found, problem
-    except Interrupted as problem:
-        trajectory = problem.trajectory
-        failure = KeyboardInterrupt()
+        return problem.trajectory, problem
+    except Interrupted as problem:  # after its last step: it is complete
+        return problem.trajectory, KeyboardInterrupt()
+    return trajectory, KeyboardInterrupt() if trajectory.status == "interrupted" else None
+
+
+@contextmanager
+def displayed(quiet: bool, said: set[str]) -> Iterator[dict[str, Any]]:
+    """The options of a run that show its progress, and announce each text once, unless it is ``said`` already."""
+    display = None if quiet else Display(sys.stderr)
+    try:
+        yield {"progress": display, "announce": once(display.say, said) if display else None}
     finally:
         if display:
             display.close()
-    if trajectory.status == "interrupted":
-        failure = KeyboardInterrupt()
-    return trajectory, failure

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     if args.along or args.at:
         return _along(args)
     from mbdsl.cli._runs import kept
-    from mbdsl.cli.simulate import print_warnings
+    from mbdsl.cli._summary import print_warnings
     from mbdsl.lang.display_units import asked
     from mbdsl.reporting.views import check_plotted, source
     from mbdsl.results.stored import of_trajectory
@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
 def _along(args: argparse.Namespace) -> int:
     """Profiles: a table on the terminal, or a plot in a file."""
     from mbdsl.cli._runs import kept
-    from mbdsl.cli.simulate import print_warnings
+    from mbdsl.cli._summary import print_warnings
     from mbdsl.lang.asked_signals import AskedSignals
     from mbdsl.lang.display_units import asked
     from mbdsl.plotting.profiles import of_result

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.messages import visible
+from mbdsl.cli._studies import counted, save_table
+
+#: arguments of `recommend` that are words of the command
+NAMES = ("methods", "reference", "stop", "repeats", "budget", "fresh", "without")
 
 COMMAND = Command(
     "find the fastest method and step for an error",
@@ -34,28 +36,19 @@ COMMAND = Command(
 def run(args: argparse.Namespace) -> int:
     values.check_table(args)
 
-    from mbdsl.cli._progress import Counter
     from mbdsl.studies.recommendation import recommend
 
-    counter = Counter(sys.stderr)
-    given = {name: getattr(args, name) for name in ("methods", "reference", "stop", "repeats", "budget", "fresh")}
-    try:
+    given = {name: getattr(args, name) for name in NAMES}
+    with counted(args.fresh) as counter:
         found = recommend(
             args.model,
             args.error,
             args.signal,
             parameters=dict(args.set),
-            without=args.without,
             tell=counter,
             announce=counter.say,
             **given,
         )
-    finally:
-        counter.close()
     print(found)
-    if args.table:
-        from mbdsl.studies.tables import write
-
-        write(found, args.table)
-        print(f"{visible(args.table, line=True)}: table")
+    save_table(found, args, "table")
     return 0

@@ -7,6 +7,7 @@ import json
 import shlex
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -15,9 +16,9 @@ from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._arguments import Parser
 from mbdsl.cli._options import Command
-from mbdsl.cli._progress import Display
-from mbdsl.errors import IntegrationError, Interrupted, UsageError
-from mbdsl.messages import count, few, once, visible
+from mbdsl.cli._runs import displayed, ended
+from mbdsl.cli._summary import extreme_lines, print_warnings, summary
+from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.simulation import result_file, result_units
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
@@ -28,10 +29,10 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from mbdsl.initial.consistent import Moved
     from mbdsl.mechanism.scene import Scene
     from mbdsl.results.rows_file import Column
     from mbdsl.simulation.checkpoint import Checkpoint
+    from mbdsl.simulation.run_options import RunOptions
     from mbdsl.simulation.streaming import Stream
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
 
 #: options of a run that are words of the command
 NAMES = ("method", "step", "tol", "accuracy", "start", "stop", "interval", "force", "general", "initial")
-MOST_PEAKS = 3  #: number of peaks between outputs that are printed
-MOST_EXTREMES = 12  #: number of signals whose extremes are printed without --verbose
 
 
 SUFFIXES = ", ".join(results.formats())  #: of result files
@@ -116,8 +115,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output_files.check(outputs, [args.model])
     results.format_of(output)
 
-    options = values.numbers(args.option)
-    begun = perf_counter()
+    options, begun = values.numbers(args.option), perf_counter()
     scene = values.load_model(args)
     if getattr(args, "input", None):
         scene = _with_inputs(args, scene)
@@ -125,63 +123,41 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     parse = perf_counter() - begun
     if args.signals:
         check_signals(scene, values.patterns(args.signals))
-    if args.accuracy is not None or args.verify:  # these compare whole trajectories
-        return _run(args, scene, options, parse, output, None, resumed)
-    from mbdsl.simulation.streaming import Stream
-
-    stream = Stream(rows or output, lambda found: chosen_names(found, output, args.signals), bool(rows))
-    try:
-        return _run(args, scene, options, parse, output, stream, resumed)
-    finally:
-        stream.close(keep=bool(args.checkpoint) and Path(args.checkpoint).exists())
-
-
-def _run(
-    args: argparse.Namespace,
-    scene: Scene,
-    options: Mapping[str, float | None],
-    parse: float,
-    output: str,
-    stream: Stream | None,
-    resumed: bool,
-) -> int:
-    from mbdsl.api import simulated
     from mbdsl.simulation.run_options import RunOptions
 
-    display = None if args.quiet else Display(sys.stderr)
-    said: set[str] = set()
-    failure, over = None, False
     asked = RunOptions(
         **{name: getattr(args, name) for name in NAMES},
         options=options,
         budget=args.budget if args.accuracy is not None else None,
         signals=values.patterns(args.signals) if args.signals else None,
-        progress=display,
-        announce=once(display.say, said) if display else None,
         checkpoint=kept(args, output, resumed) if args.checkpoint else None,
     )
-    try:
-        trajectory = simulated(scene, asked, stream)
-    except IntegrationError as problem:
-        trajectory, failure = getattr(problem, "trajectory", None), problem
-        if trajectory is None:
-            raise
-    except Interrupted as problem:  # after its last step: it is complete
-        trajectory, over = problem.trajectory, True
-    finally:
-        if display:
-            display.close()
+    if args.accuracy is not None or args.verify:  # these compare whole trajectories
+        return _run(args, scene, asked, parse, output, None)
+    from mbdsl.simulation.streaming import Stream
 
+    stream = Stream(rows or output, lambda found: chosen_names(found, output, args.signals), bool(rows))
+    try:
+        return _run(args, scene, asked, parse, output, stream)
+    finally:
+        stream.close(keep=bool(args.checkpoint) and Path(args.checkpoint).exists())
+
+
+def _run(
+    args: argparse.Namespace, scene: Scene, asked: RunOptions, parse: float, output: str, stream: Stream | None
+) -> int:
+    said: set[str] = set()
+    with displayed(args.quiet, said) as shown:
+        trajectory, failure = ended(scene, replace(asked, **shown), stream)
     begun = perf_counter()
     with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
         names = write(trajectory, output, args.signals, dict(args.set), stream, values.row_of_units(args))
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
-    over = over or bool(heard)
-    if over:
-        args.verify = False
+    over = bool(heard) or isinstance(failure, KeyboardInterrupt)
+    args.verify = args.verify and not over
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
     if args.stats:
-        write_stats(args.stats, trajectory.stats)
+        write_text(args.stats, json.dumps(trajectory.stats, indent=2) + "\n")
     print_warnings(trajectory, args.quiet)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose, stream))
@@ -189,7 +165,7 @@ def _run(
             print("\n".join(extreme_lines(trajectory, names, args.verbose)))
         if verified:
             print(verified)
-    if failure:
+    if isinstance(failure, IntegrationError):
         raise failure
     if stream and stream.problem:
         raise UsageError(stream.problem, hint=f"{output} has the results until t = {stream.reached:g} s")
@@ -207,15 +183,6 @@ def check_signals(scene: Scene, patterns: list[str]) -> None:
     from mbdsl.lang.asked_signals import AskedSignals
 
     AskedSignals(scene).select(patterns)
-
-
-def print_warnings(trajectory: Trajectory, quiet: bool) -> None:
-    for text in trajectory.stats.get("warnings", ()):
-        print(f"warning: {text}", file=sys.stderr)
-    if trajectory.undetermined and not quiet:
-        where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
-        more = " ..." if len(trajectory.undetermined) > 5 else ""
-        print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
 
 
 def end(args: argparse.Namespace, trajectory: Trajectory, output: str, over: bool) -> int:
@@ -273,17 +240,13 @@ def second_opinion(
 
     if trajectory.status != "done":
         return None
-    display = None if args.quiet else Display(sys.stderr)
     try:
-        announce = once(display.say, said) if display else None
-        found = verify(trajectory, names, args.general, display, announce, args.budget)
+        with displayed(args.quiet, said) as shown:
+            found = verify(trajectory, names, args.general, shown["progress"], shown["announce"], args.budget)
     except KeyboardInterrupt:  # the result itself is complete
         trajectory.stats["verify"] = {"problem": "interrupted"}
         print("not verified: interrupted", file=sys.stderr)
         return None
-    finally:
-        if display:
-            display.close()
     trajectory.stats["verify"] = found.facts()
     if found.problem:
         since = f" from t = {found.until:.4g} s on" if found.agreements else ""
@@ -352,99 +315,3 @@ def elsewhere(output: str, write: Callable[[str], None]) -> str | None:
         else:
             return str(path)
     return None
-
-
-def write_stats(path: str, stats: dict) -> None:
-    write_text(path, json.dumps(stats, indent=2) + "\n")
-
-
-def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool, stream: Stream | None = None) -> str:
-    from mbdsl.integrators import compiled
-
-    rows = stream.file.count if stream and stream.file else len(trajectory.t)
-    stats, seconds = trajectory.stats, trajectory.stats["seconds"]
-    steps, iterations = stats["steps"], stats["iterations"]
-    reached = trajectory.t[-1] if len(trajectory.t) else 0.0
-    work, what = (stats["evaluations"], "evaluation") if stats["evaluations"] else (iterations, "iteration")
-    each = work / max(1, steps)
-    per_step = f" ({each:.{2 if each < 10 else 0}f} a step)" if steps else ""
-    known = error(stats) if steps or stats["status"] == "done" else "no step was accepted"
-    lines = [
-        f"{trajectory.scene.name}: {count(steps, 'step')} of {stats['method']} to t = {reached:g} s, "
-        f"{count(work, what)}{per_step}, in {seconds['integrate']:.3g} s; {known}",
-        f"{visible(output, line=True)}: {count(rows, 'row')}, time and {count(len(names), 'signal')}",
-    ]
-    peaks = trajectory.cut_peaks(names)
-    lines += [f"note: {peak.text(trajectory.display)} (--interval 0 writes every step)" for peak in peaks[:MOST_PEAKS]]
-    if len(peaks) > MOST_PEAKS:
-        lines.append(f"note: outputs cut {len(peaks) - MOST_PEAKS} more peaks")
-    if chosen := stats.get("chosen"):
-        lines[0] += f"; {chosen}"
-    if (line := _pivoting(trajectory, verbose)) is not None:
-        lines.append(line)
-    if found := stats.get("accuracy"):
-        lines.append(
-            f"accuracy {found['asked']:g}: estimated error {found['estimated']:.1e} ({found['by']}); "
-            + (f"checked by {found['checked by']}" if found["checked by"] else f"not checked: {found['not checked']}")
-        )
-    if verbose:
-        sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
-        rejected = stats["rejected"] or (0 if stats["method"] in compiled() else None)
-        counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"
-        refused = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
-        lines.append(f"{sizes}; {refused}, {counts}")
-        lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
-        lines += [_moved(m.shown(trajectory.display)) for m in trajectory.moved]
-    elif trajectory.moved:
-        lines.append(guesses([m.shown(trajectory.display) for m in trajectory.moved]))
-    return "\n".join(lines)
-
-
-def _pivoting(trajectory: Trajectory, verbose: bool) -> str | None:
-    """Why equations are solved with a search for pivots; None if they are not, or only since a body has no inertia."""
-    from mbdsl.system.massless import bodies_without_inertia
-
-    since = trajectory.stats["pivoting_from"]
-    if since is None:
-        return None
-    light = bodies_without_inertia(trajectory.system.tables)
-    if not light or since > trajectory.t[0]:
-        return (
-            f"from t = {since:g} s on, equations are solved with a search for pivots: rows nearly depend on each other"
-        )
-    why = f"of {few(light)} a coordinate has no inertia, and joints or springs hold it"
-    return f"equations are solved with a search for pivots: {why}" if verbose else None
-
-
-def extreme_lines(trajectory: Trajectory, names: Sequence[str], verbose: bool) -> list[str]:
-    """The extremes of signals over all steps, as a table."""
-    shown = names if verbose else names[:MOST_EXTREMES]
-    lines = str(trajectory.extremes(shown)).splitlines()
-    left = f"... {len(names) - len(shown)} more signals (--verbose lists all)"
-    return ["over all steps:", *lines, *([left] if len(shown) < len(names) else [])]
-
-
-def error(stats: dict) -> str:
-    """The error estimate of a run, as a text."""
-    from mbdsl.simulation.failure_messages import LITTLE_KNOWN
-
-    if found := stats.get("accuracy"):
-        return f"estimated error {found['estimated']:.1e}"
-    if stats.get("error") is None:
-        return "error not known (--tol controls it, --verify checks it)"
-    if stats.get("status") == "inaccurate" and stats["error"] >= LITTLE_KNOWN:
-        return "error not known"  # the message gives the time
-    return f"estimated error {stats['error']:.1e}"
-
-
-def guesses(moved: Sequence[Moved]) -> str:
-    """One line about the guesses that the assembly has changed, with the largest change."""
-    most = max(moved, key=lambda m: abs(m.value - m.guess))
-    furthest = "" if len(moved) == 1 else "furthest "
-    shown = f"{furthest}{most.change()} (--verbose lists all)"
-    return f"{count(len(moved), 'guess', 'guesses')} moved: {shown}"
-
-
-def _moved(m: Moved) -> str:
-    guess, value = m.texts(9)
-    return f"initial value of {m.name}: guessed {guess}, found {value}"

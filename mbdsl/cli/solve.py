@@ -7,9 +7,7 @@ import sys
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.cli.sweep import once
-from mbdsl.messages import count, visible
-from mbdsl.storage import output_files
+from mbdsl.cli._studies import of_sweep, save, varied
 
 COMMAND = Command(
     "find the value of a parameter that gives a result",
@@ -33,46 +31,14 @@ COMMAND = Command(
 
 
 def run(args: argparse.Namespace) -> int:
-    vary = once(args.vary)
-    if args.output:
-        from mbdsl.studies.sweep_files import SUFFIXES
+    vary = varied(args)
 
-        for path in args.output:
-            output_files.suffix_of(path, SUFFIXES)
-        output_files.check(args.output, [args.model])
-
-    from mbdsl.cli._progress import Counter
-    from mbdsl.cli.study import kept
     from mbdsl.studies.solve import solve
 
-    counter = Counter(sys.stderr)
-    given = {
-        name: getattr(args, name) for name in ("after", "method", "step", "tol", "start", "stop", "interval", "at")
-    }
-    given |= {name: getattr(args, name) for name in ("without", "limit", "fresh", "units")}
-    try:
-        found = solve(
-            args.model,
-            vary,
-            args.conditions,
-            options=values.numbers(args.option),
-            parameters=dict(args.set),
-            tell=None if args.quiet else counter,
-            announce=None if args.quiet else counter.say,
-            **given,
-        )
-    except KeyboardInterrupt:
-        counter.close()
-        print(kept(counter.kept, args.fresh), file=sys.stderr)
-        raise
-    finally:
-        counter.close()
+    found = of_sweep(args, solve, vary, args.conditions)
     if found and not args.quiet:
         print(found)
-    for path in args.output:
-        found.sweep.save(path)
-        if not args.quiet:
-            print(f"{visible(path, line=True)}: {count(len(found.sweep), 'run')}")
+    save(found.sweep, args)
     if not found:
         print(found, file=sys.stderr)
         return 4

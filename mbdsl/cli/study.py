@@ -6,17 +6,14 @@ import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
 from mbdsl.cli._streams import print_problem
+from mbdsl.cli._studies import counted, save_table
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, install, visible
-
-if TYPE_CHECKING:
-    from mbdsl.studies.effects import EffectsStudy
-    from mbdsl.studies.report import Study
+from mbdsl.messages import install
 
 SIGNALS = "--signals PATTERN,...  further signals (globs)"
 REPEATS = "--repeats K  timed runs of each; default 5"
@@ -110,47 +107,21 @@ def _methods(args: argparse.Namespace) -> int:
     pictures = _checked(args.pictures)
     values.check_folder(output)
 
-    from mbdsl.cli._progress import Counter
-
     study = _function(args.kind)
-    counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("methods", "steps", "tols", "stop", "budget", "fresh", "without")}
     given |= {name: getattr(args, name) for name in ("reference", "repeats") if hasattr(args, name)}
     if getattr(args, "signals", None):
         given["signals"] = values.patterns(args.signals)
-    try:
+    with counted(args.fresh) as counter:
         found = study(args.model, parameters=dict(args.set), tell=counter, announce=counter.say, **given)
-    except KeyboardInterrupt:
-        counter.close()
-        print(kept(counter.kept, args.fresh), file=sys.stderr)
-        raise
-    finally:
-        counter.close()
     if not args.quiet:
         print(found.text(10**9) if args.verbose else found)
     paths = found.write(output, pictures)
     if not args.quiet:
         print(f"\n{output}: {', '.join(path.name for path in paths if path.suffix in ('.csv', '.json', '.html'))}"
               f"{_pictures(paths)}")  # fmt: skip
-    _table(found, args)
+    save_table(found, args)
     return 0
-
-
-def _table(found: Study | EffectsStudy, args: argparse.Namespace) -> None:
-    if args.table:
-        from mbdsl.studies.tables import write
-
-        write(found, args.table)
-        if not getattr(args, "quiet", False):
-            print(f"{visible(args.table, line=True)}: tables")
-
-
-def kept(runs: int, fresh: bool) -> str:
-    """Message about the stored runs of an interrupted study."""
-    if not runs:
-        return "no run was completed: nothing is stored"
-    command = "the same command without --fresh" if fresh else "the same command"
-    return f"{count(runs, 'run is', 'runs are')} stored; {command} continues from there"
 
 
 def _checked(pictures: list[str] | None) -> list[str]:
@@ -216,5 +187,5 @@ def _effects(args: argparse.Namespace) -> int:
         announce=say,
     )
     print(study)
-    _table(study, args)
+    save_table(study, args)
     return 0

@@ -7,10 +7,9 @@ import sys
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.errors import UsageError
-from mbdsl.messages import count, visible
+from mbdsl.cli._studies import of_sweep, save, varied
+from mbdsl.messages import count
 from mbdsl.plotting.terminal_text import text_width
-from mbdsl.storage import output_files
 
 COLUMNS = 100  #: characters of a line where the output is not a terminal
 
@@ -39,55 +38,18 @@ COMMAND = Command(
 
 
 def run(args: argparse.Namespace) -> int:
-    vary = once(args.vary)
-    if args.output:
-        from mbdsl.studies.sweep_files import SUFFIXES
+    vary = varied(args)
 
-        for path in args.output:
-            output_files.suffix_of(path, SUFFIXES)
-        output_files.check(args.output, [args.model])
-
-    from mbdsl.cli._progress import Counter
-    from mbdsl.cli.study import kept
     from mbdsl.studies.measures import split
     from mbdsl.studies.sweep import sweep
 
-    counter = Counter(sys.stderr)
-    given = {name: getattr(args, name) for name in ("paired", "after", "method", "step", "tol", "start", "stop")}
-    given |= {name: getattr(args, name) for name in ("interval", "at", "without", "limit", "fresh", "units")}
-    try:
-        found = sweep(
-            args.model,
-            vary,
-            [measure for text in args.measure for measure in split(text)] or None,
-            options=values.numbers(args.option),
-            parameters=dict(args.set),
-            tell=None if args.quiet else counter,
-            announce=None if args.quiet else counter.say,
-            **given,
-        )
-    except KeyboardInterrupt:
-        counter.close()
-        print(kept(counter.kept, args.fresh), file=sys.stderr)
-        raise
-    finally:
-        counter.close()
+    measures = [measure for text in args.measure for measure in split(text)] or None
+    found = of_sweep(args, sweep, vary, measures, paired=args.paired)
     if not args.quiet:
         print(found.text(text_width(COLUMNS), len(found) if args.verbose else 40) + ("\n" if args.output else ""))
-    for path in args.output:
-        found.save(path)
-        if not args.quiet:
-            print(f"{visible(path, line=True)}: {count(len(found), 'run')}")
+    save(found, args)
     if found.failed:
         if args.quiet:
             print(f"{len(found.failed)} of {count(len(found), 'run')} failed", file=sys.stderr)
         return 4
     return 0
-
-
-def once(vary: list[tuple[str, str]]) -> dict[str, str]:
-    """Values by the name of their parameter, each of which is given once."""
-    for k, (name, _) in enumerate(vary):
-        if name in (other for other, _ in vary[:k]):
-            raise UsageError(f"`{name}` is varied twice", hint="give all of its values in one --vary")
-    return dict(vary)

@@ -169,7 +169,9 @@ class Trajectory:
 def simulation(monkeypatch):
     """Replaces loading and simulating; ``act`` determines the result."""
     double = types.SimpleNamespace(act=Trajectory)
-    monkeypatch.setitem(sys.modules, "mbdsl.api", types.SimpleNamespace(simulated=lambda scene, asked: double.act()))
+    monkeypatch.setitem(
+        sys.modules, "mbdsl.api", types.SimpleNamespace(simulated=lambda scene, asked, stream: double.act())
+    )
     monkeypatch.setattr("mbdsl.lang.load.load", lambda path, *given, **named: Scene("Crank", {}, {}))
     return double
 

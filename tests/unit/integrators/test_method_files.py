@@ -273,7 +273,7 @@ def test_a_checkpoint_never_loads_a_file(files, capsys, monkeypatch):
     files("euler.py", EULER)
     name = method_files.load("euler.py")
     args = SimpleNamespace(checkpoint="c", checkpoint_every=60.0, model="m.mbd", stats=None, method=name)
-    command = simulate.kept(args, "m.csv", False)["checkpoint"].about["command"]
+    command = simulate.kept(args, "m.csv", False).about["command"]
     assert command["method_file"] == str(Path("euler.py").absolute())
     command = {"set": [], "option": [], "without": [], **command}
     monkeypatch.setattr("mbdsl.simulation.checkpoint.about", lambda path: {"command": command})

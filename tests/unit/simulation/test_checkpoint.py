@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from mbdsl import Builder, Interrupted, UsageError, results, simulate
-from mbdsl.cli import simulate as command
 from mbdsl.integrators import compiled
 from mbdsl.simulation.checkpoint import Checkpoint, about
 from mbdsl.simulation.resume import resume
@@ -158,7 +157,7 @@ def test_the_commands(model, say, monkeypatch):
     asked = ("simulate", model, "--step", "1ms", "--set", "M=2 kg", "--signals", "rod.*,ball.x", "--quiet")
     assert say(*asked, "--output", "whole.csv") == (0, "", "")
     with monkeypatch.context() as other:
-        other.setattr(command, "Display", Impatient)
+        other.setattr("mbdsl.cli._runs.Display", Impatient)
         code, _, err = say(*asked[:-1], "--output", "part.csv", "--checkpoint", "run.cp", "--stats", "s.json")
     assert code == 130
     assert err == (

@@ -209,7 +209,6 @@ def test_saved_states_of_a_simulation(method):
 @pytest.fixture
 def command(tmp_path, monkeypatch, say):
     """A checkpoint of the command line, in a folder of its own."""
-    from mbdsl.cli import simulate as module
 
     class Impatient:
         count = 2
@@ -229,7 +228,7 @@ def command(tmp_path, monkeypatch, say):
     (tmp_path / "work").mkdir()
     (tmp_path / "stop.mbd").write_text(TEXT)
     with monkeypatch.context() as patch:
-        patch.setattr(module, "Display", Impatient)
+        patch.setattr("mbdsl.cli._runs.Display", Impatient)
         more = ("--output", "other.csv", "--stats", "work/s.json", "--checkpoint", "work/run.cp")
         code, _, err = say("simulate", "stop.mbd", "--step", "1ms", *more)
     assert code == 130 and "to continue:  mbdsl resume work/run.cp --output other.csv\n" in err

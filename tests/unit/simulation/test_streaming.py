@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from mbdsl import UsageError, results, simulate
-from mbdsl.cli import simulate as command
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation import streaming, tolerance_calibration
@@ -149,7 +148,7 @@ def test_an_interrupted_run_keeps_its_rows_and_is_resumed(model, say, monkeypatc
     for slices in (1, 5, 2, 30):
         with monkeypatch.context() as other:
             other.setattr(Impatient, "slices", slices)
-            other.setattr(command, "Display", Impatient)
+            other.setattr("mbdsl.cli._runs.Display", Impatient)
             first = (*asked[:-1], "--output", "part.csv", "--checkpoint", "run.cp")
             code, _, err = say(*first) if part is None else say("resume", "run.cp")
         if code == 0:
@@ -182,7 +181,7 @@ def test_resume_from_a_checkpoint_that_is_older_than_the_rows(model, say, monkey
     asked = ("simulate", model, "--step", "1ms", "--interval", "0.3ms", "--checkpoint-every", "1ns")
     with monkeypatch.context() as other:
         other.setattr(Impatient, "slices", 8)
-        other.setattr(command, "Display", Cut)
+        other.setattr("mbdsl.cli._runs.Display", Cut)
         assert say(*asked, "--output", "part.csv", "--checkpoint", "run.cp")[0] == 130
     os.replace("old.cp", "run.cp")
     assert say("resume", "run.cp", "--quiet")[0] == 0

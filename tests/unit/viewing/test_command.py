@@ -138,7 +138,7 @@ def test_damaged_models_are_refused(text):
 def test_a_run_that_ends_early_is_shown_up_to_there(say, folder, monkeypatch, slider_crank, failed, expected):
     """The page is written, and the exit code is that of the run."""
 
-    def simulated(scene, asked):
+    def simulated(scene, asked, stream):
         monkeypatch.setitem(slider_crank.stats, "status", "failed" if failed else "interrupted")
         if not failed:
             return slider_crank
@@ -155,7 +155,7 @@ def test_a_run_that_ends_early_is_shown_up_to_there(say, folder, monkeypatch, sl
 
 
 def test_a_run_without_any_state_has_no_page(say, folder, monkeypatch):
-    def simulated(scene, asked):
+    def simulated(scene, asked, stream):
         raise IntegrationError("the first step fails")
 
     monkeypatch.setattr("mbdsl.api.simulated", simulated)
