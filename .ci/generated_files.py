@@ -12,6 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # the code of this checkout, even if another version of mbdsl is installed
 
+from mbdsl.cli import _options
 from mbdsl.editor import textmate
 from mbdsl.integrators import method_reference
 from mbdsl.lang import kind_reference
@@ -25,6 +26,7 @@ def generated() -> dict[str, str]:
 
     grammar = "editors/vscode/syntaxes/mbd.tmLanguage.json"
     return {
+        "docs/command-line.md": _options.insert(page("docs/command-line.md")),
         "docs/language.md": kind_reference.insert(page("docs/language.md")),
         "docs/space.md": kind_reference.insert(page("docs/space.md")),
         "docs/methods.md": method_reference.insert(page("docs/methods.md")),

@@ -28,6 +28,8 @@ from mbdsl.simulation.run_options import NOT_NEGATIVE, OPTIONS, POSITIVE, TOLERA
 
 ENTRY = re.compile(r"(\| )?((?:--[\w-]+, )*--[\w-]+|\w+)(?: (\{\S+\}|[^\s-]\S*))?( \.\.\.)?  (\S.*)", re.DOTALL)
 START = re.compile(r"\n(?=\S)")
+#: a table of options in a page: its beginning, the names of the options, and its end
+MARKED = re.compile(r"(<!-- options: ([\w ]+) -->\n).*?(<!-- end of options -->)", re.DOTALL)
 EXCLUDES = ("tol", "accuracy")  #: options of a run that exclude the one before them
 PARSERS = {POSITIVE: values.positive_seconds, NOT_NEGATIVE: values.interval_seconds, TOLERANCE: values.tolerance}
 SHOWN = 'show values in these units, each for its quantity: "deg, rpm, kN, mm"'
@@ -173,3 +175,16 @@ def _entry(text: str) -> Entry:
     if repeated:
         given |= {"action": "append", "default": []} if option else {"nargs": "*"}
     return Entry(bool(excludes), flags.split(", "), given)
+
+
+def insert(page: str) -> str:
+    """The text of a page with tables of shared options between its markers."""
+
+    def table(marked: re.Match) -> str:
+        rows = [
+            f"| `{' '.join([*x.flags, x.given.get('metavar', '')]).strip()}` | {x.given['help']} |"
+            for x in entries(f"@{marked[2]}")
+        ]
+        return "\n".join([marked[1], "| option | |", "|---|---|", *rows, "", marked[3]])
+
+    return MARKED.sub(table, page)

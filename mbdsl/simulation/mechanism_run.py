@@ -54,8 +54,12 @@ NOISE = 1e-4  #: relative noise of accelerations from positions above which thos
 
 #: the states in which a mechanism in space is solved
 Solved = PlanarStates | GyrostatStates
+#: q, v (N, n) and lam (N, m + p)
+State = tuple[Array, Array, Array]
 #: t (N,), q, v (N, n), lam (N, m + p)
 Ends = tuple[Array, Array, Array, Array]
+#: times (N,), q, v (N, n), lam (N, m + p) of the scene, and q and v of each part
+Rows = tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]
 #: these, and q and v of the scene that is solved, at the start
 Start = tuple[Solved, Array, Array]
 
@@ -69,6 +73,21 @@ class Moving:
     method: str
     initial: InitialState
     integration: Run
+
+    @property
+    def first(self) -> Array:
+        """The row (1, 2 n + m + p) of outputs at the start."""
+        return np.concatenate([self.initial.q, self.initial.v, self.initial.lam])[None]
+
+    @property
+    def last(self) -> Array:
+        """The row (1, 2 n + m + p) at the present time."""
+        return np.concatenate(self.integration.state())[None]
+
+    def split(self, rows: Array) -> State:
+        """q, v (N, n) and lam (N, m + p) of rows of outputs."""
+        n = self.system.n
+        return rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :]
 
     def accelerations(self, t: Array, q: Array, v: Array) -> Array | None:
         """Those (N, n) of the equations of motion at N states; None if they depend on more than the states."""
@@ -194,8 +213,7 @@ class Motion:
         solved = [p.method != KINEMATIC for p in self.parts]
         self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved, solved_as)
         if self.system.tables.starts and not any(p.system is self.system for p in self.parts):
-            first = [(p.initial.q[None], p.initial.v[None], p.initial.lam[None]) for p in self.parts]
-            q, v, _ = self.whole.state(np.array([self.plan.start]), first)
+            q, v, _ = self.whole.state(np.array([self.plan.start]), [p.split(p.first) for p in self.parts])
             begin(self.system, self.plan.start, q[0], v[0])
 
     def _solve_in_space(self, flat: Flattened) -> None:
@@ -280,10 +298,9 @@ class Motion:
         """
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             if p.method != KINEMATIC:
-                n, first, done = p.system.n, p.initial, integration.written
+                done = integration.written
                 t = np.append(kept.plan.start, integration.times[:done])
-                rows = np.vstack([np.concatenate([first.q, first.v, first.lam]), integration.out[:done]])
-                yield p.system, t, rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :], first.redundant
+                yield p.system, t, *p.split(np.vstack([p.first, integration.out[:done]])), p.initial.redundant
 
     def _is_not_kinematic(self, part: Part) -> None:
         """Correct the note on a part that counting of constraints took for kinematic."""
@@ -479,11 +496,14 @@ class Motion:
     # -- from the parts to the scene ---------------------------------------------------------------------------
     def present(self) -> tuple[Array, Array, Array]:
         """Present q, v (n,) and lam (m + p,)."""
-        states = [p.integration.state() for p in self.parts]
-        q, v, lam = self.whole.state(np.array([self.time]), [(q[None], v[None], lam[None]) for q, v, lam in states])
+        q, v, lam = self.whole.state(np.array([self.time]), [p.split(p.last) for p in self.parts])
         return q[0], v[0], lam[0]
 
-    def output(self, partial: bool) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
+    def rows(self, times: Array, states: Sequence[State]) -> Rows:
+        """The rows of the scene at ``times`` (N,), from those of its parts."""
+        return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
+
+    def output(self, partial: bool) -> Rows:
         """Times (N,), q, v (N, n) and lam (N, m + p) from the start on, and q and v of each part.
 
         ``partial`` includes the last step reached, even if it is not an output time. Times that are not ``shown`` are
@@ -501,18 +521,14 @@ class Motion:
             extra = False  # a part that is ahead cannot go back
         states = []
         for p in self.parts:
-            n, out, first = p.system.n, p.integration.out, p.initial
-            rows = [np.concatenate([first.q, first.v, first.lam])[None], out[:done]]
-            if extra:
-                rows.append(np.concatenate(p.integration.state())[None])
-            every = np.concatenate(rows)
-            states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
+            rows = [p.first, p.integration.out[:done], *([p.last] if extra else [])]
+            states.append(p.split(np.concatenate(rows)))
         if extra:
             times = np.append(times, reached)
         if plan.shown is not None:
-            rows = np.concatenate([[True], plan.shown[:done], np.ones(int(extra), bool)])
-            times, states = times[rows], [(q[rows], v[rows], lam[rows]) for q, v, lam in states]
-        return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
+            shown = np.concatenate([[True], plan.shown[:done], np.ones(int(extra), bool)])
+            times, states = times[shown], [(q[shown], v[shown], lam[shown]) for q, v, lam in states]
+        return self.rows(times, states)
 
     def states(self) -> tuple[Array, Array, Array]:
         """Times (N,), q and v (N, n) at the start and at all times of the plan that the present run has reached."""
@@ -522,22 +538,16 @@ class Motion:
         self.plan = shown
         return t, q, v
 
-    def _output_of_every_step(self) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
+    def _output_of_every_step(self) -> Rows:
         """For parts with steps of their own: at the steps of all parts, up to the time that all have reached."""
-        known: list[Array] = []
-        states: list[tuple[Array, Array, Array]] = []
-        for p in self.parts:
-            n, run, first = p.system.n, p.integration, p.initial
-            rows = np.concatenate([first.q, first.v, first.lam])[None], run.out[: run.written]
-            every = np.concatenate(rows)
-            known.append(np.concatenate([[self.plan.start], run.times[: run.written]]))
-            states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
-        times, states = self._together(known, states)
-        return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
+        done = [(p, p.integration, p.integration.written) for p in self.parts]
+        known = [np.append(self.plan.start, run.times[:count]) for _, run, count in done]
+        states = [p.split(np.concatenate([p.first, run.out[:count]])) for p, run, count in done]
+        return self.rows(*self._together(known, states))
 
     def _together(
-        self, known: Sequence[Array], states: list[tuple[Array, Array, Array]], precise: bool = False
-    ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
+        self, known: Sequence[Array], states: list[State], precise: bool = False
+    ) -> tuple[Array, list[State]]:
         """The states of all parts at all of their ``known`` times that all of them have reached.
 
         Between its own times, a part has cubic polynomials; ``precise``: of degree 5.

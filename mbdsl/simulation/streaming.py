@@ -22,16 +22,13 @@ from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation.diagnostics.fixed_steps import Watch
 from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import Motion, Rows
 from mbdsl.simulation.plan import in_memory, width
 from mbdsl.simulation.tolerance_calibration import DENSE, MOST_COMPARED
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.batch_accelerations import MANY
 
 Array = NDArray[np.float64]
-#: times (k,), q and v (k, n), lam (k, m + p), and q and v of each part
-Rows = tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]
-
 LEAST = 2**22  #: quantity of numbers up to which the results of a run are held in memory
 BLOCK, NUMBERS = 4096, 2**21  #: rows of a block, and numbers in it; at least FEWEST rows
 FEWEST = MANY
@@ -187,34 +184,29 @@ class Stream:
             return None
         states, times = [], np.zeros(0)
         for p in motion.parts:
-            run, n = p.integration, p.system.n
+            run = p.integration
             assert isinstance(run, Integration)
             times, rows = run.release(done - before)
-            if starts:
-                rows = np.concatenate([_first(p)[None], rows])
-            states.append((rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :]))
+            states.append(p.split(np.concatenate([p.first, rows]) if starts else rows))
         if plan.rows is not None:
             times = plan.rows.part(before, done)
         if starts:
             times = np.append(plan.start, times)
         self._released = done
-        return times, *motion.whole.state(times, states), [(q, v) for q, v, _ in states]
+        return motion.rows(times, states)
 
     def _between_steps(self, motion: Motion) -> Rows | None:
         """For parts with steps of their own: at the steps of all parts, up to the time that all have reached."""
         starts = self._released < 0
         if starts:
             self._released = 0
-            firsts = [(p.system.n, _first(p)[None]) for p in motion.parts]
-            at = np.array([motion.plan.start])
-            self._brackets = [(at, x[:, :n], x[:, n : 2 * n], x[:, 2 * n :]) for n, x in firsts]
+            self._brackets = [(np.array([motion.plan.start]), *p.split(p.first)) for p in motion.parts]
         known = []
         for p, bracket in zip(motion.parts, self._brackets, strict=True):
-            run, n = p.integration, p.system.n
+            run = p.integration
             assert isinstance(run, Integration)
             t, rows = run.release(run.written - run.released)
-            new = t, rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :]
-            known.append(tuple(np.concatenate([a, b]) for a, b in zip(bracket, new, strict=True)))
+            known.append(tuple(np.concatenate([a, b]) for a, b in zip(bracket, (t, *p.split(rows)), strict=True)))
         end, begin = min(own[0][-1] for own in known), self._reached if not starts else -np.inf
         times = np.unique(np.concatenate([own[0] for own in known]))
         times = times[(times > begin) & (times <= end)]
@@ -225,9 +217,7 @@ class Stream:
         for own in known:  # from the last row before the end on
             k = max(0, int(np.searchsorted(own[0], end, side="right")) - 1)
             self._brackets.append(tuple(x[k:].copy() for x in own))  # type: ignore[arg-type]
-        if not len(times):
-            return None
-        return times, *motion.whole.state(times, states), [(q, v) for q, v, _ in states]
+        return motion.rows(times, states) if len(times) else None
 
     def _last(self, motion: Motion) -> Rows | None:
         """The last step reached, if it is not an output time and all parts have reached it."""
@@ -236,10 +226,7 @@ class Stream:
         last = plan.rows.part(self._released - 1, self._released)[0] if self._released > 0 else plan.start
         if not reached > last + 1e-9 * plan.h or any(p.integration.time != reached for p in motion.parts):
             return None
-        present = [p.integration.state() for p in motion.parts]
-        states = [(q[None].copy(), v[None].copy(), lam[None].copy()) for q, v, lam in present]
-        times = np.array([reached])
-        return times, *motion.whole.state(times, states), [(q, v) for q, v, _ in states]
+        return motion.rows(np.array([reached]), [p.split(p.last) for p in motion.parts])
 
     # -- checkpoints -------------------------------------------------------------------------------------------
     def state(self, motion: Motion) -> dict[str, Any]:
@@ -276,10 +263,6 @@ class Stream:
         if known["names"] is not None:
             self.file = RowsFile([str(x) for x in known["names"]], self._near, True, int(known["count"]))
         self._restored = True
-
-
-def _first(p) -> Array:
-    return np.concatenate([p.initial.q, p.initial.v, p.initial.lam])
 
 
 def _joined(parts: list[Rows]) -> Rows:

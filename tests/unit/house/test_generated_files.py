@@ -12,7 +12,10 @@ ROOT = Path(__file__).parents[3]
 PROGRAM = ROOT / ".ci" / "generated_files.py"
 
 
-NAMES = (*("docs/language.md", "docs/space.md", "docs/methods.md", "editors/vscode/syntaxes/mbd.tmLanguage.json"),)
+NAMES = (
+    *("docs/language.md", "docs/space.md", "docs/methods.md", "docs/command-line.md"),
+    "editors/vscode/syntaxes/mbd.tmLanguage.json",
+)
 
 
 def loaded(program):
