@@ -95,7 +95,7 @@ def extreme_lines(trajectory: Trajectory, names: Sequence[str], verbose: bool) -
 
 def error(stats: dict) -> str:
     """The error estimate of a run, as a text."""
-    from mbdsl.simulation.failure_messages import LITTLE_KNOWN
+    from mbdsl.simulation.result_checks import LITTLE_KNOWN
 
     if found := stats.get("accuracy"):
         return f"estimated error {found['estimated']:.1e}"

@@ -7,12 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.contract import LARGEST_BEND
+from mbdsl.compilation import buffer_layout as L
 from mbdsl.elements.kind import JointKind
-from mbdsl.elements.line_of_centres import THETA_0, TURN
 from mbdsl.errors import InitialisationError, IntegrationError, MbdslError, Span
 from mbdsl.expressions.printing import text
-from mbdsl.expressions.symbolic import coordinate, der, expr, substitute
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files
@@ -21,142 +19,19 @@ from mbdsl.integrators.events import SLIDING, SLIDING_HINT, reads_reactions, sli
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
-from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
-from mbdsl.simulation import derived_signals
-from mbdsl.simulation.left_out_rows import violated, violations
 from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.result_checks import bending, failed, too_bent
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
-from mbdsl.system.bending import REMEDY, SMALL, first_bend
 from mbdsl.system.broken_laws import Broken, broken_law
-from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch, law_of, within
 
-#: a reason why a tolerance is not reached; another method may reach it
-TOO_MANY_STEPS = "it would take too many steps"
-#: error estimates above this only show that the error is not known
-LITTLE_KNOWN = 0.05
 #: rotation of a body in a step that may be the reason why it fails [rad]
 FAR_TURN = 0.5
 #: ends of a run in Newton's iteration
 OF_ITERATION = (S.SINGULAR, S.DIVERGED, S.NOT_FINITE, S.TOO_LARGE)
-
-
-def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
-    """Raise an error if a constraint that was left out as redundant is violated: the motion is then not that of the
-    model. The error has the results up to there."""
-    for part, (every_q, every_v) in zip(motion.parts, states, strict=True):
-        system, rows = part.system, list(part.initial.redundant)
-        if not rows:
-            continue
-        angles = derived_signals.angles(system, trajectory.t, every_q, every_v)
-        every = violations(system, part.initial, trajectory.t, every_q, every_v, angles)
-        found, others = every[:, rows], np.delete(every, rows, axis=1)
-        bad = np.flatnonzero(violated(every, rows))
-        if len(bad):
-            name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
-            since = trajectory.t[bad[0]]
-            if 0 < bad[0] < len(trajectory.t) - 1:
-                trajectory = trajectory[:since]
-            trajectory.stats["status"] = "failed"
-            trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
-            span = system.scene.components[name.rsplit(".", 1)[0]].span
-            hint = "the mechanism locks there, or reaches a pose with fewer degrees of freedom"
-            if others[bad[0]].max(initial=0.0) > 1e-3 * found[bad[0]].max():  # what the iteration leaves
-                smaller = "step" if trajectory.stats.get("tol") is None else "tolerance"
-                hint = f"the other constraints are not satisfied either: take a smaller {smaller}"
-            error = IntegrationError(trajectory.message, span, hint=hint)
-            error.trajectory = trajectory
-            raise error
-
-
-def inaccurate(trajectory: Trajectory, reason: str) -> IntegrationError:
-    """The error of a run that reaches its end, but not its tolerance."""
-    tol, error, horizon = (trajectory.stats[key] for key in ("tol", "error", "horizon"))
-    known = error is not None and error < LITTLE_KNOWN
-    size = f"its error is about {error:.1g}" if known else "its error is not known"
-    start, hint = trajectory.t[0], "ask for a larger tolerance"
-    until = f"it is kept until t = {horizon:.6g} s" if horizon > start else "it is not kept at any time"
-    if reason == TOO_MANY_STEPS and declared(trajectory.stats["method"]).order <= 2:
-        hint += ", or take radau5, which needs fewer steps"
-    if horizon > start:
-        hint += f", or stop at t = {horizon:.6g} s"
-    trajectory.stats["status"] = "inaccurate"
-    trajectory.message = f"the tolerance of {tol:g} is not reached, {size}: {reason}; {until}"
-    found = IntegrationError(trajectory.message, hint=hint)
-    found.trajectory = trajectory
-    return found
-
-
-def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:
-    """The first time at which a body deforms beyond the range of its theory, its name, and the angle [rad]."""
-    bend = first_bend(trajectory.system, trajectory.q)
-    return None if bend is None else (float(trajectory.t[bend.row]), bend.name, bend.angle)
-
-
-def check_bending(trajectory: Trajectory) -> None:
-    """Raise an error if a body bends further than its theory allows."""
-    found = bending(trajectory)
-    if found is None:
-        return
-    trajectory.stats["status"] = "failed"
-    trajectory.message, hint = _too_bent(trajectory, *found)
-    error = IntegrationError(trajectory.message, trajectory.scene.components[found[1]].span, hint=hint)
-    error.trajectory = trajectory
-    raise error
-
-
-def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tuple[str, str]:
-    values = trajectory.scene.components[name].values
-    hint = REMEDY
-    if not values["stiffening"]:
-        hint = f"with stiffening = true rotation stiffens it; {hint}"
-    return (
-        f"{name} bends by {angle:.2g} rad at t = {t:g} s: {SMALL}, "
-        f"and beyond {LARGEST_BEND:g} rad the results are invalid",
-        hint,
-    )
-
-
-def check_lines_of_centres(trajectory: Trajectory) -> None:
-    """Raise an error if the line of centres of a RotationalCam passes the direction in which its angle jumps by a turn,
-    and the law of the cam does not change by whole turns there: the constraint jumps, and the later motion is wrong."""
-    scene, system = trajectory.scene, trajectory.system
-    for name, component in scene.components.items():
-        if not isinstance(component.kind, JointKind) or component.kind.coupling is None:
-            continue
-        theta = scene.signal_of(component, "theta")
-        if theta is None:
-            continue
-        angles, rates = values(system, [theta, der(theta)], trajectory.t, trajectory.q, trajectory.v)
-        # between distant output times a line that swings may turn by more than pi: the rate shows the direction
-        change, expected = np.diff(angles), 0.5 * np.diff(trajectory.t) * (rates[1:] + rates[:-1])
-        other = change - TURN * np.sign(change)
-        jumps = np.flatnonzero((np.abs(change) > np.pi) & (np.abs(expected - other) < np.abs(expected - change)))
-        if not len(jumps):
-            continue
-        law = expr(component.values[component.kind.coupling[0]])
-        cam = coordinate(component.ports["frame_a"], "phi")
-        turned = substitute(law, {cam: cam + TURN}.get)
-        change = values(system, [turned - law], trajectory.t, trajectory.q, trajectory.v)[0][jumps] / TURN
-        wrong = np.flatnonzero(np.abs(change - np.round(change)) > 1e-6)
-        if len(wrong):
-            since = float(trajectory.t[jumps[wrong[0]]])
-            trajectory.stats["status"] = "failed"
-            trajectory.message = (
-                f"after t = {since:g} s the line of centres of {name} passes {THETA_0 - np.pi:.3g} rad, where its "
-                f"angle jumps by a turn, but `beta` changes by {change[wrong[0]]:.4g} turns when `phi` changes by one"
-            )
-            error = IntegrationError(
-                trajectory.message,
-                component.span,
-                hint="with a line of centres that turns, `beta` has to change by whole turns, as in `beta = -2*phi`; "
-                "gears of any ratio: GearPair",
-            )
-            error.trajectory = trajectory
-            raise error
 
 
 def _indefinite(integration: Integration) -> str | None:
@@ -196,6 +71,18 @@ REASONS = {
 }
 
 
+REMEDIES = {
+    S.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
+    S.DIVERGED: "try a smaller step; near a singular pose, another initial value",
+    S.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
+    S.TOO_LARGE: "try a smaller step",
+    S.SLIDING: SLIDING_HINT,
+    S.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: try a larger tolerance",
+    S.STIFF: "take radau5, whose steps are not limited by stability",
+    STALLED: "make this force smoother, such as by a larger v_s in tanh(v/v_s), or try a larger tolerance",
+}
+
+
 def _broken_law(integration: Integration) -> Broken | None:
     """The first law that is not finite, or has no finite derivative, at the last iterate or the start of the step."""
     system, vectors, n = integration.system, integration.vectors, integration.system.n
@@ -211,16 +98,16 @@ def _broken_law(integration: Integration) -> Broken | None:
 
 def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     """The error of a backend."""
-    trajectory.message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
+    message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
     hint = run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`"
     span = getattr(run.cause, "span", None)
     if not isinstance(run.cause, MbdslError) and (place := method_files.place(run.cause)) is not None:
         span, hint = place, "the file of the method raised this error; --debug shows the traceback"
     if (bent := bending(trajectory)) is not None:
-        reason, hint = _too_bent(trajectory, *bent)
-        trajectory.message, span = f"{trajectory.message}; {reason}", trajectory.scene.components[bent[1]].span
-    error = IntegrationError(trajectory.message, span, hint=hint)
-    error.__cause__, error.trajectory = run.cause, trajectory
+        reason, hint = too_bent(trajectory, *bent)
+        message, span = f"{message}; {reason}", trajectory.scene.components[bent[1]].span
+    error = failed(trajectory, message, span, hint)
+    error.__cause__ = run.cause
     return error
 
 
@@ -231,35 +118,48 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
     assert isinstance(integration, Integration)
-    system, t = integration.system, integration.reals[S.STEP_END]
+    t, notes = integration.reals[S.STEP_END], ()
     if status == S.STIFF and _singular_pose(integration, t):
         status = S.DIVERGED  # accelerations that change by any amount are not those of a stiff force
-    where, span = _worst_equations(integration)
-    hint = {
-        S.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
-        S.DIVERGED: "try a smaller step; near a singular pose, another initial value",
-        S.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
-        S.TOO_LARGE: "try a smaller step",
-        S.SLIDING: SLIDING_HINT,
-        S.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: try a larger tolerance",
-        S.STIFF: "take radau5, whose steps are not limited by stability",
-        STALLED: "make this force smoother, such as by a larger v_s in tanh(v/v_s), or try a larger tolerance",
-    }[status]
+    if status == S.STIFF:
+        trajectory.stats["stiff"] = True
+    message, span, hint, of_law = _cause(integration, status, t, _remedy(motion, integration, status))
+    regular = (S.SLIDING, S.STIFF, STALLED)
+    if status not in regular and not of_law and (pose := _singular_pose(integration, t)):
+        message += f"; {pose}"
+    more, place, hint = _of_bodies(trajectory, integration, hint)
+    message, span = message + more, place or span
+    if status in OF_ITERATION and (turn := _largest_turn(integration)) is not None:
+        message += f"; {turn[0]} turns by {turn[1]:.2g} rad in this step"
+        hint = f"try a step in which {turn[0]} turns by less than {FAR_TURN:g} rad; otherwise: {hint}"
+    if status == S.SINGULAR and (light := _without_mass(integration)) is not None:
+        message, span, hint, notes = f"{message}; {light.message}", light.span, light.hint or hint, light.notes
+    return failed(trajectory, message, span, hint, notes)
+
+
+def _remedy(motion: Motion, integration: Integration, status: int) -> str:
+    """What helps against the end of a step loop with this status."""
+    system, hint = integration.system, REMEDIES[status]
     if status == S.DIVERGED and motion.plan.tol is None and system.tables.has_tape:
         hint = f"take --tol, which shortens the steps that do not converge at a jump of a force, or {hint}"
     special = declared(integration.method).diverges
     if status == S.DIVERGED and system.m and special:
         hint += f"; {special}"
+    return hint
+
+
+def _cause(integration: Integration, status: int, t: float, hint: str) -> tuple[str, Span | None, str, bool]:
+    """What ended the run and where, the place in the model, the remedy, and whether a law is the cause."""
+    system = integration.system
     broken = _broken_law(integration) if status == S.NOT_FINITE else None
-    law = broken.component if broken else None
-    if status in (S.SLIDING, S.TOO_SMALL, S.STIFF, STALLED):
-        where, span = "", None  # residuals of Newton's iteration are unrelated to these
+    law, reason = broken.component if broken else None, REASONS[status]
+    where, span = "", None
+    if status not in (S.SLIDING, S.TOO_SMALL, S.STIFF, STALLED):  # they have no residuals of Newton's iteration
+        where, span = _worst_equations(integration)
     if status == S.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
         own = [x for x in system.tables.switches if reads_reactions(x)]
         reason, hint = sliding(integration.events.changing or own)
-    else:
-        reason = REASONS[status]
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{reason} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
@@ -271,37 +171,29 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         message += f"; {more}"
     elif status == S.STIFF:
         more, hint = _of_stiffness(integration, hint)
-        trajectory.stats["stiff"] = True
         message += f"; {more}"
     elif broken is not None:
         message += f"; {broken.message}"
     elif where:
         message += f"; worst: {where}"
-    regular = (S.SLIDING, S.STIFF, STALLED)
-    if status not in regular and law is None and (pose := _singular_pose(integration, t)):
-        message += f"; {pose}"
+    return message, span, hint, law is not None
+
+
+def _of_bodies(trajectory: Trajectory, integration: Integration, hint: str) -> tuple[str, Span | None, str]:
+    """What bodies that deform have to do with a failure: a text, the place in the model, and the remedy."""
     if (bent := bending(trajectory)) is not None:
-        reason, hint = _too_bent(trajectory, *bent)
-        message, span = f"{message}; {reason}", trajectory.scene.components[bent[1]].span
-    elif (beam := _indefinite(integration)) is not None:
-        message = f"{message}; the mass matrix of {beam} is no longer positive definite"
+        reason, hint = too_bent(trajectory, *bent)
+        return f"; {reason}", trajectory.scene.components[bent[1]].span, hint
+    if (beam := _indefinite(integration)) is not None:
         hint = (
             "energies of second order are invalid for these shapes in this floating frame: take another `reference`, "
             'fewer modes, formulation = "ancf", or a method that does not need the inverse of M'
         )
-        span = system.scene.components[beam].span
-    elif (beam := _inextensible(system)) is not None:
+        span = integration.system.scene.components[beam].span
+        return f"; the mass matrix of {beam} is no longer positive definite", span, hint
+    if (beam := _inextensible(integration.system)) is not None:
         hint = f"{beam} may have no axial mode: its ends cannot come closer when it bends; give `axial`; or {hint}"
-    if status in OF_ITERATION and (turn := _largest_turn(integration)) is not None:
-        message += f"; {turn[0]} turns by {turn[1]:.2g} rad in this step"
-        hint = f"try a step in which {turn[0]} turns by less than {FAR_TURN:g} rad; otherwise: {hint}"
-    notes: tuple = ()
-    if status == S.SINGULAR and (light := _without_mass(integration)) is not None:
-        message, span, hint, notes = f"{message}; {light.message}", light.span, light.hint or hint, light.notes
-    error = IntegrationError(message, span, hint=hint, notes=notes)
-    trajectory.message = message
-    error.trajectory = trajectory
-    return error
+    return "", None, hint
 
 
 def _without_mass(integration: Integration) -> InitialisationError | None:

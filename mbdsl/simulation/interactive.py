@@ -30,13 +30,14 @@ from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
-from mbdsl.simulation.failure_messages import check_bending, failure
+from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.input_values import Inputs
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
 from mbdsl.simulation.present_signals import PresentSignals, Values
 from mbdsl.simulation.reader import Reader
+from mbdsl.simulation.result_checks import check_bending
 from mbdsl.simulation.run_options import RunOptions, takes_options
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.steady_start import settled

@@ -21,13 +21,14 @@ from mbdsl.simulation.calibration_runs import COSTLY, Found
 from mbdsl.simulation.checkpoint import Keeper, of_run
 from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.extremes import Gathered
-from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres, failure, inaccurate
+from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.method_choice import Choice
 from mbdsl.simulation.plan import Plan, check_rounding, plan, width
 from mbdsl.simulation.progress import Progress, announce_phase
+from mbdsl.simulation.result_checks import check_bending, check_left_out, check_lines_of_centres, inaccurate
 from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.state_signals import StateSignals
 from mbdsl.simulation.steady_start import settled

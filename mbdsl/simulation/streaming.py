@@ -21,9 +21,9 @@ from mbdsl.integrators.run import Integration
 from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation.diagnostics.fixed_steps import Watch
-from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres
 from mbdsl.simulation.mechanism_run import Motion, Rows
 from mbdsl.simulation.plan import in_memory, width
+from mbdsl.simulation.result_checks import check_bending, check_left_out, check_lines_of_centres, failed
 from mbdsl.simulation.tolerance_calibration import DENSE, MOST_COMPARED
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.batch_accelerations import MANY
@@ -161,11 +161,7 @@ class Stream:
     def check(self, trajectory: Trajectory) -> None:
         """Raise the error of the first row that violates a constraint or the range of a theory."""
         if self._wrong is not None:
-            message, span, hint = self._wrong
-            trajectory.stats["status"], trajectory.message = "failed", message
-            error = IntegrationError(message, span, hint=hint)
-            error.trajectory = trajectory
-            raise error
+            raise failed(trajectory, *self._wrong)
 
     # -- rows of the parts -------------------------------------------------------------------------------------
     def _taken(self, motion: Motion) -> Rows | None:

@@ -35,9 +35,9 @@ from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
 from mbdsl.simulation.calibration_runs import COSTLY, SATURATED, Found, Trial, observed_order
 from mbdsl.simulation.error_growth import SAMPLES, Growth, along
-from mbdsl.simulation.failure_messages import TOO_MANY_STEPS
 from mbdsl.simulation.mechanism_run import Kept, Motion
 from mbdsl.simulation.plan import Plan
+from mbdsl.simulation.result_checks import TOO_MANY_STEPS
 from mbdsl.simulation.undecided_contacts import undecided
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import pytest
 from mbdsl import Builder, InitialisationError, Simulation, UsageError, simulate
 from mbdsl.lang.load import parse_text
 from mbdsl.messages import once
-from mbdsl.simulation.failure_messages import inaccurate
+from mbdsl.simulation.result_checks import inaccurate
 
 PENDULUM = """model Pendulum Ground g0; Rod rod(m = 1 kg, length = 1 m); Revolute pin(g0, rod.a); {}
   annotation(experiment({})); end Pendulum;"""
