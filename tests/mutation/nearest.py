@@ -237,7 +237,7 @@ NEAREST = {
     "mbdsl/integrators/__init__": (BACKENDS, "-k", "registered or process"),
     "mbdsl/integrators/backends": (BACKENDS, "-k", "registered or failures or output or tolerances_of"),
     "mbdsl/integrators/methods/radau5_coefficients": RADAU5,
-    "mbdsl/integrators/loop/complex_lu": (f"{INTEGRATORS}/test_linear.py", *RADAU5),
+    "mbdsl/integrators/loop/block_lu": (f"{INTEGRATORS}/test_linear.py", *RADAU5),
     "mbdsl/integrators/loop/linear_solve": (f"{INTEGRATORS}/test_linear.py", *FULL),
     "mbdsl/integrators/loop/step_control": CONTROL,
     "mbdsl/integrators/loop/split_correction": FULL,

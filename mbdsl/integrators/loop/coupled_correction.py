@@ -12,7 +12,8 @@ It takes four times the operations of the two systems to factorise, and twice to
 from __future__ import annotations
 
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.coupled_lu import coupled_factor, coupled_solve
+from mbdsl.integrators.loop.block_lu import BLOCKS as COUPLED
+from mbdsl.integrators.loop.block_lu import factor_parts, solve_parts
 from mbdsl.integrators.loop.linear_solve import factor
 from mbdsl.integrators.loop.rotation_chart import to_body, to_rates, to_world
 from mbdsl.kernels import buffer_layout as L
@@ -53,14 +54,8 @@ def copy_first(run):
 def factor_coupled(run):
     """Factorise the full system, and for step control matrix 0; False if one is singular."""
     first, matrices = block(0, 0, run), run.matrices
-    whole = coupled_factor(
-        matrices[first],
-        matrices[first + 1],
-        matrices[first + 2],
-        matrices[first + 3],
-        run.pivots[first],
-        run.layout,
-    )
+    parts = tuple(matrices[first + k] for k in COUPLED.parts)
+    whole = factor_parts(COUPLED, parts, run.pivots[first], run.layout)
     return whole and (run.integers[S.CONTROLLED] == 0 or factor(0, run))
 
 
@@ -70,16 +65,9 @@ def solve_coupled(run):
     first, matrices, vectors = block(0, 0, run), run.matrices, run.vectors
     to_world(L.CORRECTION, run)
     to_world(L.CORRECTION2, run)
-    coupled_solve(
-        matrices[first],
-        matrices[first + 1],
-        matrices[first + 2],
-        matrices[first + 3],
-        run.pivots[first],
-        run.layout,
-        vectors[L.CORRECTION],
-        vectors[L.CORRECTION2],
-    )
+    parts = tuple(matrices[first + k] for k in COUPLED.parts)
+    rows = (vectors[L.CORRECTION], vectors[L.CORRECTION2])
+    solve_parts(COUPLED, parts, run.pivots[first], run.layout, rows)
     to_body(L.CORRECTION, run)
     to_body(L.CORRECTION2, run)
     to_rates(L.CORRECTION, run)

@@ -38,6 +38,7 @@ from mbdsl.integrators.methods.newmark import memory, settle
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 
+CARRIED = L.KEPT  #: row with A_n
 RHO = Option(0.8, 0.0, 1.0, "spectral radius for high frequencies: 1 no damping, 0 most")
 
 
@@ -64,9 +65,9 @@ def check_constrained(options):
 
 def begin(c, start):
     if start.stiff:
-        return {L.UNKNOWN0: [*(0.0 * start.a), *start.lam], L.KEPT: 0.0 * start.a}
+        return {L.UNKNOWN0: [*(0.0 * start.a), *start.lam], CARRIED: 0.0 * start.a}
     D = 1 / 2 - c[1] / c[6]  # gamma = (weight of a_{n+1} in v) / (weight of a_{n+1} in A_{n+1})
-    return {L.UNKNOWN0: [*start.a, *start.lam], L.KEPT: start.a + D * start.h * start.jerk}
+    return {L.UNKNOWN0: [*start.a, *start.lam], CARRIED: start.a + D * start.h * start.jerk}
 
 
 METHOD = Method(
@@ -124,7 +125,7 @@ def shift(h, run):
     """Shift A_n (row CARRIED) to the step size h."""
     c, reals = run.coefficients, run.reals
     D = 1 / 2 - c[1] / c[6]
-    A, a0, a1 = run.vectors[L.KEPT], run.vectors[L.UNKNOWN0], run.vectors[L.UNKNOWN0 + 1]
+    A, a0, a1 = run.vectors[CARRIED], run.vectors[L.UNKNOWN0], run.vectors[L.UNKNOWN0 + 1]
     for i in range(run.layout[L.N_Q]):
         A[i] += D * (h - reals[S.STEP_SIZE]) * (a0[i] - a1[i]) / (reals[S.NODES] - reals[S.NODES + 1])
 
@@ -143,7 +144,7 @@ def motion(h, run):
     of_q, of_v, qA, qa, vA, va, _new, _old, _past = weights(run)
     y = run.vectors
     q, v, q0, v0 = y[L.POSITION], y[L.VELOCITY], y[L.POSITION0], y[L.VELOCITY0]
-    a, a0, A = y[L.UNKNOWN], y[L.UNKNOWN0], y[L.KEPT]
+    a, a0, A = y[L.UNKNOWN], y[L.UNKNOWN0], y[CARRIED]
     for i in range(run.layout[L.N_Q]):
         q[i] = q0[i] + h * v0[i] + h * h * (of_q * a[i] + qA * A[i] + qa * a0[i])
         v[i] = v0[i] + h * (of_v * a[i] + vA * A[i] + va * a0[i])
@@ -177,7 +178,7 @@ def correct(k, h, run):
 def finish(h, run):
     """CARRIED <- A_{n+1}; count the steps of a stiff start."""
     _of_q, _of_v, _qA, _qa, _vA, _va, new, old, past = weights(run)
-    A, a, a0 = run.vectors[L.KEPT], run.vectors[L.UNKNOWN], run.vectors[L.UNKNOWN0]
+    A, a, a0 = run.vectors[CARRIED], run.vectors[L.UNKNOWN], run.vectors[L.UNKNOWN0]
     for i in range(run.layout[L.N_Q]):
         A[i] = new * a[i] + old * a0[i] + past * A[i]
     settle(run)

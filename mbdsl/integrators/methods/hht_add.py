@@ -61,6 +61,7 @@ from mbdsl.kernels.marks import kernel, rare
 
 __all__ = ["local_error"]
 
+A0, FA = L.KEPT, L.KEPT2  #: rows with a_n and fa_n
 #: part of a diagonal entry of S above which forces count as stiff
 STIFF = 0.5
 
@@ -82,7 +83,7 @@ def begin(c, start):
     if start.stiff:
         total = 0.0 * total
     rows = {L.UNKNOWN0: [*(total / 2), *start.lam], L.UNKNOWN0 + L.PAST: [*total, *start.lam]}
-    return {L.KEPT: a0, L.KEPT2: start.fa, **rows}
+    return {A0: a0, FA: start.fa, **rows}
 
 
 METHOD = Method(
@@ -136,7 +137,7 @@ def motion(h, run):
         y[L.UNKNOWN2],
         y[L.LAM],
     )
-    a0, fa0, of_R1, of_R2 = y[L.KEPT], y[L.KEPT2], y[L.MULTIPLIED], y[L.MULTIPLIED2]
+    a0, fa0, of_R1, of_R2 = y[A0], y[FA], y[L.MULTIPLIED], y[L.MULTIPLIED2]
     for i in range(n):
         q[i] = q0[i] + h * v0[i] + h * h * P[i]
         v[i] = v0[i] + h * W[i]
@@ -153,7 +154,7 @@ def motion(h, run):
 @kernel
 def change_step(h, run):
     """Convert a_n (row A0) to the step size h."""
-    a0, fa0 = run.vectors[L.KEPT], run.vectors[L.KEPT2]
+    a0, fa0 = run.vectors[A0], run.vectors[FA]
     for i in range(run.layout[L.N_Q]):
         a0[i] = fa0[i] + h / run.reals[S.STEP_SIZE] * (a0[i] - fa0[i])
 
@@ -273,7 +274,7 @@ def finish(h, run):
     """
     _beta, gamma, alpha, _past = weights(run)
     n, part, y = run.layout[L.N_Q], share(gamma, alpha), run.vectors
-    f, GD, more, u, a0, fa0 = y[L.FORCE], y[L.FORCE2], y[L.TEMPORARY2], y[L.CORRECTION2], y[L.KEPT], y[L.KEPT2]
+    f, GD, more, u, a0, fa0 = y[L.FORCE], y[L.FORCE2], y[L.TEMPORARY2], y[L.CORRECTION2], y[A0], y[FA]
     for i in range(run.layout[L.N_ALL]):
         more[i] = 0.0
     multiply(3, L.CORRECTION, L.TEMPORARY2, run)
@@ -283,7 +284,7 @@ def finish(h, run):
     for i in range(n):
         f[i] = f[i] + part * GD[i] + more[i] / (1 + alpha)
         a0[i] = -alpha * fa0[i]
-    inertia(L.INVERSE, L.FORCE, L.KEPT2, run)
+    inertia(L.INVERSE, L.FORCE, FA, run)
     for i in range(n):
         a0[i] += (1 + alpha) * fa0[i]
     run.layout[L.KEEP] = 1

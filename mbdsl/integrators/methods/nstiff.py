@@ -33,6 +33,7 @@ from mbdsl.integrators.method import Method
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 
+POSITION1, VELOCITY1 = L.KEPT, L.KEPT2  #: rows with q and v one step before the start of the step
 #: memory: (s/h)^2 and s/h, the weights of a in q and v; p; the error of v_n along the normals, relative to the jerk
 S_SQUARED, S, P, ERROR = range(4)
 BDF2 = (4 / 9, 2 / 3, 1 / 3)
@@ -42,7 +43,7 @@ EULER = (1.0, 1.0, 0.0)
 def before(start):
     """q and v one step before the start, by Taylor expansion."""
     h, q, v, a, j = start.h, start.q, start.v, start.a, start.jerk
-    return {L.KEPT: q - h * v + h**2 / 2 * a - h**3 / 6 * j, L.KEPT2: v - h * a + h**2 / 2 * j}
+    return {POSITION1: q - h * v + h**2 / 2 * a - h**3 / 6 * j, VELOCITY1: v - h * a + h**2 / 2 * j}
 
 
 def memory(c, start):
@@ -64,7 +65,7 @@ METHOD = Method(
     memory=memory,
     begin=begin,
     steps=("fixed", "controlled"),
-    past_positions=L.KEPT,
+    past_positions=POSITION1,
     relative_step=0.5,
 )
 
@@ -75,7 +76,7 @@ def motion(h, run):
     s, p = run.memory[S] * h, run.memory[P]
     y = run.vectors
     q, v, a = y[L.POSITION], y[L.VELOCITY], y[L.UNKNOWN]
-    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[L.KEPT], y[L.KEPT2]
+    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[POSITION1], y[VELOCITY1]
     for i in range(run.layout[L.N_Q]):
         ahead = v0[i] + p * (v0[i] - v1[i])
         q[i] = q0[i] + p * (q0[i] - q1[i]) + s * (ahead + s * a[i])
@@ -107,7 +108,7 @@ def change_step(h, run):
     error = velocity_error(h, last, run.coefficients)
     if error != memory[ERROR]:
         set_velocity(error, h, matrix, run)
-        v1, change = run.vectors[L.KEPT2], run.vectors[L.E_Q]
+        v1, change = run.vectors[VELOCITY1], run.vectors[L.E_Q]
         for i in range(run.layout[L.N_Q]):
             v1[i] += change[i]
     memory[ERROR] = error
@@ -146,6 +147,6 @@ def finish(h, run):
     """POSITION1 and VELOCITY1 <- the state at the start of the step; the next step is one of BDF2."""
     run.memory[S_SQUARED], run.memory[S], run.memory[P] = BDF2
     y = run.vectors
-    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[L.KEPT], y[L.KEPT2]
+    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[POSITION1], y[VELOCITY1]
     for i in range(run.layout[L.N_Q]):
         q1[i], v1[i] = q0[i], v0[i]

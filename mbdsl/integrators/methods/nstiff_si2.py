@@ -41,7 +41,7 @@ from mbdsl.integrators.loop.linear_solve import clear, factor, larger
 from mbdsl.integrators.loop.split_correction import couple, couples, scale_history, solve_two
 from mbdsl.integrators.loop.tangent_matrices import stiffness_matrix, tangent_matrix, velocity_matrix
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.methods.nstiff import P, S, begin, finish, local_error, memory, set_ratio
+from mbdsl.integrators.methods.nstiff import POSITION1, VELOCITY1, P, S, begin, finish, local_error, memory, set_ratio
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 
@@ -62,7 +62,7 @@ METHOD = Method(
     matrices=3,
     coupled=True,
     steps=("fixed", "controlled"),
-    past_positions=L.KEPT,
+    past_positions=POSITION1,
     relative_step=0.5,
 )
 
@@ -73,7 +73,7 @@ def motion(h, run):
     s, p = run.memory[S] * h, run.memory[P]
     y = run.vectors
     q, v, a, drift = y[L.POSITION], y[L.VELOCITY], y[L.UNKNOWN], y[L.UNKNOWN2]
-    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[L.KEPT], y[L.KEPT2]
+    q0, v0, q1, v1 = y[L.POSITION0], y[L.VELOCITY0], y[POSITION1], y[VELOCITY1]
     for i in range(run.layout[L.N_Q]):
         ahead = v0[i] + p * (v0[i] - v1[i]) + s * a[i]
         q[i] = q0[i] + p * (q0[i] - q1[i]) + s * (ahead + drift[i])

@@ -45,7 +45,8 @@ that of the result.
 from __future__ import annotations
 
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
+from mbdsl.integrators.loop.block_lu import COMPLEX as NUMBERS
+from mbdsl.integrators.loop.block_lu import factor_parts, solve_parts
 from mbdsl.integrators.loop.linear_solve import clear, compress, factor, has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.newton import EPS
 from mbdsl.integrators.loop.rotation_chart import (
@@ -257,7 +258,7 @@ def matrices(R, start, h, still, run):
             soften(imag, h, run)
         for i in range(layout[L.SIZE]):
             matrices[imag, i] -= matrices[real, i]
-        good = good and complex_factor(matrices[real], matrices[imag], run.pivots[real], layout)
+        good = good and factor_parts(NUMBERS, (matrices[real], matrices[imag]), run.pivots[real], layout)
     if R.stages > 3:
         soften(0, h, run)
         soften(PROJECTION, h, run)
@@ -371,7 +372,8 @@ def solve_complex(k, real, imag, run):
     for row in (real, imag):
         out_of_chart(row, run)
         to_world(row, run)
-    complex_solve(matrices[k], matrices[k + 1], run.pivots[k], run.layout, vectors[real], vectors[imag])
+    parts, rows = (matrices[k], matrices[k + 1]), (vectors[real], vectors[imag])
+    solve_parts(NUMBERS, parts, run.pivots[k], run.layout, rows)
     for row in (real, imag):
         to_body(row, run)
         to_rates(row, run)

@@ -4,15 +4,16 @@ sizes."""
 import numpy as np
 import pytest
 
-from mbdsl.integrators.loop import complex_lu, coupled_lu, linear_solve, sparse_lu, symmetric_lu
-from mbdsl.kernels import buffer_layout
+from mbdsl.integrators.loop import block_lu, linear_solve, sparse_lu, symmetric_lu
+from mbdsl.integrators.loop.block_lu import BLOCKS, COMPLEX
+from mbdsl.kernels import buffer_layout as L
 
 N = 6
 
 
 def tables():
-    I = np.zeros(buffer_layout.N_ALL + 1, np.int64)
-    I[buffer_layout.N_ALL] = N
+    I = np.zeros(L.N_ALL + 1, np.int64)
+    I[L.N_ALL] = N
     return np.zeros(N, np.int64), I
 
 
@@ -25,7 +26,7 @@ def matrix(rng, singular):
 
 
 @pytest.mark.parametrize("singular", [False, True])
-def test_real_systems(singular, plain):
+def test_real_systems(singular):
     rng = np.random.default_rng(4)
     for _ in range(3):
         rows, M, columns = matrix(rng, singular)
@@ -33,14 +34,14 @@ def test_real_systems(singular, plain):
         A, y = np.zeros(N * N + 2 * N), rng.normal(size=N)
         A[: N * N] = (rows[:, None] * M * columns).ravel()
         expected = None if singular else np.linalg.solve(M, y / rows) / columns
-        assert plain(linear_solve.dense_factor)(A, P, I) != singular
+        assert linear_solve.dense_factor(A, P, I) != singular
         if not singular:
-            plain(linear_solve.dense_solve)(A, P, I, y)
+            linear_solve.dense_solve(A, P, I, y)
             assert y * columns == pytest.approx(expected * columns, rel=1e-9)
 
 
 @pytest.mark.parametrize("singular", [False, True])
-def test_complex_systems(singular, plain):
+def test_complex_systems(singular):
     rng = np.random.default_rng(4)
     for _ in range(3):
         rows, M, columns = matrix(rng, False)
@@ -52,9 +53,9 @@ def test_complex_systems(singular, plain):
         K = rows[:, None] * C * columns
         A[: N * N], B[: N * N] = K.real.ravel(), K.imag.ravel()
         expected = None if singular else np.linalg.solve(C, (y + 1j * z) / rows)
-        assert plain(complex_lu.dense_factor)(A, B, P, I) != singular
+        assert block_lu.dense_factor(COMPLEX, (A, B), P, I) != singular
         if not singular:
-            plain(complex_lu.dense_solve)(A, B, P, I, y, z)
+            block_lu.dense_solve(COMPLEX, (A, B), P, I, (y, z))
             assert (y + 1j * z) * columns == pytest.approx(expected, rel=1e-9)
 
 
@@ -66,7 +67,7 @@ def coupled(rng):
 
 
 @pytest.mark.parametrize("singular", [False, True])
-def test_dense_coupled_systems(singular, plain):
+def test_dense_coupled_systems(singular):
     rng = np.random.default_rng(4)
     for _ in range(3):
         rows, columns, four, whole = coupled(rng)
@@ -78,21 +79,21 @@ def test_dense_coupled_systems(singular, plain):
         A[:, : N * N] = [M.ravel() for M in four]
         scaled = whole / np.tile(rows, 2)[:, None] / np.tile(columns, 2)
         expected = None if singular else np.linalg.solve(scaled, np.concatenate([y, z]) / np.tile(rows, 2))
-        assert plain(coupled_lu.dense_factor)(*A, P, I) != singular
+        assert block_lu.dense_factor(BLOCKS, tuple(A), P, I) != singular
         if not singular:
-            plain(coupled_lu.dense_solve)(*A, P, I, y, z)
+            block_lu.dense_solve(BLOCKS, tuple(A), P, I, (y, z))
             assert np.concatenate([y, z]) * np.tile(columns, 2) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("most", [sparse_lu.MOST, 0], ids=["listed", "searched"])
-def test_sparse_coupled_systems(most, plain):
+def test_sparse_coupled_systems(most):
     """A pattern with fill-in, with the places of updates listed or searched; and a lost pivot."""
     rng = np.random.default_rng(5)
     off = np.array([(0, 4), (1, 5), (2, 4), (3, 5), (0, 5), (2, 3)])
     r, c = np.concatenate([np.arange(N), off[:, 0], off[:, 1]]), np.concatenate([np.arange(N), off[:, 1], off[:, 0]])
     pattern = sparse_lu.analyse(N, r, c, np.array([2, 0, 1, 4, 3, 5]), most)
-    I = np.zeros(buffer_layout.BLOCKS, np.int64)
-    I[buffer_layout.N_ALL], I[buffer_layout.SPARSE] = N, len(I)
+    I = np.zeros(L.BLOCKS, np.int64)
+    I[L.N_ALL], I[L.SPARSE] = N, len(I)
     I = np.concatenate([I, pattern.table])
     A, M = np.zeros((4, pattern.length)), np.zeros((4, N, N))
     for k in range(4):
@@ -101,11 +102,11 @@ def test_sparse_coupled_systems(most, plain):
     y, z = rng.normal(size=(2, N))
     expected = np.linalg.solve(np.block([[M[0], M[1]], [M[2], M[3]]]), np.concatenate([y, z]))
     lost = A.copy()
-    assert plain(coupled_lu.sparse_factor)(*A, I)
-    plain(coupled_lu.sparse_solve)(*A, I, y, z)
+    assert block_lu.sparse_factor(BLOCKS, tuple(A), I)
+    block_lu.sparse_solve(BLOCKS, tuple(A), I, (y, z))
     assert np.concatenate([y, z]) == pytest.approx(expected, rel=1e-11)
     lost[2:, 2], lost[:2, 2] = 3.0, 3.0  # the first pivot is singular
-    assert not plain(coupled_lu.sparse_factor)(*lost, I)
+    assert not block_lu.sparse_factor(BLOCKS, tuple(lost), I)
 
 
 CHAIN = 5
@@ -116,40 +117,40 @@ def chain_pattern():
     off = np.arange(CHAIN - 1)
     r, c = np.concatenate([np.arange(CHAIN), off, off + 1]), np.concatenate([np.arange(CHAIN), off + 1, off])
     pattern = sparse_lu.analyse(CHAIN, r, c, np.arange(CHAIN), sparse_lu.MOST)
-    I = np.zeros(buffer_layout.BLOCKS, np.int64)
-    I[buffer_layout.N_ALL], I[buffer_layout.SPARSE] = CHAIN, len(I)
+    I = np.zeros(L.BLOCKS, np.int64)
+    I[L.N_ALL], I[L.SPARSE] = CHAIN, len(I)
     return np.concatenate([I, pattern.table]), pattern, r, c
 
 
 def chain_matrix(lost):
     """L L^T with ones beside the diagonal, whose pivot number ``lost`` is zero, although no entry is."""
-    L = np.eye(CHAIN) + np.diag(np.ones(CHAIN - 1), -1)
+    lower = np.eye(CHAIN) + np.diag(np.ones(CHAIN - 1), -1)
     D = np.array([2.0, 3.0, 5.0, 7.0, 11.0])
     if lost is not None:
         D[lost] = 0.0
-    return L @ np.diag(D) @ L.T
+    return lower @ np.diag(D) @ lower.T
 
 
 @pytest.mark.parametrize("lost", [None, 1, 2, 3, 4])
-def test_symmetric_systems(lost, plain):
+def test_symmetric_systems(lost):
     """Solutions, and a pivot that is lost at any place."""
     I, pattern, r, c = chain_pattern()
     M, A = chain_matrix(lost), np.zeros(pattern.length)
     A[pattern.slots] = M[r, c]
-    assert plain(symmetric_lu.symmetric_factor)(A, I) == (lost is None)
+    assert symmetric_lu.symmetric_factor(A, I) == (lost is None)
     if lost is None:
         y = np.array([1.0, -2.0, 3.0, 0.5, 4.0])
         x = np.linalg.solve(M, y)
-        plain(symmetric_lu.symmetric_solve)(A, I, y)
+        symmetric_lu.symmetric_solve(A, I, y)
         assert y == pytest.approx(x, rel=1e-13)
 
 
 @pytest.mark.parametrize("side", [0, 3])
 @pytest.mark.parametrize("lost", [1, 2, 3, 4])
-def test_coupled_systems_lose_a_pivot_at_any_place(lost, side, plain):
+def test_coupled_systems_lose_a_pivot_at_any_place(lost, side):
     """In the first or in the second of two systems that are not coupled."""
     I, pattern, r, c = chain_pattern()
     A = np.zeros((4, pattern.length))
     for k in (0, 3):
         A[k, pattern.slots] = chain_matrix(lost if k == side else None)[r, c]
-    assert not plain(coupled_lu.sparse_factor)(*A, I)
+    assert not block_lu.sparse_factor(BLOCKS, tuple(A), I)
