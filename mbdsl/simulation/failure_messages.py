@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.compilation import buffer_layout as L
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError, IntegrationError, MbdslError, Span
 from mbdsl.expressions.printing import text
@@ -19,6 +18,7 @@ from mbdsl.integrators.events import SLIDING, SLIDING_HINT, reads_reactions, sli
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.standstill import STALLED, laws
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import Motion
