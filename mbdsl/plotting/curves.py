@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -61,7 +61,8 @@ class Curve:
     label: str = ""
 
 
-def _curve(name: str, x: Array, y: Array, count: int, reduced: str, **more) -> Curve:
+def _curve(name: str, points: Iterable[Array], count: int, reduced: str, **more) -> Curve:
+    x, y = points
     finite = y[np.isfinite(y)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
     return Curve(name, x, y, max(abs(low), abs(high)), high - low, count, reduced, **more)
@@ -78,7 +79,7 @@ def over_time(result: Result, names: Sequence[str]) -> list[Curve]:
         for name in names:
             found[name].add({result.time: t, name: columns[name]})
     return [
-        _curve(name, *rows.columns().values(), rows.count, COLUMN_NOTE if rows.reduced else "")
+        _curve(name, rows.columns().values(), rows.count, COLUMN_NOTE if rows.reduced else "")
         for name, rows in found.items()
     ]
 
@@ -99,12 +100,12 @@ def in_plane(result: Result, against: str, names: Sequence[str]) -> list[Curve]:
                 rows[name].append(columns[name])
     if count <= limit:
         whole = {name: np.concatenate([np.empty(0), *parts]) for name, parts in rows.items()}
-        return [_curve(name, whole[against], whole[name], count, "") for name in names]
+        return [_curve(name, (whole[against], whole[name]), count, "") for name in names]
     drawn = {name: Visited(ends[against], ends[name]) for name in names if np.isfinite(ends[name][0])}
     for _, columns in result.chunks(asked):
         for name, visited in drawn.items():
             visited.add(columns[against], np.where(np.isfinite(columns[name]), columns[name], np.nan))
-    return [_curve(name, v.x, v.y, count, CELL_NOTE) for name, v in drawn.items()]
+    return [_curve(name, (v.x, v.y), count, CELL_NOTE) for name, v in drawn.items()]
 
 
 def of_frequency(result: Result, names: Sequence[str]) -> list[Curve]:
@@ -122,5 +123,5 @@ def of_frequency(result: Result, names: Sequence[str]) -> list[Curve]:
             remarks.append(f"The times of {result.label} are not uniform: {name} is resampled {s.resampled}.")
         if s.segments > 1:
             remarks.append(f"Mean of {s.segments} segments that overlap by half.")
-        found.append(_curve(name, *kept.columns().values(), 0, "", remark=" ".join(remarks), frequency=float(end)))
+        found.append(_curve(name, kept.columns().values(), 0, "", remark=" ".join(remarks), frequency=float(end)))
     return found
