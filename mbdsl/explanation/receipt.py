@@ -216,11 +216,11 @@ class _Effects:
 
     def __init__(self, motion: Motion) -> None:
         self.motion, self.scene, self.solved = motion, motion.system.scene, _solved(motion)
-        self.functions: dict[str, dict[str, None]] = {}
+        self.functions: list[tuple[str, str]] = []
         for p in motion.parts:
             t, sets = p.system.tables, declared(p.method).sets
             for line in (*evaluate_lines(t.blocks, t.has_tape, sets), *tangent_lines(t.blocks, t.has_tape, sets)):
-                self.functions.setdefault(line.effect, {})[line.text.split("(")[0]] = None
+                self.functions.append((line.effect, line.text.split("(")[0]))
 
     def entries(self) -> Iterator[Entry]:
         n, m, p = (sum(getattr(part.system, key) for part in self.motion.parts) for key in "nmp")
@@ -259,7 +259,7 @@ class _Effects:
 
     def kernels(self, *effects: str) -> tuple[str, ...]:
         """Functions in the emitted code of all parts that belong to ``effects``."""
-        return tuple(dict.fromkeys(name for effect in effects for name in self.functions.get(effect, ())))
+        return tuple(dict.fromkeys(name for effect, name in self.functions if effect in effects))
 
     def without(self, effect: str, why: str) -> str:
         """Why there is no component with an effect."""
