@@ -91,7 +91,7 @@ def _rows(args: argparse.Namespace, result: Result, names: list[str]) -> Iterato
     if args.most is None:
         yield from _within(args, result, names)
         return
-    from mbdsl.plotting.thinned_rows import ThinnedRows
+    from mbdsl.plotting.decimation import ThinnedRows
 
     rows = ThinnedRows([result.time, *names], result.time, args.most)
     for columns in _within(args, result, names):

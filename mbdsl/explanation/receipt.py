@@ -6,7 +6,7 @@ of the emitted code and of a whole run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -23,7 +23,7 @@ from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, ACCELERATIONS_IN_SPACE, SignalNames
 from mbdsl.messages import few
-from mbdsl.simulation.mechanism_run import Motion, Moving
+from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.steady_start import settled
@@ -189,16 +189,7 @@ def explain(
 def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> Receipt:
     scene, system = motion.system.scene, motion.system
     sizes = {key: (getattr(system, key), motion.sizes[key]) for key in ("n", "m", "p")}
-    entries = [
-        _bodies(motion),
-        _joints(motion),
-        *_redundant(motion),
-        _nonholonomic(motion),
-        *_drivers(motion),
-        _gravity(scene),
-    ]
-    entries += [*_forces(motion), _laws(motion), _velocity_dependent(scene), _friction(motion)]
-    entries += [_of_multipliers(motion), _inputs(scene), *_flexibility(motion)]
+    entries = list(_Effects(motion).entries())
     used = tuple(dict.fromkeys(p.method for p in motion.parts))
     notes = motion.reduction.notes
     found = Receipt(scene, motion.plan, entries, notes, sizes, len(motion.parts), used, _hoisted(motion))
@@ -213,117 +204,130 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
 # -- effects -------------------------------------------------------------------------------------
 
 
-def _entry(effect: str, found: list[Component], nothing: str, **more) -> Entry:
-    if not found:
-        return Entry(effect, False, nothing)
-    return Entry(effect, True, few([c.name for c in found], 4), found[0].span, **more)
-
-
-def _kernels(motion: Motion, *effects: str) -> tuple[str, ...]:
-    """Functions in the emitted code of all parts that belong to ``effects``."""
-    found: dict[str, None] = {}
-    for p in motion.parts:
-        t = p.system.tables
-        for line in (*evaluate_lines(t.blocks, t.has_tape, _sets(p)), *tangent_lines(t.blocks, t.has_tape, _sets(p))):
-            if line.effect in effects:
-                found[line.text.split("(")[0]] = None
-    return tuple(found)
-
-
-def _sets(p: Moving) -> int:
-    return declared(p.method).sets
-
-
 def _solved(motion: Motion) -> list[Component]:
     """Components that remain in some part."""
     return [c for p in motion.parts for c in p.system.scene.components.values()]
-
-
-def _bodies(motion: Motion) -> Entry:
-    bodies = [c for c in _solved(motion) if isinstance(c.kind, BodyKind) and c.kind.coordinates]
-    unknowns = sum(p.system.n for p in motion.parts)
-    nothing = "everything is fixed, or moved by drivers"
-    return _entry("bodies", bodies, nothing, unknowns=unknowns, kernels=_kernels(motion, "bodies"))
-
-
-def _joints(motion: Motion) -> Entry:
-    joints = [c for c in _solved(motion) if isinstance(c.kind, JointKind) and c.kind.rows]
-    unknowns = sum(p.system.m for p in motion.parts)
-    return _entry("joints", joints, "no constraint is left", unknowns=unknowns, kernels=_kernels(motion, "joints"))
-
-
-def _redundant(motion: Motion) -> list[Entry]:
-    """The constraints of an over-constrained mechanism in space that are left out, and the true mobility."""
-    names, system = motion.redundant, motion.system
-    if not names or not system.scene.spatial:
-        return []
-    joint = system.scene.components[names[0].rpartition(".")[0]]
-    mobility = system.n - system.m - system.p + len(names)
-    shared = list(dict.fromkeys(name.rpartition(".")[0] for name in motion.not_unique))
-    why = f"{few(names, 4)} left out; true mobility {mobility}; reactions of {few(shared, 6)} are not unique"
-    return [Entry("redundant rows", True, why, joint.span)]
-
-
-def _nonholonomic(motion: Motion) -> Entry:
-    found = [c for c in _solved(motion) if c.velocity_constraints]
-    unknowns = sum(p.system.p for p in motion.parts)
-    kernels = _kernels(motion, "nonholonomic rows", "expressions")
-    return _entry("nonholonomic rows", found, "no constraint of velocities", unknowns=unknowns, kernels=kernels)
-
-
-def _drivers(motion: Motion) -> list[Entry]:
-    driven = [c for c in _solved(motion) if c.moves_in_time]
-    moved = [name for note in motion.reduction.notes if note.action == "moved" for name in note.by]
-    carried = [motion.system.scene.components[name] for name in moved]
-    nothing = "none" if not carried else "none is left: their bodies are functions of time"
-    found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
-    if any(
-        p.system.tables.layout[L.N_MOVING] for p in motion.parts
-    ):  # a component that is solved for is attached to one
-        found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames", "expressions")))
-    return found
-
-
-def _gravity(scene: Scene) -> Entry:
-    if "gravity" in scene.without:
-        return Entry("gravity", False, "left out on request")
-    found = [c for c in scene.components.values() if c.kind.name == "Ground" and c.values["g"]]
-    entry = _entry("gravity", found, "the ground has g = 0")
-    entry.kernels = ("a constant vector",) if found else ()
-    return entry
-
-
-def _forces(motion: Motion) -> list[Entry]:
-    """An entry for every kind of linear force."""
-    present: dict[str, list[Component]] = {}
-    for c in _solved(motion):
-        if isinstance(c.kind, ForceKind) and not by_law(c):
-            present.setdefault(c.kind.name, []).append(c)
-    entries = []
-    for name, found in present.items():
-        own = tuple(k for k in _kernels(motion, "springs") if k.split(".")[0] in ("loops", _module(found[0])))
-        entries.append(_entry(name, found, "", kernels=own))
-    springs = [name for name, kind in kinds().items() if isinstance(kind, ForceKind) and kind.springs is not None]
-    absent = [name for name in springs if name not in present]
-    return [*entries, Entry("other linear forces", False, f"no {few(absent)}")] if absent else entries
 
 
 def _module(c: Component) -> str:
     return declaring(c.kind).__name__.rsplit(".", 1)[-1]
 
 
-def _laws(motion: Motion) -> Entry:
-    found = [c for c in _solved(motion) if isinstance(c.kind, ForceKind) and by_law(c)]
-    kernels = _kernels(motion, "laws", "expressions")
-    return _entry("forces by expression", found, "no force is given by an expression", kernels=kernels)
+class _Effects:
+    """The effects of a motion, each with the components that have it and the compiled functions due to it."""
 
+    def __init__(self, motion: Motion) -> None:
+        self.motion, self.scene, self.solved = motion, motion.system.scene, _solved(motion)
+        self.functions: list[tuple[str, str]] = []
+        for p in motion.parts:
+            t, sets = p.system.tables, declared(p.method).sets
+            for line in (*evaluate_lines(t.blocks, t.has_tape, sets), *tangent_lines(t.blocks, t.has_tape, sets)):
+                self.functions.append((line.effect, line.text.split("(")[0]))
 
-def _velocity_dependent(scene: Scene) -> Entry:
-    found = [c for c in scene.components.values() if _damps(c)]
-    why = "left out on request" if "damping" in scene.without else "no force depends on velocities"
-    entry = _entry("velocity-dependent forces", found, why)
-    entry.kernels = ("within those of the forces",) if found else ()
-    return entry
+    def entries(self) -> Iterator[Entry]:
+        n, m, p = (sum(getattr(part.system, key) for part in self.motion.parts) for key in "nmp")
+        joints = [c for c in self.solved if isinstance(c.kind, JointKind) and c.kind.rows]
+        bodies = [c for c in self.solved if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        laws = [c for c in self.solved if isinstance(c.kind, ForceKind) and by_law(c)]
+        rolling = [c for c in self.solved if c.velocity_constraints]
+        nothing = "everything is fixed, or moved by drivers"
+        yield self.entry("bodies", bodies, nothing, self.kernels("bodies"), n)
+        yield self.entry("joints", joints, "no constraint is left", self.kernels("joints"), m)
+        yield from self.redundant()
+        kernels = self.kernels("nonholonomic rows", "expressions")
+        yield self.entry("nonholonomic rows", rolling, "no constraint of velocities", kernels, p)
+        yield from self.drivers()
+        found = [c for c in self.scene.components.values() if c.kind.name == "Ground" and c.values["g"]]
+        yield self.entry("gravity", found, self.without("gravity", "the ground has g = 0"), ("a constant vector",))
+        yield from self.forces()
+        nothing = "no force is given by an expression"
+        yield self.entry("forces by expression", laws, nothing, self.kernels("laws", "expressions"))
+        found = [c for c in self.scene.components.values() if _damps(c)]
+        nothing = self.without("damping", "no force depends on velocities")
+        yield self.entry("velocity-dependent forces", found, nothing, ("within those of the forces",))
+        yield self.friction()
+        found = [c for c in self.solved if any(leaf.op == "multiplier" for leaf in leaves(*_laws(c)))]
+        yield self.entry("forces that depend on reactions", found, "none")
+        inputs = self.scene.inputs
+        yield Entry("inputs", bool(inputs), few(list(inputs)) or "none", next((x.span for x in inputs.values()), None))
+        yield from self.flexibility()
+
+    def entry(
+        self, effect: str, found: list[Component], nothing: str, kernels: tuple[str, ...] = (), unknowns: int = 0
+    ) -> Entry:
+        if not found:
+            return Entry(effect, False, nothing)
+        return Entry(effect, True, few([c.name for c in found], 4), found[0].span, unknowns, kernels)
+
+    def kernels(self, *effects: str) -> tuple[str, ...]:
+        """Functions in the emitted code of all parts that belong to ``effects``."""
+        return tuple(dict.fromkeys(name for effect, name in self.functions if effect in effects))
+
+    def without(self, effect: str, why: str) -> str:
+        """Why there is no component with an effect."""
+        return "left out on request" if effect in self.scene.without else why
+
+    def redundant(self) -> Iterator[Entry]:
+        """The constraints of an over-constrained mechanism in space that are left out, and the true mobility."""
+        names, system = self.motion.redundant, self.motion.system
+        if not names or not system.scene.spatial:
+            return
+        joint = system.scene.components[names[0].rpartition(".")[0]]
+        mobility = system.n - system.m - system.p + len(names)
+        shared = list(dict.fromkeys(name.rpartition(".")[0] for name in self.motion.not_unique))
+        why = f"{few(names, 4)} left out; true mobility {mobility}; reactions of {few(shared, 6)} are not unique"
+        yield Entry("redundant rows", True, why, joint.span)
+
+    def drivers(self) -> Iterator[Entry]:
+        driven = [c for c in self.solved if c.moves_in_time]
+        moved = [name for note in self.motion.reduction.notes if note.action == "moved" for name in note.by]
+        nothing = "none is left: their bodies are functions of time" if moved else "none"
+        yield self.entry("drivers", driven, nothing, self.kernels("drivers", "expressions"))
+        if any(p.system.tables.layout[buffer_layout.N_MOVING] for p in self.motion.parts):
+            # a component that is solved for is attached to one
+            carried = [self.scene.components[name] for name in moved]
+            yield self.entry("moving frames", carried, "", self.kernels("moving frames", "expressions"))
+
+    def forces(self) -> Iterator[Entry]:
+        """An entry for every kind of linear force."""
+        present: dict[str, list[Component]] = {}
+        for c in self.solved:
+            if isinstance(c.kind, ForceKind) and not by_law(c):
+                present.setdefault(c.kind.name, []).append(c)
+        for name, found in present.items():
+            own = (k for k in self.kernels("springs") if k.split(".")[0] in ("loops", _module(found[0])))
+            yield self.entry(name, found, "", tuple(own))
+        springs = [name for name, kind in kinds().items() if isinstance(kind, ForceKind) and kind.springs is not None]
+        if absent := [name for name in springs if name not in present]:
+            yield Entry("other linear forces", False, f"no {few(absent)}")
+
+    def friction(self) -> Entry:
+        found = [c for c in self.solved if c.friction is not None]
+        idle = [c.name for c in self.scene.components.values() if c.friction is not None]
+        why = f"of {few(idle, 4)}: it changes no motion" if idle else "no mu"
+        return self.entry("friction", found, self.without("friction", why), self.kernels("laws", "expressions"))
+
+    def flexibility(self) -> Iterator[Entry]:
+        """Flexible bodies, bodies that turn in space, and their effect on the mass matrix."""
+        special = [c for c in self.solved if c.name in self.deforming(1)]
+        turning, found = [c for c in special if c.kind.spatial], [c for c in special if not c.kind.spatial]
+        kernels, nothing = self.kernels("flexibility"), self.without("flexibility", "all bodies are rigid")
+        of = sum(len(c.coordinates) - 3 for c in found)
+        yield self.entry("flexibility", found, nothing, () if turning else kernels, of)
+        if self.scene.spatial:
+            yield self.entry("gyroscopic torques", turning, "no body turns in space", kernels)
+        varies = [c for c in found if c.name in self.deforming(2)]
+        mass = self.entry("mass matrix", varies or special, "diagonal and constant: coordinates of centres of mass")
+        if special:
+            constant = "constant in the axes of the bodies" if turning else "constant, but not diagonal"
+            mass.why = f"of {mass.why}: {'it depends on coordinates' if varies else constant}"
+            mass.kernels = self.kernels("mass matrix")
+        yield mass
+
+    def deforming(self, least: int) -> set[str]:
+        """Bodies whose mass matrix is not constant and diagonal (1), or depends on coordinates (2)."""
+        blocks = [b for p in self.motion.parts for b in p.system.tables.blocks if b.role == "body"]
+        return {c.name for b in blocks if least <= b.module.MASS for c in b.components}
 
 
 def _damps(c: Component) -> bool:
@@ -336,57 +340,8 @@ def _damps(c: Component) -> bool:
     return kind.springs is not None and any(damping for _, damping, _ in kind.springs(c.values))
 
 
-def _friction(motion: Motion) -> Entry:
-    scene = motion.system.scene
-    found = [c for c in _solved(motion) if c.friction is not None]
-    if found:
-        return _entry("friction", found, "", kernels=_kernels(motion, "laws", "expressions"))
-    if "friction" in scene.without:
-        return Entry("friction", False, "left out on request")
-    idle = [c for c in scene.components.values() if c.friction is not None]
-    return Entry("friction", False, f"of {few([c.name for c in idle], 4)}: it changes no motion" if idle else "no mu")
-
-
-def _of_multipliers(motion: Motion) -> Entry:
-    """Forces that depend on reactions."""
-    found = []
-    for c in _solved(motion):
-        laws = [x for x in (c.friction, *c.values.values()) if isinstance(x, Expr)]
-        if any(leaf.op == "multiplier" for leaf in leaves(*laws)):
-            found.append(c)
-    return _entry("forces that depend on reactions", found, "none")
-
-
-def _inputs(scene: Scene) -> Entry:
-    names = list(scene.inputs)
-    first = scene.inputs[names[0]].span if names else None
-    return Entry("inputs", bool(names), few(names) if names else "none", first)
-
-
-def _flexibility(motion: Motion) -> list[Entry]:
-    """Flexible bodies, bodies that turn in space, and their effect on the mass matrix."""
-    scene = motion.system.scene
-    special = [c for c in _solved(motion) if c.name in _deforming(motion, 1)]
-    turning, found = [c for c in special if c.kind.spatial], [c for c in special if not c.kind.spatial]
-    kernels = _kernels(motion, "flexibility")
-    of = sum(len(c.coordinates) - 3 for c in found)
-    nothing = "left out on request" if "flexibility" in scene.without else "all bodies are rigid"
-    entries = [_entry("flexibility", found, nothing, unknowns=of, kernels=() if turning else kernels)]
-    if scene.spatial:
-        entries.append(_entry("gyroscopic torques", turning, "no body turns in space", kernels=kernels))
-    varies = [c for c in found if c.name in _deforming(motion, 2)]
-    mass = _entry("mass matrix", varies or special, "diagonal and constant: coordinates of centres of mass")
-    if special:
-        constant = "constant in the axes of the bodies" if turning else "constant, but not diagonal"
-        mass.why = f"of {mass.why}: {'it depends on coordinates' if varies else constant}"
-        mass.kernels = _kernels(motion, "mass matrix")
-    return [*entries, mass]
-
-
-def _deforming(motion: Motion, least: int) -> set[str]:
-    """Bodies whose mass matrix is not constant and diagonal (1), or depends on coordinates (2)."""
-    blocks = [b for p in motion.parts for b in p.system.tables.blocks if b.role == "body"]
-    return {c.name for b in blocks if least <= b.module.MASS for c in b.components}
+def _laws(c: Component) -> list[Expr]:
+    return [x for x in (c.friction, *c.values.values()) if isinstance(x, Expr)]
 
 
 def _hoisted(motion: Motion) -> list[str]:

@@ -1,8 +1,8 @@
 """The MechanismGraph: bodies are nodes, joints and forces are edges; the structure of a model without its numbers.
 
 Here the structure is checked (all bodies are held, no joint connects a body to itself), counted (loops, Gruebler count)
-and ordered (placement of bodies, elimination of unknowns). It is plain Python: ``mbdsl check`` takes 0.2 s, the import
-of networkx alone 0.3 s. :meth:`MechanismGraph.networkx` returns the graph for the algorithms of networkx.
+and ordered (placement of bodies, elimination of unknowns), in plain Python. :mod:`mbdsl.mechanism.graph_algorithms` has
+the methods that networkx answers.
 """
 
 from __future__ import annotations
@@ -11,31 +11,19 @@ import heapq
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from mbdsl.collection import uncollected
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.errors import ModelWarning, UsageError
+from mbdsl.errors import ModelWarning
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.mechanism import checks
 from mbdsl.mechanism.connected_groups import connected
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
+from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.messages import count, few, install
-
-if TYPE_CHECKING:
-    import networkx
-
-GROUND = ""  #: the node of all components without coordinates
-
-
-class Placement(NamedTuple):
-    """``body`` can be placed from ``parent``, which is already placed, by ``joint``; None if no joint leads to it."""
-
-    body: str
-    parent: str
-    joint: str | None
+from mbdsl.messages import count, few
 
 
 class SubMechanism(NamedTuple):
@@ -56,7 +44,7 @@ class SubMechanism(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MechanismGraph:
+class MechanismGraph(GraphAlgorithms):
     """Structure of a :class:`~mbdsl.mechanism.scene.Scene`. Bodies, joints and forces keep the scene's order.
 
     Attributes
@@ -209,35 +197,7 @@ class MechanismGraph:
             return {child}
         return set(_loop(joint.body_i, joint.body_j, parent)) - {GROUND}
 
-    # -- export and description ------------------------------------------------------------------------------
-    def networkx(self) -> networkx.MultiGraph:
-        """The same graph for networkx.
-
-        Returns
-        -------
-        networkx.MultiGraph
-            Nodes are bodies and the ground (``""``), with the attribute ``component``; edges are joints and forces by
-            their names, with ``component``, ``rows`` and ``velocity_rows``.
-
-        Raises
-        ------
-        UsageError
-            If networkx is not installed.
-        """
-        try:
-            import networkx as nx
-        except ImportError:
-            raise UsageError("this graph needs networkx", hint=install("graph")) from None
-
-        graph = nx.MultiGraph(name=self.scene.name)
-        graph.add_node(GROUND, component=self.ground)
-        for name, component in self.bodies.items():
-            graph.add_node(name, component=component)
-        for e in (*self.joints, *self.forces):
-            rows = {"rows": e.rows, "velocity_rows": e.velocity_rows}
-            graph.add_edge(e.body_i, e.body_j, key=e.name, component=e.component, **rows)
-        return graph
-
+    # -- description -----------------------------------------------------------------------------------------
     def summary(self) -> str:
         """Counts and mobility, a few lines."""
         parts = self.sub_mechanisms
@@ -263,7 +223,7 @@ class MechanismGraph:
     def describe(self) -> str:
         """The whole structure, as ``mbdsl show --stage graph`` prints it."""
         tree = self.tree()
-        closing = {e.name for e in self.kinematic_joints} - {p.joint for p in tree}
+        closing = {e.name for e in self.cut_joints}
         lines = [self.summary(), "", "bodies"]
         lines += [f"  {n}  {c.kind.name}  {', '.join(c.coordinates)}" for n, c in self.bodies.items()]
         for title, edges in (("joints", self.joints), ("forces", self.forces)):

@@ -43,7 +43,7 @@ def picture(bars: Bars, classes: Mapping[str, str], known: Mapping[str, Look], t
     scale = max(WIDTH - left - texts - 12.0, 0.3 * WIDTH) / most
     for k, bar in enumerate(bars.bars):
         y, end = top + ROW * k, left + scale * bar.value
-        kind = "bar" if known[bar.name].filled else "bar hollow-bar"
+        kind = "chart" if known[bar.name].filled else "chart hollow"
         yield f'<text x="{left - 8.0:.1f}" y="{y + 20.0:.1f}" text-anchor="end">{escape(bar.name)}</text>'
         yield f'<g class="{classes[bar.name]}"><rect class="{kind}" x="{left:.1f}" y="{y + 4.0:.1f}" '
         yield f'width="{scale * bar.value:.1f}" height="{ROW - 8.0}"/></g>'

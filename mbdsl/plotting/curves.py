@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.plotting.decimation import COLUMNS, Extremes, Visited
+from mbdsl.plotting.decimation import POINTS, ThinnedRows, Visited
 from mbdsl.plotting.spectra import spectrum
 from mbdsl.results.stored import Result
 
@@ -61,7 +61,8 @@ class Curve:
     label: str = ""
 
 
-def _curve(name: str, x: Array, y: Array, count: int, reduced: str, **more) -> Curve:
+def _curve(name: str, points: Iterable[Array], count: int, reduced: str, **more) -> Curve:
+    x, y = points
     finite = y[np.isfinite(y)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
     return Curve(name, x, y, max(abs(low), abs(high)), high - low, count, reduced, **more)
@@ -69,20 +70,23 @@ def _curve(name: str, x: Array, y: Array, count: int, reduced: str, **more) -> C
 
 def over_time(result: Result, names: Sequence[str]) -> list[Curve]:
     """Signals over the time, from one pass through the result."""
-    found = {name: Extremes() for name in names}
+    found = {name: ThinnedRows([result.time, name], result.time, POINTS, even=True) for name in names}
     last = -np.inf
     for t, columns in result.chunks(names):
         if len(t) and (t[0] < last or (np.diff(t) < 0.0).any()):  # of another program: not ascending
             return in_plane(result, result.time, names)
         last = t[-1] if len(t) else last
         for name in names:
-            found[name].add(t, columns[name])
-    return [_curve(name, e.x, e.y, e.count, COLUMN_NOTE if e.reduced else "") for name, e in found.items()]
+            found[name].add({result.time: t, name: columns[name]})
+    return [
+        _curve(name, rows.columns().values(), rows.count, COLUMN_NOTE if rows.reduced else "")
+        for name, rows in found.items()
+    ]
 
 
 def in_plane(result: Result, against: str, names: Sequence[str]) -> list[Curve]:
     """Signals against a signal: one pass for the ranges, and for long results a second one for the points."""
-    asked, limit = [against, *names], 4 * COLUMNS
+    asked, limit = [against, *names], POINTS
     ends = dict.fromkeys(asked, (np.inf, -np.inf))
     rows: dict[str, list[Array]] = {name: [] for name in asked}
     count = 0
@@ -96,12 +100,12 @@ def in_plane(result: Result, against: str, names: Sequence[str]) -> list[Curve]:
                 rows[name].append(columns[name])
     if count <= limit:
         whole = {name: np.concatenate([np.empty(0), *parts]) for name, parts in rows.items()}
-        return [_curve(name, whole[against], whole[name], count, "") for name in names]
+        return [_curve(name, (whole[against], whole[name]), count, "") for name in names]
     drawn = {name: Visited(ends[against], ends[name]) for name in names if np.isfinite(ends[name][0])}
     for _, columns in result.chunks(asked):
         for name, visited in drawn.items():
             visited.add(columns[against], np.where(np.isfinite(columns[name]), columns[name], np.nan))
-    return [_curve(name, v.x, v.y, count, CELL_NOTE) for name, v in drawn.items()]
+    return [_curve(name, (v.x, v.y), count, CELL_NOTE) for name, v in drawn.items()]
 
 
 def of_frequency(result: Result, names: Sequence[str]) -> list[Curve]:
@@ -112,12 +116,12 @@ def of_frequency(result: Result, names: Sequence[str]) -> list[Curve]:
         highest = s.amplitude.max()
         above = np.flatnonzero(s.amplitude > WEAK * highest) if highest > 0.0 else np.array([], int)
         end = s.frequency[-1] if not len(above) else min(1.25 * s.frequency[above[-1]], s.frequency[-1])
-        extremes = Extremes()
-        extremes.add(s.frequency[s.frequency <= end], s.amplitude[s.frequency <= end])
+        kept = ThinnedRows(["frequency", name], "frequency", POINTS, even=True)
+        kept.add({"frequency": s.frequency[s.frequency <= end], name: s.amplitude[s.frequency <= end]})
         remarks = []
         if s.resampled:
             remarks.append(f"The times of {result.label} are not uniform: {name} is resampled {s.resampled}.")
         if s.segments > 1:
             remarks.append(f"Mean of {s.segments} segments that overlap by half.")
-        found.append(_curve(name, extremes.x, extremes.y, 0, "", remark=" ".join(remarks), frequency=float(end)))
+        found.append(_curve(name, kept.columns().values(), 0, "", remark=" ".join(remarks), frequency=float(end)))
     return found

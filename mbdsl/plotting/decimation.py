@@ -7,54 +7,117 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from numpy.typing import NDArray
+
+    from mbdsl.results.stored import Result
 
     Array = NDArray[np.float64]
 
-COLUMNS = 4096  #: a long curve gets between half and all of this number of columns
+POINTS = 16_384  #: largest number of points of a curve over an ascending coordinate
 CELLS = (2048, 1152)  #: grid of the plane for phase plots: finer than the pixels of a picture
 SEGMENTS = 150_000  #: largest number of segments between cells; beyond it the cells are doubled
+#: default quantity of rows of a result, of numbers in them, and least number of rows
+ROWS, NUMBERS, FEWEST = 50_000, 2**23, 5000
 
 
-class Extremes:
-    """A curve over an ascending coordinate: of each column of pixels its first, least, greatest and last point.
+class ThinnedRows:
+    """Rows of signals that keep the extremes of all of them: of each bucket the first and the last row, and those in
+    which a signal is least or greatest or has its first gap (nan).
 
     Jugel, Jerzak, Hackenbroich, Markl, "M4: a visualization-oriented time series data aggregation", Proc. VLDB 7 (2014)
-    797: a line through these points is the line through all points, if the columns are those of the pixels.
-    The columns are doubled when the curve gets longer; the points of two columns contain those of both together. All
-    points of short curves are kept, and a gap (nan) in each column that has one.
+    797: a line through these points is the line through all points, if the buckets are the columns of pixels.
+    The buckets are doubled when there are too many rows; the extremes of two buckets are among those of both together.
 
     Parameters
     ----------
-    columns : int
-        Largest number of columns. Curves of up to four points a column are unchanged.
+    names : sequence of str
+        The signals.
+    along : str
+        The ascending one among them, whose extremes are not kept.
+    most : int
+        Largest number of rows. Fewer rows are unchanged.
+    even : bool, optional
+        Whether buckets are equal intervals of ``along``; otherwise they have equal numbers of rows.
+
+    Attributes
+    ----------
+    count : int
+        Number of rows that were added.
+    width : float
+        Size of a bucket; 0 as long as all rows are kept.
+    index : (K,)
+        Numbers of the rows that are kept.
     """
 
-    def __init__(self, columns: int = COLUMNS) -> None:
-        self.columns = columns
-        self.x, self.y = np.empty(0), np.empty(0)
-        self.count = 0  #: number of points that were added
-        self._width = 0.0
+    def __init__(self, names: Sequence[str], along: str, most: int, even: bool = False) -> None:
+        self.names, self.count, self.width = list(names), 0, 0.0
+        self._along, self._most, self._even = self.names.index(along), max(2, most), even
+        self.index, self._rows = np.zeros(0, np.int64), np.zeros((len(self.names), 0))
 
     @property
     def reduced(self) -> bool:
-        """Whether points were left out."""
-        return self.count > len(self.x)
+        """Whether rows were left out."""
+        return self.count > len(self.index)
 
-    def add(self, x: Array, y: Array) -> None:
-        """Add the points (k,) that follow."""
-        self.count += len(x)
-        self.x, self.y = np.concatenate((self.x, x)), np.concatenate((self.y, y))
-        if len(self.x) <= 4 * self.columns:
-            return
-        span = self.x[-1] - self.x[0]
-        if not span > 0.0:
-            span = 1.0
-        self._width = self._width or span / self.columns
-        while span >= self._width * self.columns:
-            self._width *= 2.0
-        chosen = extremes(((self.x - self.x[0]) / self._width).astype(np.int64), self.y)
-        self.x, self.y = self.x[chosen], self.y[chosen]
+    def add(self, columns: Mapping[str, Array]) -> None:
+        """Add the rows (k,) that follow."""
+        rows = np.array([columns[name] for name in self.names])
+        self.index = np.append(self.index, np.arange(self.count, self.count + rows.shape[1]))
+        self._rows = np.append(self._rows, rows, axis=1)
+        self.count += rows.shape[1]
+        if self.width:
+            self._thin()
+        place = self._places()
+        while len(self.index) > self._most and self.width <= place[-1]:
+            self.width = 2.0 * self.width or (4.0 * place[-1] / self._most if self._even else 2.0)
+            self._thin()
+
+    def columns(self) -> dict[str, Array]:
+        """Name -> values (K,) of the rows that are kept."""
+        return dict(zip(self.names, self._rows, strict=True))
+
+    def _places(self) -> Array:
+        """What buckets divide: the number of a row, or its distance from the first."""
+        return self._rows[self._along] - self._rows[self._along, 0] if self._even else self.index.astype(float)
+
+    def _thin(self) -> None:
+        bucket = (self._places() / self.width).astype(np.int64)
+        chosen = np.zeros(len(bucket), bool)
+        for k, x in enumerate(self._rows):
+            if k != self._along or len(self.names) == 1:
+                chosen[extremes(bucket, x)] = True
+        self.index, self._rows = self.index[chosen], self._rows[:, chosen]
+
+
+def thinned(result: Result, most: int | None = None) -> ThinnedRows:
+    """The rows of a result, thinned if there are more than ``most``.
+
+    Parameters
+    ----------
+    result : Result
+        An open result, which is read in parts.
+    most : int, optional
+        Largest number of rows. Default: by the number of signals.
+
+    Returns
+    -------
+    ThinnedRows
+        Times and signals.
+
+    Raises
+    ------
+    UsageError
+        If the file is damaged.
+    """
+    names = [result.time, *result.names]
+    if most is None:
+        most = max(FEWEST, min(ROWS, NUMBERS // len(names)))
+    rows = ThinnedRows(names, result.time, most)
+    for _, columns in result.chunks(result.names):
+        rows.add(columns)
+    return rows
 
 
 def extremes(column: NDArray[np.int64], y: Array) -> NDArray[np.int64]:

@@ -9,13 +9,18 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figures import Table
 
 MOST = 40  #: rows of a table that are shown without scrolling
 LIMIT = 400  #: rows of a table that are shown at all
-NUMBER = re.compile(r"[-+−]?(\d[\d,]*\.?\d*|\.\d+)([eE][-+]?\d+)?$|nan$|-?inf$")
+_NUMERIC = re.compile(
+    r"-?(nan|inf)$|[(]?[<>≤≥~≈±]?\s*[-+−]?"
+    r"(\d[\d,]*\.?\d*|\.\d+)([eE][-+]?\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?[)]?"  # digits and exponent
+    r"(\s*[±%…].*|\s?\D{0,12})?$"  # a spread or a unit
+)
 SMALL = "margin: 2px 0"
 GREY = "opacity: .75"
 
@@ -65,34 +70,63 @@ def table(t: Table) -> str:
     str
         HTML.
     """
-    rows = [[*map(str, row), *[""] * (len(t.columns) - len(row))] for row in t.rows[:LIMIT]]
-    kept = [k for k in range(len(t.columns)) if any(row[k] for row in rows)]
-    rows = [[row[k] for k in kept] for row in rows]
-    right = [_numeric([row[k] for row in rows]) for k in range(len(kept))]
-    found = "".join(_table([t.columns[k] for k in kept], rows, right))
-    if len(rows) > MOST:
+    shown = without_empty(replace(t, rows=t.rows[:LIMIT]))
+    # Each cell states its alignment, because front ends align all cells to the right.
+    rows = "".join(as_html(shown, ' style="text-align:right"', ' style="text-align:left"'))
+    found = f'<table style="margin: 0; font-variant-numeric: tabular-nums">{rows}</table>'
+    if len(shown.rows) > MOST:
         found = f'<div style="max-height: 32em; overflow: auto">{found}</div>'
     title = f'<p style="margin: 8px 0 2px"><b>{escape(t.title)}</b></p>' if t.title else ""
-    said = [f"{len(rows)} of {len(t.rows)} rows"] if len(t.rows) > len(rows) else []
+    said = [f"{LIMIT} of {len(t.rows)} rows"] if len(t.rows) > LIMIT else []
     said += [t.note] if t.note else []
     notes = "".join(f'<p style="{SMALL}; {GREY}">{escape(text)}</p>' for text in said)
     return f'<div style="overflow-x: auto">{title}{found}{notes}</div>'
 
 
-def _table(columns: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[bool]) -> Iterator[str]:
-    # Each cell states its alignment, because front ends align all cells to the right.
-    sides = [f'style="text-align:{"right" if r else "left"}"' for r in right]
-    head = "".join(f'<th scope="col" {side}>{escape(c)}</th>' for c, side in zip(columns, sides, strict=True))
-    yield f'<table style="margin: 0; font-variant-numeric: tabular-nums"><thead><tr>{head}</tr></thead><tbody>'
-    for row in rows:
-        yield f"<tr>{''.join(f'<td {side}>{escape(cell)}</td>' for cell, side in zip(row, sides, strict=True))}</tr>"
-    yield "</tbody></table>"
+def as_html(table: Table, right: str, left: str = "", named: bool = False) -> Iterator[str]:
+    """The head and the rows of a table in HTML.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    right, left : str
+        Attributes of cells that are aligned to these sides.
+    named : bool, optional
+        Whether the first cell of a row is its name.
+
+    Yields
+    ------
+    str
+        The head, and each row.
+    """
+    sides = [right if r else left for r in numeric_columns(table)]
+    cells = (f'<th scope="col"{side}>{escape(str(c))}</th>' for c, side in zip(table.columns, sides, strict=True))
+    yield f"<thead><tr>{''.join(cells)}</tr></thead>\n<tbody>"
+    for row in table.rows:
+        kinds = (("th", ' scope="row"') if named and k == 0 else ("td", "") for k in range(len(sides)))
+        texts = [*map(str, row), *[""] * (len(sides) - len(row))]
+        found = zip(texts, kinds, sides, strict=True)
+        yield f"<tr>{''.join(f'<{tag}{more}{side}>{escape(text)}</{tag}>' for text, (tag, more), side in found)}</tr>"
+    yield "</tbody>"
 
 
-def _numeric(cells: Sequence[str]) -> bool:
-    """Whether all cells that are not blank are numbers, and there are some."""
-    texts = [cell.strip() for cell in cells if cell.strip()]
-    return bool(texts) and all(NUMBER.match(text) for text in texts)
+def without_empty(table: Table) -> Table:
+    """The table with rows of the same length, without columns whose cells are all empty."""
+    n = len(table.columns)
+    rows = [[*map(str, row), *[""] * (n - len(row))] for row in table.rows]
+    kept = [k for k in range(n) if any(row[k] for row in rows)]
+    return replace(table, columns=[str(table.columns[k]) for k in kept], rows=[[row[k] for k in kept] for row in rows])
+
+
+def numeric_columns(table: Table) -> list[bool]:
+    """Which columns contain more numbers than words: their cells are aligned to the right."""
+    found = []
+    for k in range(len(table.columns)):
+        cells = [str(row[k]).strip() for row in table.rows if k < len(row)]
+        cells = [cell for cell in cells if cell.strip("-–— ")]
+        found.append(2 * sum(bool(_NUMERIC.match(cell)) for cell in cells) > len(cells) > 0)
+    return found
 
 
 def frame(page: str, height: int, width: int | None = None) -> str:

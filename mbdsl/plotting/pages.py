@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from mbdsl.plotting import bars, svg
 from mbdsl.plotting.escaping import escape, seen
 from mbdsl.plotting.figure_layout import Frame, lay_out, looks_of
 from mbdsl.plotting.figures import Bars, Figure, Page, Table
+from mbdsl.plotting.html_tables import as_html
 from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.storage.output_files import write_text
 
@@ -19,12 +19,6 @@ HERE = Path(__file__).parent
 #: forbids the browser to load external resources, whatever text is on the page
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 SHORT = 100  #: largest number of letters of a value of the fine print that is shown unfolded
-_BLANK = re.compile(r"[\s–—-]*$")
-_NUMBER = re.compile(
-    r"nan$|inf$|[<>≤≥~≈±]?\s*[-+−]?"
-    r"(\d[\d,]*\.?\d*|\.\d+)([eE][-+]?\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"  # digits and exponent
-    r"(\s*[±%…].*|\s?[^\W\d]{1,4})?$"  # a spread or a unit
-)
 
 
 def write(page: Page, path: str | os.PathLike) -> None:
@@ -177,27 +171,12 @@ def _outcomes(frame: Frame) -> Iterator[str]:
 
 
 def _table(table: Table) -> Iterator[str]:
-    right = [_numeric([row[k] for row in table.rows if k < len(row)]) for k in range(len(table.columns))]
-    kind = [' class="number"' if r else "" for r in right]
-    yield f'<div class="table">\n<div class="scroll"><table>\n<caption>{escape(table.title)}</caption>\n<thead><tr>'
-    yield "".join(f'<th scope="col"{k}>{escape(c)}</th>' for c, k in zip(table.columns, kind, strict=True))
-    yield "</tr></thead>\n<tbody>"
-    for row in table.rows:
-        cells = [*row, *[""] * (len(table.columns) - len(row))]
-        first = f'<th scope="row"{kind[0]}>{escape(str(cells[0]))}</th>' if cells else ""
-        rest = (f"<td{k}>{escape(str(c))}</td>" for c, k in zip(cells[1:], kind[1:], strict=True))
-        yield f"<tr>{first}{''.join(rest)}</tr>"
-    yield "</tbody>\n</table></div>"
+    yield f'<div class="table">\n<div class="scroll"><table>\n<caption>{escape(table.title)}</caption>'
+    yield from as_html(table, ' class="number"', named=True)
+    yield "</table></div>"
     if table.note:
         yield f'<p class="note">{escape(table.note)}</p>'
     yield "</div>"
-
-
-def _numeric(cells: Sequence[str]) -> bool:
-    """Whether most of the cells that are not blank are numbers: a word among them gives the reason for a missing
-    one."""
-    texts = [str(cell).strip() for cell in cells if not _BLANK.match(str(cell))]
-    return 2 * sum(bool(_NUMBER.match(cell)) for cell in texts) > len(texts)
 
 
 def fine_print(items: Sequence[tuple[str, str]]) -> Iterator[str]:

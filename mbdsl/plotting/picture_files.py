@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import io
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import install
 from mbdsl.plotting.series_styles import LIGHT_PAPER
-from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,36 +25,6 @@ METADATA: dict[str, dict[str, None]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-
-
-@contextmanager
-def written(
-    path: str | os.PathLike,
-    size: tuple[float, float],
-    dpi: float,
-    style: Mapping[str, Any],
-    instead: str = "",
-    **given: Any,
-) -> Iterator[Figure]:
-    """An empty figure of matplotlib, which is written to a file when the block ends.
-
-    Parameters
-    ----------
-    path : path
-        The file; its suffix selects the format: .png, .svg or .pdf.
-    size, dpi, style, instead, **given
-        As for :func:`drawn`.
-
-    Raises
-    ------
-    UsageError
-        If matplotlib is not installed, or the file cannot be written.
-    """
-    content = io.BytesIO()
-    with drawn(content, Path(path).suffix.lower(), size, dpi, style, instead, **given) as figure:
-        yield figure
-    with writing(path) as stream:
-        stream.write(content.getvalue())
 
 
 @contextmanager

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 150.0
 INCH = 96.0  #: CSS pixels of an inch
+LARGEST = 65_000.0  #: pixels of a PNG along one side: matplotlib draws less than 2^16
 LETTERS = 0.92  #: size of the letters over that in the style sheet: those of DejaVu Sans are wider than usual
 RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 SELECTOR = re.compile(r"(\w*)((?:\.[\w-]+)*)((?::not\(\.[\w-]+\))*)")
@@ -86,6 +87,7 @@ def converted(svg: str, suffix: str, dpi: float = DPI, instead: str = ".svg and 
     """
     root = ElementTree.fromstring(svg)
     width, height = (float(x) for x in root.attrib["viewBox"].split()[2:])
+    dpi = min(dpi, LARGEST * INCH / max(width, height))
     content = io.BytesIO()
     fonts = {"font.family": ["DejaVu Sans"]}  # a dependency of matplotlib
     with drawn(content, suffix, (width / INCH, height / INCH), dpi, fonts, instead) as figure:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
 
 from mbdsl.plotting import bars, svg
 from mbdsl.plotting.escaping import escape
@@ -20,27 +23,19 @@ NOTE = 120  #: number of letters of a line of the notes
 STYLE = """\
 text { fill: #1f2328; font: 13px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
 .title { font-size: 16px; font-weight: 700; }
-.tick { font-size: 12.5px; font-variant-numeric: tabular-nums; }
 .note { fill: #57606a; font-size: 12px; }
-.grid { stroke: #e4e7eb; fill: none; }
-.axis { stroke: #57606a; fill: none; }
-.floor { fill: #f1f2f4; }
-.floor-line { stroke: #57606a; stroke-dasharray: 6 4; fill: none; }
-.line { stroke: currentColor; stroke-width: 1.6; fill: none; stroke-linejoin: round; }
-.guide { stroke: currentColor; stroke-width: 1.2; fill: none; }
-.front { stroke: currentColor; stroke-width: 12; stroke-opacity: .28; fill: none; stroke-linejoin: round;
-  stroke-linecap: round; }
-.spread { stroke: currentColor; stroke-width: 1.5; fill: none; }
-.band { fill: currentColor; fill-opacity: .16; }
-.mark { fill: currentColor; stroke: currentColor; stroke-width: 1.3; stroke-linejoin: round; }
-.hollow { fill: #ffffff; }
-.dots { stroke: currentColor; stroke-width: 2.6; stroke-linecap: round; fill: none; }
-.cross { stroke: currentColor; stroke-width: 2.4; fill: none; }
-.bar { fill: currentColor; stroke: currentColor; stroke-width: 1.5; }
-.hollow-bar { fill: #ffffff; stroke-dasharray: 5 3; }
-.small { fill: #57606a; font-size: 12px; }
-.on-floor { paint-order: stroke; stroke: #f1f2f4; stroke-width: 5px; }
+.chart { fill: currentColor; stroke: currentColor; stroke-width: 1.5; }
+.chart.hollow { fill: #ffffff; stroke-dasharray: 5 3; }
 """
+
+
+@cache
+def _style() -> str:
+    """The rules of pages for pictures, in the colours of light paper."""
+    text = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
+    rules = text[text.index("/* pictures */") : text.index("/* pages */")].partition("\n")[2]
+    colours = dict(re.findall(r"--(\w+): (#\w+)", text.partition("@media")[0]))
+    return STYLE + re.sub(r"var\(--(\w+)\)", lambda found: colours[found[1]], rules)
 
 
 def sheet(
@@ -99,7 +94,7 @@ def sheet(
     size = f'viewBox="0 0 {WIDTH:g} {at + 10.0:.0f}" width="{WIDTH:g}" height="{at + 10.0:.0f}"'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>'
     paper = '<rect width="100%" height="100%" fill="#ffffff"/>'
-    return "\n".join((head, f"<style>\n{STYLE}{colours}</style>", paper, *parts, "</svg>\n"))
+    return "\n".join((head, f"<style>\n{_style()}{colours}</style>", paper, *parts, "</svg>\n"))
 
 
 def _wrapped(notes: Iterable[str]) -> list[str]:

@@ -12,8 +12,9 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
-from mbdsl.plotting import cells
 from mbdsl.plotting.axes import number
+from mbdsl.plotting.cells import LEVELS, MISSING, edges, level, scale
+from mbdsl.plotting.cells import colour as cell_colour
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figure_layout import Drawn, Frame
 from mbdsl.plotting.series_styles import MARKS
@@ -25,6 +26,7 @@ SCALE = 112.0  #: in place of RIGHT: the colour bar of cells with its labels
 FIRST, SECOND = 15.0, 34.0  #: base lines of labels above the frame
 TICK = 20.0  #: space below a frame that labels of ticks need
 TALLEST = 560.0  #: frame of equal axes
+BAR, BESIDE = 18.0, 26.0  #: width of the colour bar of cells, and its distance from the frame
 LETTER = 6.7  #: width of a letter of the small text
 LABEL = 7.2  #: width of a letter of the labels of axes
 RADIUS = 4.2  #: radius of a mark
@@ -226,6 +228,36 @@ def _text(x: float, y: float, text: str, kind: str, anchor: str = "start", most:
     return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{fit}>{escape(text)}</text>'
 
 
+def _cells(frame: Frame, c: Canvas) -> Iterator[str]:
+    """The cells of a figure, and the colour bar to the right of its frame, as SVG."""
+    shown = frame.figure.cells
+    assert shown is not None
+    xs, ys = (
+        [place((e - along.low) / (along.high - along.low)) for e in edges(values, along.log)]
+        for values, along, place in ((shown.x, frame.x, c.x), (shown.y, frame.y, c.y))
+    )
+    values = [v for row in shown.z for v in row if math.isfinite(v)]
+    bar = scale(values)
+    cells: dict[str, list[str]] = {}
+    for row, (y0, y1) in zip(shown.z, pairwise(ys), strict=True):
+        for v, (x0, x1) in zip(row, pairwise(xs), strict=True):
+            cell = f"M{min(x0, x1):.1f} {min(y0, y1):.1f}h{abs(x1 - x0):.1f}v{abs(y1 - y0):.1f}h{-abs(x1 - x0):.1f}z"
+            cells.setdefault(cell_colour(bar.place(v)), []).append(cell)
+    for fill, boxes in cells.items():
+        yield f'<path fill="{fill}" stroke="{fill}" stroke-width=".6" d="{"".join(boxes)}"/>'
+    bar_at, foot, part = c.x(1.0) + BESIDE, c.y(0.0), c.height / LEVELS
+    if values:
+        yield _text(c.full - 4.0, c.label, bar.titled(shown.label), "label", "end")
+        for k in range(LEVELS):
+            y = foot - part * (k + 1)
+            yield f'<rect fill="{level(k)}" x="{bar_at:.1f}" y="{y:.2f}" width="{BAR}" height="{part + 0.5:.2f}"/>'
+        yield f'<path class="axis" d="{"".join(f"M{bar_at + BAR:.1f} {c.y(p):.1f}h5" for p, _ in bar.ticks)}"/>'
+        yield from (_text(bar_at + BAR + 9.0, c.y(p) + 4.5, label, "tick") for p, label in bar.ticks)
+    if MISSING in cells:
+        yield f'<rect fill="{MISSING}" x="{bar_at:.1f}" y="{foot + 30.0:.1f}" width="{BAR}" height="12"/>'
+        yield _text(bar_at + BAR + 9.0, foot + 40.0, "no value", "tick")
+
+
 def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
     left, right, top, bottom = c.x(0.0), c.x(1.0), c.y(1.0), c.y(0.0)
     figure = frame.figure
@@ -235,7 +267,7 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
             f'height="{bottom - c.y(place):.1f}"/>'
         )
     if figure.cells is not None:
-        yield from cells.drawn(frame, c)
+        yield from _cells(frame, c)
     lines = [f"M{c.x(p):.1f} {top:.1f}V{bottom:.1f}" for p, _ in frame.x.ticks if figure.cells is None]
     lines += [f"M{left:.1f} {c.y(p):.1f}H{right:.1f}" for p, _ in frame.y.ticks if figure.cells is None]
     yield f'<path class="grid" d="{"".join(lines)}"/>'

@@ -9,17 +9,16 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 
 from mbdsl.messages import cell, visible, width
 from mbdsl.plotting.figures import Table
+from mbdsl.plotting.html_tables import numeric_columns, without_empty
 from mbdsl.storage.output_files import suffix_of, write_text
 
 SUFFIXES = (".md", ".tex", ".csv")
 LONG = 45  #: rows of a LaTeX table above which it continues on the next page
 #: a number in a cell: sign, digits, exponent
 _NUMBER = re.compile(r"(?<![\w.\-+])([-+−]?)(\d[\d,]*\.?\d*|\.\d+)(?:[eE]([-+]?\d+)|·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?![\w.])")
-_NUMERIC = re.compile(r"[(]?[-+−<>~±]?\s*(\d[\d,]*\.?\d*|\.\d+)([eE][-+]?\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?[)]?(\s?\D{0,12})?$")
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _MARKDOWN = re.compile(r"([\\`*_|]|^#)")
 _ENTITIES = (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("~~", "&#126;&#126;"))  #: that all dialects of it read
@@ -94,7 +93,7 @@ def write(
         write_text(path, as_csv(records))
     else:
         made = as_markdown if suffix == ".md" else as_latex
-        write_text(path, made([_without_empty(t) for t in tables if t.rows], title, notes))
+        write_text(path, made([without_empty(t) for t in tables if t.rows], title, notes))
 
 
 def as_csv(records: Sequence[Mapping]) -> str:
@@ -207,21 +206,3 @@ def _letter(c: str) -> str:
 
 def _ascii(text: str) -> str:
     return "".join(c for c in unicodedata.normalize("NFKD", text) if c.isascii() and c.isprintable())
-
-
-def _without_empty(table: Table) -> Table:
-    """The table with rows of the same length, without columns whose cells are all empty."""
-    n = len(table.columns)
-    rows = [[*map(str, row), *[""] * (n - len(row))] for row in table.rows]
-    kept = [k for k in range(n) if any(row[k] for row in rows)]
-    return replace(table, columns=[str(table.columns[k]) for k in kept], rows=[[row[k] for k in kept] for row in rows])
-
-
-def numeric_columns(table: Table) -> list[bool]:
-    """Which columns contain more numbers than words: their cells are aligned to the right."""
-    found = []
-    for k in range(len(table.columns)):
-        cells = [str(row[k]).strip() for row in table.rows if k < len(row)]
-        cells = [cell for cell in cells if cell.strip("-– ")]
-        found.append(2 * sum(bool(_NUMERIC.match(cell)) for cell in cells) > len(cells) > 0)
-    return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -10,6 +9,7 @@ from functools import cached_property
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.explanation.receipt import explain
 from mbdsl.mechanism.graph import build
+from mbdsl.plotting.html_tables import frame
 from mbdsl.reporting import report_page
 from mbdsl.reporting.findings import Findings
 from mbdsl.simulation.trajectory import Trajectory
@@ -53,10 +53,7 @@ class Report(Findings):
 
     def _repr_html_(self) -> str:
         """The page in a frame of its own, for notebooks."""
-        return (
-            f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-modals" width="100%" '
-            f'height="{HEIGHT}" style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
-        )
+        return frame(self.html, HEIGHT)
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the page to a file.

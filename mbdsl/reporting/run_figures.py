@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +12,15 @@ from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.mechanism.scene import ENERGIES, Component
 from mbdsl.mechanism.scene_tables import displayed
 from mbdsl.messages import few
-from mbdsl.plotting.figures import Figure, Series
+from mbdsl.plotting.curves import over_time
+from mbdsl.plotting.figures import Figure
 from mbdsl.plotting.series_styles import OTHERS, Look
+from mbdsl.plotting.signal_panels import Horizontal, labelled, panels
+from mbdsl.results.stored import of_columns
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.viewing.signals import extremes, thinned
 
 Array = NDArray[np.float64]
 
-MOST_POINTS = 2000  #: of a line; longer ones keep the extremes of each part
 LEAST = 1e-18  #: residuals below it are drawn there: zero has no place on a logarithmic axis
 MOST_COMPONENTS = 1000  #: number of components up to which energies and residuals are computed
 FLAT = 0.3  #: height over width
@@ -30,14 +32,11 @@ def energy_figures(trajectory: Trajectory) -> list[Figure]:
     """The energies, and the change of their sum since the start."""
     if not len(trajectory) or len(trajectory.scene.components) > MOST_COMPONENTS:
         return []
-    joule = trajectory.display.of("J")
-    energies = {name: np.asarray(trajectory[name], float) / joule.factor for name in ENERGIES}
-    series = [_series(trajectory, name, values) for name, values in energies.items()]
+    energies = {name: np.asarray(trajectory[name], float) for name in ENERGIES}
     total = energies[ENERGIES[2]]
-    change = _series(trajectory, CHANGE, total - total[0])
     return [
-        _figure(trajectory, "energy", "Energy", f"energy [{joule.symbol}]", series, balance(trajectory)),
-        _figure(trajectory, "drift", "", f"{CHANGE} [{joule.symbol}]", [change], ""),
+        _figure(trajectory, "energy", "Energy", "energy", "J", energies, balance(trajectory)),
+        _figure(trajectory, "drift", "", CHANGE, "J", {CHANGE: total - total[0]}, ""),
     ]
 
 
@@ -75,16 +74,19 @@ def constraint_figure(trajectory: Trajectory) -> Figure | None:
         kinds[POSITIONS] += [f"{c.name}.Phi[{k}]" for k in rows]
         kinds[RATES] += [f"{c.name}.dPhi[{k}]" for k in rows]
         kinds[SPEEDS] += [f"{c.name}.Gam[{k + 1}]" for k in range(len(c.velocity_constraints))]
-    series, sizes = [], []
+    found: dict[str, Array] = {}
     for label, names in kinds.items():
         if names:
-            worst = np.zeros(len(trajectory))
+            found[label] = np.zeros(len(trajectory))
             for name in names:
-                worst = np.fmax(worst, np.abs(trajectory[name]))
-            sizes.append(f"{label.partition(':')[0]} {_largest(worst):.2g}")
-            series.append(_series(trajectory, label, np.maximum(worst, LEAST)))
-    note = f"The largest residuals over the run: {', '.join(sizes)} (SI units)."
-    return _figure(trajectory, "constraints", "Constraints", "largest residual [SI]", series, note, log=True)
+                found[label] = np.fmax(found[label], np.abs(trajectory[name]))
+    if not found:
+        return None
+    sizes = ", ".join(f"{label.partition(':')[0]} {_largest(worst):.2g}" for label, worst in found.items())
+    shown = {label: np.maximum(worst, LEAST) for label, worst in found.items()}
+    note = f"The largest residuals over the run: {sizes} (SI units)."
+    figure = _figure(trajectory, "constraints", "Constraints", "largest residual [SI]", "", shown, note)
+    return replace(figure, y_log=True)
 
 
 def looks(figures: Sequence[Figure | None]) -> dict[str, Look]:
@@ -93,29 +95,15 @@ def looks(figures: Sequence[Figure | None]) -> dict[str, Look]:
 
 
 def _figure(
-    trajectory: Trajectory, key: str, title: str, label: str, series: list[Series], note: str, log: bool = False
+    trajectory: Trajectory, key: str, title: str, label: str, unit: str, values: dict[str, Array], note: str
 ) -> Figure:
-    second = trajectory.display.of("s", "time")
-    t = trajectory.t / second.factor
-    ends = (float(t[0]), float(t[-1])) if len(t) > 1 else None
-    return Figure(
-        key,
-        title,
-        f"time [{second.symbol}]",
-        label,
-        series,
-        x_log=False,
-        y_log=log,
-        note=note,
-        x_ends=ends,
-        aspect=FLAT,
-    )
-
-
-def _series(trajectory: Trajectory, name: str, values: Array) -> Series:
-    times, limits = thinned(trajectory.t / trajectory.display.of("s", "time").factor, MOST_POINTS)
-    shown = extremes(values, limits)
-    return Series(name, times.tolist(), shown.tolist(), style="line" if len(times) > 1 else "marks")
+    """Values (T,) in SI units over the time."""
+    columns = {"time": trajectory.t, **values}
+    curves = over_time(of_columns("", list(columns), lambda name: unit, columns.__getitem__), list(values))
+    units = dict.fromkeys(values, unit)
+    (figure,), _ = panels(curves, units, Horizontal("time", "s"), False, trajectory.display)
+    label = labelled(label, trajectory.display.of(unit).symbol) if unit else label
+    return replace(figure, key=key, title=title, y_label=label, note=note, aspect=FLAT)
 
 
 def _largest(values: Array) -> float:

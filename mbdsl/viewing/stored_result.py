@@ -11,7 +11,7 @@ from mbdsl.errors import UsageError
 from mbdsl.lang.stored_model import from_text
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
-from mbdsl.plotting.thinned_rows import thinned
+from mbdsl.plotting.decimation import thinned
 from mbdsl.results.stored import open_result
 from mbdsl.simulation.result_units import in_si
 from mbdsl.simulation.trajectory import Trajectory

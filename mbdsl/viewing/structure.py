@@ -9,14 +9,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import MechanismGraph, SubMechanism
+from mbdsl.mechanism.graph_algorithms import Loop
 from mbdsl.mechanism.reduction import Note, reduce
 from mbdsl.messages import few
-from mbdsl.viewing.structure_paths import cycles, distances
 from mbdsl.viewing.structure_redundancy import redundancy
 
 JOINT, DRIVER, FORCE = "joint", "driver", "force"
@@ -94,21 +93,6 @@ class Link:
             Its name; "" for the ground.
         """
         return self.b if body == self.a else self.a
-
-
-class Loop(NamedTuple):
-    """A loop.
-
-    Attributes
-    ----------
-    bodies : tuple of str
-        Names of its bodies in order, the first one once more at the end; "" is the ground.
-    closed_by : str
-        Name of the joint that closes it.
-    """
-
-    bodies: tuple[str, ...]
-    closed_by: str
 
 
 @dataclass(frozen=True)
@@ -227,29 +211,19 @@ def structure(graph: MechanismGraph, search: bool = True, announce: Callable[[st
     -------
     Structure
     """
-    edges, joints = (*graph.joints, *graph.forces), graph.kinematic_joints
-    strong = {e.name: e for e in joints}
-    parents = {p.body: p.parent for p in graph.tree()}
-    by = {p.body: p.joint for p in graph.tree()}
-    for body, name in by.items():  # a joint is preferred to its driver
-        if name not in strong:
-            ends = {body, parents[body]}
-            by[body] = next((e.name for e in joints if {e.body_i, e.body_j} == ends), name)
-    closing = [e for e in joints if e.name not in by.values()]
     redundant, reasons = redundancy(graph, announce) if search else ({}, [])
-    number = {e.name: k for k, e in enumerate(closing, 1)}
+    number = {e.name: k for k, e in enumerate(graph.cut_joints, 1)}
     notes = reduce(graph).notes
-    levels = distances(graph, list(joints), [e for e in edges if e.name not in strong])
     found = Structure(
         graph.scene.name,
         graph.scene.doc,
         graph.ground.name,
         _bodies(graph, notes),
-        tuple(_link(e, number.get(e.name, 0), redundant.get(e.name, 0)) for e in edges),
-        parents,
-        by,
-        levels,
-        tuple(Loop(*loop) for loop in cycles(joints, closing, levels)),
+        tuple(_link(e, number.get(e.name, 0), redundant.get(e.name, 0)) for e in (*graph.joints, *graph.forces)),
+        {p.body: p.parent for p in graph.tree()},
+        graph.placed_by,
+        graph.distances(),
+        graph.cycles(),
         graph.sub_mechanisms,
         graph.summary(),
     )

@@ -1,62 +1,55 @@
 """Places of bodies, joints and forces in the picture of a mechanism's graph.
 
-Bodies are in columns by their distance from the ground, and every joint and force has a place of its own in a column
-between them, so that labels overlap nothing. Distances are found by breadth-first search, so that each joint connects
-neighbouring columns and no line crosses a column. (A force between distant bodies is shown at both.) The barycentre
-heuristic orders the columns with few crossings of lines (Sugiyama, Tagawa and Toda, IEEE Trans. Syst. Man Cybern. 11
-(1981) 109), and the heights
-minimise the squared distances of neighbours by isotonic regression. A long row of columns is folded like a serpent.
+Bodies are in layers by their distance from the ground, and every joint and force has a place of its own in a layer
+between them, so that labels overlap nothing. A line over several layers has a place in each of them. The barycentre
+heuristic orders the layers with few crossings of lines (Sugiyama, Tagawa and Toda, IEEE Trans. Syst. Man Cybern. 11
+(1981) 109). Layers are columns from left to right, or rows from top to bottom where columns would be too wide.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right, insort
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from mbdsl.mechanism.graph import GROUND
 from mbdsl.viewing.structure import Link, Structure
 
-WIDTH = 900.0  #: of the picture, as far as columns allow [px]
-STILL = 1.25  #: a picture that is wider by this factor is not folded
-GAP, WIDEST_GAP, STEEP = 40.0, 140.0, 0.05  #: between columns: more for lines of great height
-ROW = 64.0  #: between places in a column
-BETWEEN = 34.0  #: between two folds, and between two parts
-TURN = 30.0  #: space for lines that turn into the next fold
+WIDTH = 900.0  #: of the picture, as far as layers allow [px]
+STILL = 1.25  #: columns that are wider than the picture by this factor become rows
+GAP, WIDEST_GAP, STEEP = 40.0, 140.0, 0.05  #: between layers: more for lines of great height
+ROW = 64.0  #: between places in a column, and between layers that are rows
+BOX = 40.0  #: height of a body
+BETWEEN = 34.0  #: between two parts
 LETTERS = 20  #: largest number of letters of a name
 LETTER, SMALL = 7.6, 6.2  #: width of a letter of names and of kinds
 HEAD = 22.0  #: space for the heading of a part
-SWEEPS = 8
-LEAF = 0.02  #: weight of a force at the end of a line in the choice of heights, relative to others
-MANY = 4000  #: number of lines from which their crossings are not counted
+SWEEPS = 9
+MOST = 4000  #: number of places above which lines pass layers without places in them
 
 
 @dataclass
 class Node:
     """A place of the picture: ``what`` is "ground", "body", "link", "grounded" (a link to a ground of its own) or
-    "reference" (one of the two places of a link between distant bodies, with the name of the ``other``)."""
+    "way" (of a line that passes a layer)."""
 
     what: str
     name: str
     layer: int
     link: Link | None = None
-    other: str = ""
     width: float = 0.0
     x: float = 0.0
     y: float = 0.0
-    direction: int = 1  #: of its fold: 1 from left to right, -1 back
-    fold: int = 0
-    left: float = 0.0  #: ends of its column
-    right: float = 0.0
+    reach: float = 0.0  #: half of the size of its layer
 
 
 @dataclass
 class Block:
-    """An independent part: nodes, lines between them by their numbers, and its size [px]; y from its top."""
+    """An independent part: nodes, lines between them by their numbers, and its size [px]; ``down``: layers are rows."""
 
     bodies: tuple[str, ...]
     nodes: list[Node] = field(default_factory=list)
     lines: list[tuple[int, int]] = field(default_factory=list)
+    down: bool = False
     width: float = 0.0
     height: float = 0.0
     x: float = 0.0
@@ -88,13 +81,16 @@ def layout(structure: Structure) -> list[Block]:
     links: list[list[Link]] = [[] for _ in structure.parts]
     for link in structure.links:
         links[owner.get(link.b, owner.get(link.a, 0))].append(link)
-    blocks = []
-    for part, own in zip(structure.parts, links, strict=True):
-        block = _block(structure, part.bodies, own)
+    blocks = [_block(structure, part.bodies, own) for part, own in zip(structure.parts, links, strict=True)]
+    for block in blocks:
         layers = _ordered(block)
-        _heights(block, layers)
-        _fold(block, layers)
-        blocks.append(block)
+        _placed(block, layers)
+        if block.width > STILL * WIDTH:
+            wide, block.down = block.width, True
+            _placed(block, layers)
+            if block.width > wide:
+                block.down = False
+                _placed(block, layers)
     _pack(blocks)
     return blocks
 
@@ -103,20 +99,18 @@ def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link])
     """The nodes and lines of a part, in the order of a walk through its tree."""
     block, number = Block(bodies), dict[str, int]()
 
-    def add(node: Node, *ends: str) -> None:
+    def add(node: Node, *ends: int) -> int:
         label = node.name if node.what != "ground" else structure.ground
         size = LETTER * len(shortened(label))
         below = caption(node, structure)
         size = max(size, SMALL * len(shortened(below, LETTERS if node.what == "body" else LETTERS + 4)))
         node.width = max(62.0, size + 20.0) if node.what in ("body", "ground") else max(30.0, size)
+        node.width *= node.what != "way"
         block.nodes.append(node)
-        block.lines += [(number[end], len(block.nodes) - 1) for end in dict.fromkeys(ends)]
+        block.lines += [(end, len(block.nodes) - 1) for end in dict.fromkeys(ends)]
+        return len(block.nodes) - 1
 
-    def body(name: str) -> None:
-        number[name] = len(block.nodes)
-        add(Node("body" if name else "ground", name, 2 * structure.levels[name]))
-
-    body(GROUND)
+    number[GROUND] = add(Node("ground", GROUND, 0))
     children: dict[str, list[str]] = {GROUND: [], **{name: [] for name in bodies}}
     for name in bodies:
         parent = structure.parents[name]
@@ -124,17 +118,19 @@ def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link])
     pending = children[GROUND][::-1]
     while pending:
         name = pending.pop()
-        body(name)
+        number[name] = add(Node("body", name, 2 * structure.levels[name]))
         pending += children[name][::-1]
     for link in links:
-        a, b = structure.levels[link.a], structure.levels[link.b]
-        if abs(a - b) <= 1:
-            add(Node("link", link.name, a + b if a != b else 2 * a + 1, link), link.a, link.b)
-        elif GROUND in (link.a, link.b):
-            add(Node("grounded", link.name, 2 * max(a, b) + 1, link), link.a or link.b)
-        else:
-            for end in (link.a, link.b):
-                add(Node("reference", link.name, 2 * structure.levels[end] + 1, link, link.other(end)), end)
+        near, far = sorted((link.a, link.b), key=structure.levels.__getitem__)
+        low, high = 2 * structure.levels[near], 2 * structure.levels[far]
+        middle = low + 1 if high == low else high - 1
+        if near == GROUND and high > 2:
+            add(Node("grounded", link.name, high + 1, link), number[far])
+            continue
+        end = number[near]
+        for layer in range(low + 1, middle) if len(block.nodes) + high - low < MOST else ():
+            end = add(Node("way", "", layer, link), end)
+        add(Node("link", link.name, middle, link), end, number[far])
     return block
 
 
@@ -144,29 +140,25 @@ def caption(node: Node, structure: Structure) -> str:
         return structure.bodies[node.name].kind if node.what == "body" else ""
     if node.link.redundant:
         return f"redundant: {node.link.redundant} of {node.link.rows + node.link.velocity_rows}"
-    if node.what == "reference":
-        return f"to {structure.label(node.other)}"
     return node.link.kind
 
 
 def _ordered(block: Block) -> list[list[int]]:
-    """The nodes of each column from the top."""
+    """The nodes of each layer in their order: sweeps away from the ground and back, the last one away from it."""
     layers: list[list[int]] = [[] for _ in range(max(node.layer for node in block.nodes) + 1)]
     for k, node in enumerate(block.nodes):
         layers[node.layer].append(k)
-    around = _around(block)
-    place = {k: j for column in layers for j, k in enumerate(column)}
-    for column in layers[1::2]:  # links stand where their bodies are
-        _sort(column, around, place)
-    best = [list(column) for column in layers]
-    least = _crossings(block, place) if len(block.lines) < MANY else 0
-    for sweep in range(SWEEPS if least else 0):
-        for column in layers if sweep % 2 == 0 else layers[::-1]:
-            _sort(column, around, place)
-        found = _crossings(block, place)
-        if found < least:
-            best, least = [list(column) for column in layers], found
-    return best
+    around, place = _around(block), {k: j for layer in layers for j, k in enumerate(layer)}
+    for sweep in range(SWEEPS):
+        sign = 1 if sweep % 2 == 0 else -1
+        for layer in layers[::sign]:
+            before = {
+                k: [j for j in around[k] if sign * block.nodes[j].layer < sign * block.nodes[k].layer] for k in layer
+            }
+            mean = {k: sum(place[j] for j in own) / len(own) if own else place[k] for k, own in before.items()}
+            layer.sort(key=lambda k: (mean[k], place[k]))
+            place.update({k: j for j, k in enumerate(layer)})
+    return layers
 
 
 def _around(block: Block) -> list[list[int]]:
@@ -177,108 +169,42 @@ def _around(block: Block) -> list[list[int]]:
     return found
 
 
-def _sort(column: list[int], around: list[list[int]], place: dict[int, int]) -> None:
-    """Sort a column by the mean places of the neighbours, and update the places."""
-    mean = {k: sum(place[j] for j in around[k]) / len(around[k]) if around[k] else place[k] for k in column}
-    column.sort(key=lambda k: (mean[k], place[k]))
-    place.update({k: j for j, k in enumerate(column)})
-
-
-def _crossings(block: Block, place: dict[int, int]) -> int:
-    """Number of crossings of lines between columns."""
-    gaps: dict[int, list[tuple[int, int]]] = {}
-    for a, b in block.lines:
-        first, then = sorted((a, b), key=lambda k: block.nodes[k].layer)
-        gaps.setdefault(block.nodes[first].layer, []).append((place[first], place[then]))
-    total = 0
-    for lines in gaps.values():
-        passed: list[int] = []
-        for _, right in sorted(lines):
-            total += len(passed) - bisect_right(passed, right)
-            insort(passed, right)
-    return total
-
-
-def _heights(block: Block, layers: list[list[int]]) -> None:
-    """Heights at which neighbours are close to each other, at least a row apart in a column."""
-    around = _around(block)
-    for column in layers:
-        for j, k in enumerate(column):
-            block.nodes[k].y = ROW * (j - (len(column) - 1) / 2)
+def _placed(block: Block, layers: list[list[int]]) -> None:
+    """Put the layers next to each other, and the nodes of a layer near their neighbours."""
+    nodes, around = block.nodes, _around(block)
+    apart = max(node.width for node in nodes) + 24.0 if block.down else ROW
+    across = [0.0] * len(nodes)
+    for layer in layers:
+        for j, k in enumerate(layer):
+            across[k] = apart * (j - (len(layer) - 1) / 2)
     for sweep in range(2 * SWEEPS):
-        for column in layers if sweep % 2 == 0 else layers[::-1]:
-            wanted = [
-                sum(block.nodes[j].y for j in around[k]) / len(around[k]) if around[k] else block.nodes[k].y
-                for k in column
-            ]
-            weights = [1.0 if len(around[k]) > 1 or block.nodes[k].what == "body" else LEAF for k in column]
-            for k, y in zip(column, spread(wanted, ROW, weights), strict=True):
-                block.nodes[k].y = y
-
-
-def spread(wanted: Sequence[float], apart: float, weights: Sequence[float]) -> list[float]:
-    """The heights closest to the wanted ones in the sense of weighted least squares, in this order and ``apart``.
-
-    Isotonic regression by pooling adjacent violators (Ayer et al., Ann. Math. Stat. 26 (1955) 641).
-    """
-    pools: list[tuple[float, float, int]] = []  # mean, weight, number
-    for j, (y, weight) in enumerate(zip(wanted, weights, strict=True)):
-        mean, number = y - apart * j, 1
-        while pools and pools[-1][0] > mean:
-            other, more, count = pools.pop()
-            mean, weight, number = (mean * weight + other * more) / (weight + more), weight + more, number + count
-        pools.append((mean, weight, number))
-    flat = [mean for mean, _, number in pools for _ in range(number)]
-    return [y + apart * j for j, y in enumerate(flat)]
-
-
-def _fold(block: Block, layers: list[list[int]]) -> None:
-    """Put the columns next to each other, in folds that are not wider than the picture."""
-    widths = [max((block.nodes[k].width for k in column), default=0.0) for column in layers]
-    gaps = _gaps(block, len(layers))
-    folds = _folds(widths, gaps, WIDTH if sum(widths) + sum(gaps) > STILL * WIDTH else STILL * WIDTH)
-    if len(folds) > 1:  # of about the same width
-        even = max((sum(widths) + sum(gaps)) / len(folds), *widths)
-        narrower = (_folds(widths, gaps, even * (1.0 + 0.03 * part)) for part in range(1, 40))
-        folds = next((found for found in narrower if len(found) <= len(folds)), folds)
-    widest = max(sum(widths[k] + gaps[k] for k in fold) - gaps[fold[-1]] for fold in folds)
-    margin = TURN if len(folds) > 1 else 0.0
-    top = 0.0
-    for number, fold in enumerate(folds):
-        inside = [block.nodes[k] for layer in fold for k in layers[layer]]
-        low, high = min(node.y for node in inside), max(node.y for node in inside)
-        x = margin
-        for layer in fold:
-            for k in layers[layer]:
-                node = block.nodes[k]
-                node.fold, node.direction, node.y = number, 1 - 2 * (number % 2), node.y - low + top + ROW / 2
-                ends = x, x + widths[layer]
-                node.left, node.right = ends if node.direction > 0 else (2 * margin + widest - e for e in ends[::-1])
-                node.x = (node.left + node.right) / 2
-            x += widths[layer] + gaps[layer]
-        top += high - low + ROW + BETWEEN
-    block.width, block.height = widest + 2 * margin, top - BETWEEN
-
-
-def _gaps(block: Block, number: int) -> list[float]:
-    """The space after each column."""
-    heights = [0.0] * number
+        for layer in layers[:: 1 if sweep % 2 == 0 else -1]:
+            wanted = [sum(across[j] for j in around[k]) / len(around[k]) if around[k] else across[k] for k in layer]
+            for k, v in zip(layer, spread(wanted, apart), strict=True):
+                across[k] = v
+    steep = [0.0] * len(layers)
     for a, b in block.lines:
-        first, then = sorted((block.nodes[a], block.nodes[b]), key=lambda node: node.layer)
-        heights[first.layer] = max(heights[first.layer], abs(then.y - first.y))
-    return [min(WIDEST_GAP, max(GAP, STEEP * height)) for height in heights]
+        steep[nodes[a].layer] = max(steep[nodes[a].layer], abs(across[a] - across[b]))
+    low, at = min(across), 0.0
+    for number, layer in enumerate(layers):
+        size = BOX if block.down else max((nodes[k].width for k in layer), default=0.0)
+        for k in layer:
+            u, v = at + size / 2, across[k] - low + apart / 2
+            nodes[k].x, nodes[k].y, nodes[k].reach = (
+                (v, u + (ROW - BOX) / 2, size / 2) if block.down else (u, v, size / 2)
+            )
+        at += size + (ROW - BOX if block.down else min(WIDEST_GAP, max(GAP, STEEP * steep[number])))
+    sizes = at - (0.0 if block.down else GAP), max(across) - low + apart
+    block.width, block.height = sizes[::-1] if block.down else sizes
 
 
-def _folds(widths: Sequence[float], gaps: Sequence[float], limit: float) -> list[list[int]]:
-    folds: list[list[int]] = [[]]
-    used = 0.0
-    for layer, width in enumerate(widths):
-        if folds[-1] and used + width > limit:
-            folds.append([])
-            used = 0.0
-        folds[-1].append(layer)
-        used += width + gaps[layer]
-    return folds
+def spread(wanted: Sequence[float], apart: float) -> list[float]:
+    """Places near the wanted ones, in this order and ``apart``: the mean of those pushed up and those pushed down."""
+    up, down = list(wanted), list(wanted)
+    for k in range(1, len(up)):
+        up[k] = max(up[k], up[k - 1] + apart)
+        down[-1 - k] = min(down[-1 - k], down[-k] - apart)
+    return [(a + b) / 2 for a, b in zip(up, down, strict=True)]
 
 
 def _pack(blocks: Sequence[Block]) -> None:
@@ -286,7 +212,7 @@ def _pack(blocks: Sequence[Block]) -> None:
     x = y = height = 0.0
     head = HEAD if len(blocks) > 1 else 0.0
     for block in blocks:
-        if x and x + block.width > WIDTH + 2 * TURN:
+        if x and x + block.width > STILL * WIDTH:
             x, y, height = 0.0, y + height + BETWEEN, 0.0
         block.x, block.y = x, y + head
         x += block.width + 2 * BETWEEN

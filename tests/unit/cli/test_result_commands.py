@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mbdsl import results
-from mbdsl.plotting.thinned_rows import ThinnedRows, thinned
+from mbdsl.plotting.decimation import ThinnedRows, thinned
 from mbdsl.results.stored import Result, open_result
 from mbdsl.viewing.stored_result import stored_trajectory
 
@@ -126,16 +126,17 @@ def test_thinned_rows_are_rows_with_all_extremes():
     for name, x in data.items():
         assert np.array_equal(found[name], x[rows.index])
     assert rows.width < n / 10
+    width = int(rows.width)
     for name in ("x", "y"):
-        for first in range(0, n, rows.width):
-            part = data[name][first : first + rows.width]
-            own = found[name][(rows.index >= first) & (rows.index < first + rows.width)]
+        for first in range(0, n, width):
+            part = data[name][first : first + width]
+            own = found[name][(rows.index >= first) & (rows.index < first + width)]
             assert (own.min(), own.max()) == (part.min(), part.max())
 
 
 def test_animations_read_long_results_in_parts(say, monkeypatch):
-    monkeypatch.setattr("mbdsl.plotting.thinned_rows.FEWEST", 100)
-    monkeypatch.setattr("mbdsl.plotting.thinned_rows.ROWS", 400)
+    monkeypatch.setattr("mbdsl.plotting.decimation.FEWEST", 100)
+    monkeypatch.setattr("mbdsl.plotting.decimation.ROWS", 400)
     with open("fall.mbd", "w") as file:
         file.write(
             "model Fall\n  Ground g0;\n  PointMass a(m = 1 kg);\n  FreeMotion free(g0, a);\n"

@@ -1,6 +1,5 @@
 """The MechanismGraph: checks, counts and orders, on scenes made by hand and at random (networkx as the judge)."""
 
-import sys
 from itertools import combinations
 
 import networkx as nx
@@ -10,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbdsl.elements import kinds
-from mbdsl.errors import ModelError, Span, UsageError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions.symbolic import coordinate
 from mbdsl.lang.load import parse_text
 from mbdsl.mechanism.graph import GROUND, build
+from mbdsl.mechanism.graph_algorithms import Loop
 from mbdsl.mechanism.scene import Component, Frame, Scene
 
 
@@ -133,12 +133,22 @@ def test_loops_and_parts_agree_with_networkx(pairs):
     assert g.networkx().number_of_edges() == len(used) + 6
 
 
-def test_only_its_own_graph_needs_networkx(monkeypatch):
-    g = written("Revolute p(ground, a.a); Revolute q(ground, b.a); Revolute r(ground, c.a);")
-    monkeypatch.setitem(sys.modules, "networkx", None)
-    with pytest.raises(UsageError, match="networkx") as caught:
-        g.networkx()
-    assert caught.value.hint == "in the folder of mbdsl: pip install '.[graph]'"
+def test_what_networkx_finds():
+    """A four-bar linkage between A and B on the ground, with a free pendulum and a body that a spring holds."""
+    g = written(
+        "Revolute p(ground, a.a); Revolute q(a.b, b.a); Revolute r(b.b, c.a); Revolute s(ground, c.b); "
+        "RotationalDriver d(ground, a.a, phi = 2*time); Rod e(m = 1, length = 1); Revolute t(ground, e.a); "
+        "Body f(m = 1, I = 1); SpringDamper k(c.c, f.c, k = 1);"
+    )
+    assert [e.name for e in g.cut_joints] == ["r"]
+    assert g.cycles() == (Loop(("", "c", "b", "a", ""), "r"),)
+    assert g.components() == [{"a", "b", "c"}, {"e"}, {"f"}]
+    assert g.distances() == {"": 0, "a": 1, "b": 2, "c": 1, "e": 1, "f": 2}
+    assert (g.chain("b"), g.chain("b", "e"), g.chain("f")) == (("b", "a", ""), ("b", "a", "", "e"), ())
+    tree = g.spanning_tree()
+    assert nx.is_arborescence(tree) and tree.edges["", "a"]["joint"] == "p" and tree.edges["c", "f"]["joint"] is None
+    places = g.layout()
+    assert len({x for x, _ in places.values()}) == 3 and len(set(places.values())) == 6
 
 
 def test_rows_of_velocities_count_for_velocities_only():

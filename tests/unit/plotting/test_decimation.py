@@ -5,7 +5,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbdsl.plotting.decimation import Extremes, Visited, extremes
+from mbdsl.plotting.decimation import ThinnedRows, Visited, extremes
+
+
+class Curve(ThinnedRows):
+    """A curve over an ascending coordinate, in about so many columns."""
+
+    def __init__(self, columns):
+        super().__init__(["x", "y"], "x", 4 * columns, even=True)
+
+    def add(self, x, y):
+        super().add({"x": x, "y": y})
+
+    x = property(lambda self: self.columns()["x"])
+    y = property(lambda self: self.columns()["y"])
 
 
 def added(curve, x, y, rows):
@@ -26,7 +39,7 @@ def test_every_extreme_of_every_pixel_is_kept(rows, spacing):
     t = np.sort(random.random(50_000) ** (4.0 if spacing == "clustered" else 1.0))
     y = np.cumsum(random.standard_normal(t.size))
     y[[123, 31_234]] = 1e4, -1e4  # spikes of one row
-    curve = added(Extremes(256), t, y, rows)
+    curve = added(Curve(256), t, y, rows)
     assert curve.reduced
     assert curve.count == t.size
     assert len(curve.x) <= 4 * 256 + rows
@@ -46,7 +59,7 @@ def test_every_extreme_of_every_pixel_is_kept(rows, spacing):
 
 def test_short_curves_are_unchanged():
     t = np.linspace(0.0, 1.0, 400)
-    curve = added(Extremes(100), t, np.sin(t), 100)
+    curve = added(Curve(100), t, np.sin(t), 100)
     assert not curve.reduced
     assert np.array_equal(curve.x, t)
     assert np.array_equal(curve.y, np.sin(t))
@@ -57,7 +70,7 @@ def test_gaps_remain():
     y = np.sin(20.0 * t)
     y[5000] = np.nan
     y[7000:8000] = np.nan
-    curve = added(Extremes(64), t, y, 3000)
+    curve = added(Curve(64), t, y, 3000)
     gaps = curve.x[np.isnan(curve.y)]
     assert t[5000] in gaps
     assert ((gaps >= t[7000]) & (gaps < t[8000])).sum() > 2
