@@ -283,7 +283,7 @@ class _Effects:
         moved = [name for note in self.motion.reduction.notes if note.action == "moved" for name in note.by]
         nothing = "none is left: their bodies are functions of time" if moved else "none"
         yield self.entry("drivers", driven, nothing, self.kernels("drivers", "expressions"))
-        if any(p.system.tables.layout[buffer_layout.N_MOVING] for p in self.motion.parts):
+        if any(p.system.tables.layout[L.N_MOVING] for p in self.motion.parts):
             # a component that is solved for is attached to one
             carried = [self.scene.components[name] for name in moved]
             yield self.entry("moving frames", carried, "", self.kernels("moving frames", "expressions"))
