@@ -16,6 +16,7 @@ from mbdsl.integrators import available, compiled
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, duration, together
 from mbdsl.plotting.figures import Table
+from mbdsl.simulation.diagnostics.fixed_steps import unseen_peak
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
@@ -297,8 +298,8 @@ class Aim:
         run = self.runner.compute([case], limit=cap)[case]
         if run.late:
             return Result(seconds=run.stats.get("seconds", {}).get("integrate", 0.0), late=True)
-        if run.problem:
-            return Result(problem=run.problem)
+        if problem := run.problem or unseen_peak(run.stats):  # its states may be right at the ends of steps only
+            return Result(problem=problem)
         return Result(self.error(self.runner.trajectory(run)), self.runner.seconds(run))
 
     @property

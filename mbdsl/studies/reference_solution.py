@@ -21,7 +21,7 @@ from mbdsl.integrators import available
 from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
 from mbdsl.simulation import result_units
-from mbdsl.simulation.diagnostics.fixed_steps import UNSEEN
+from mbdsl.simulation.diagnostics.fixed_steps import unseen_peak
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
 from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, of_motion, reactions
@@ -285,8 +285,8 @@ def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Compu
     how = f"{name} extrapolated from {duration(steps[0])} to {duration(steps[-1])}"
     if missing is not None:
         return how, missing
-    if any(UNSEEN in text for text in runs[cases[-1]].stats.get("warnings", ())):  # all of them may have missed it
-        return how, Computed(cases[-1], problem="its steps pass over a peak of a law")
+    if problem := unseen_peak(runs[cases[-1]].stats):  # all of them may have missed it
+        return how, Computed(cases[-1], problem=problem)
     weights = extrapolation(steps)
     q, v, lam = (sum(w * getattr(runs[c], x) for w, c in zip(weights, cases, strict=True)) for x in ("q", "v", "lam"))
     last = runs[cases[-1]]

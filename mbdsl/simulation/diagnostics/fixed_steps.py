@@ -8,6 +8,7 @@ for bodies that make half a turn in a step.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from math import inf, pi
 from typing import Any
@@ -188,6 +189,11 @@ def _unseen(peak: Peak, law: Component | None) -> str:
         "little, and fixed steps do not estimate which; "
         f"try a tolerance instead, or a step of {np.floor(peak.h / size * (1.0 + 1e-9)) * size:.1g} s"
     )
+
+
+def unseen_peak(stats: Mapping[str, Any]) -> str:
+    """Why a finished run with these ``stats`` may miss a pulse; "" if its steps pass over none that is known."""
+    return "its steps pass over a peak of a law" if any(UNSEEN in x for x in stats.get("warnings", ())) else ""
 
 
 def _law_within(scenes: list[Scene], root: Expr) -> Component | None:

@@ -14,6 +14,7 @@ from mbdsl.studies.convergence import convergence
 from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
 from mbdsl.studies.error_measures import Quantity, error
+from mbdsl.studies.recommendation import recommend
 from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.runtime import runtime
@@ -149,3 +150,19 @@ def test_runs_that_pass_over_a_pulse_are_no_reference(tmp_path):
     runner = Runner(setting(path, 1.0, points=100), Store(tmp_path), budget=20.0)
     _, run = reference_solution._extrapolated(runner, "hht-si2", 1e-3)
     assert "pass over a peak" in run.problem
+
+
+def test_runs_that_pass_over_a_pulse_are_not_recommended(tmp_path):
+    """A driven mechanism is exact at the ends of all steps, but outputs between them would miss the pulse."""
+    path = tmp_path / "pulse.mbd"
+    path.write_text("""model Driven
+      Ground ground(g = 0);
+      Rod arm(m = 1 kg, length = 1 m);
+      Revolute pin(ground, arm.a);
+      RotationalDriver drive(pin, phi = 2 rad/s*time + 0.2*exp(-((time - 0.5137 s)/(4 ms))^2));
+      annotation(experiment(StopTime = 1));
+    end Driven;""")
+    best = recommend(path, 1e-4, store=tmp_path, methods=["hht-i3", "nstiff"], repeats=1, budget=20.0).best.case
+    run = mbdsl.simulate(path, method=best.method, step=best.step, tol=best.tol, interval=0.0107)
+    exact = 2.0 * run.t + 0.2 * np.exp(-(((run.t - 0.5137) / 4e-3) ** 2))
+    assert np.abs(run["pin.phi"] - exact).max() < 3e-4
