@@ -24,10 +24,18 @@ import math
 from math import atan2, ceil, floor, hypot, log, pi
 from numpy import arccos, floor as floored, log10, sin, sinh, sqrt, tan
 from typing import Callable, NamedTuple
+from mbdsl.kernels.columns import PLANE, SPACE
 from mbdsl.kernels.marks import kernel, rare, square
 
 TABLE = ((1.5, 2.5, -3.5), (4.0, 5.0, 6.0))
 NODES = (0.25, 0.5, 1.0)
+
+
+@kernel
+def sized(C, x):
+    if C is SPACE:
+        return x * C.POSE
+    return [x]  # not translated for SPACE
 
 
 class Both(NamedTuple):
@@ -169,6 +177,7 @@ def same(one, other):
         "b[0] = 1.0 if -1 < moves(b, a) < b[0] != moves(b, 2) else 2.0",
         "b[0] += moves(b, a)\nb[1] *= moves(b[1:], 3)",
         "w = tuple(a * x for x in NODES)\nfor x in tuple((y, w[y] + a) for y in (0, 2)):\n    b[x[0]] = x[1]",
+        "b[PLANE.LEVERS] = a * SPACE.RATE; b[0] = math.pi; b[1] = sized(SPACE, a)",
         "return",
         "'''A docstring.'''\npass",
     ],
@@ -360,6 +369,8 @@ def test_compiled_functions_are_called_by_their_address(compiled):
         ("a[0] = ~2", "`~2`"),
         ("a[0] += x", "`x` is not defined"),
         ("if a[0] > 0:\n    x = 1\nfor i in range(x):\n    y = z\n    z = 1", "`z` is read before it is assigned"),
+        ("a[0] = sized(PLANE, a[0])", r"cannot compile the kernel sized: `\[x\]`"),
+        ("a[0] = PLANE.third", "AttributeError"),
         ("a[0] = itself(3)", "`itself` calls itself"),
         ("a[0] = math.tau2", "AttributeError"),
     ],
