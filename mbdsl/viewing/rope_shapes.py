@@ -18,10 +18,11 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.motion import Motion, Spot
-from mbdsl.viewing.shape import Shape
-from mbdsl.viewing.space.motion import Place, SpaceMotion
+from mbdsl.viewing import display
+from mbdsl.viewing.display import ON, Path, Shape, Size
+from mbdsl.viewing.gear_shapes import wheel
 from mbdsl.viewing.space.solid import FORCE, Solid
+from mbdsl.viewing.tracks import Motion, Place, SpaceMotion, Spot
 
 Array = NDArray[np.float64]
 
@@ -63,20 +64,21 @@ def _across(d: Array, field: Array) -> Array:
     return across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
 
 
-def rope(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def rope(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """A span in the plane, and its discs."""
     for spot, radius in zip((a, b), c.values.get("ends", ()), strict=False):
         if radius:
-            yield Shape("wheel", c.name, (spot,), {"radius": abs(radius)})
-    if len(motion.t) < 2 or "longer" not in c.values:
-        yield Shape("rope", c.name, (a, b))
-        return
-    index = {"x": 0, "y": 1, "phi": 2}
+            yield wheel(c, spot, abs(radius), motion)
+    at = (a, b)
+    if len(motion.t) > 1 and "longer" in c.values:
+        index = {"x": 0, "y": 1, "phi": 2}
 
-    def at(frame: str, key: str) -> Array:
-        return motion.pose(motion.spot_of(frame))[:, index[key]]
+        def key(frame: str, key: str) -> Array:
+            return motion.pose(motion.spot_of(frame))[:, index[key]]
 
-    yield Shape("rope", c.name, tuple(Spot(k) for k in _tracks(c, motion, line(c, motion, at), (0.0,))))
+        at = tuple(Spot(k) for k in _tracks(c, motion, line(c, motion, key), (0.0,)))
+    line_ = Path(at, ON, curved=len(at) == 3, stroke=display.FORCE, width=Size(1.5, 0.14))
+    yield Shape("rope", c.name, at, (line_,))
 
 
 def rope_in_space(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:

@@ -11,11 +11,10 @@ from math import sqrt
 import numpy as np
 
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.motion import GROUND
 from mbdsl.viewing.rope_shapes import rope_in_space
 from mbdsl.viewing.space import wheel_symbols
-from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
 from mbdsl.viewing.space.solid import BODY, DRIVE, FORCE, JOINT, SUPPORT, Solid
+from mbdsl.viewing.tracks import GROUND, UNTURNED, Place, SpaceMotion
 
 #: radius of coils in units, their pitch relative to it, and numbers of turns
 COIL, PITCH, LEAST_TURNS, MOST_TURNS = 0.8, 1.6, 5, 30

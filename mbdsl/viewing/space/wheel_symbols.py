@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.motion import GROUND
-from mbdsl.viewing.space.motion import Place, SpaceMotion
 from mbdsl.viewing.space.solid import BODY, JOINT, Solid
+from mbdsl.viewing.tracks import GROUND, Place, SpaceMotion
 
 WIDTH, RIM = 1.2, 1.15  #: width of wheels in units, and outer radius of a ring relative to its pitch radius
 
