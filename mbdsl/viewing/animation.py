@@ -17,8 +17,9 @@ from mbdsl.viewing import page, projection
 from mbdsl.viewing.motion import motion
 from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.picture import Picture
+from mbdsl.viewing.projection import drawing
 from mbdsl.viewing.saved_page import VECTORS, SavedPage
-from mbdsl.viewing.shapes import Drawing, behind, drawing
+from mbdsl.viewing.shapes import Drawing, behind
 from mbdsl.viewing.signals import signals
 from mbdsl.viewing.space import shapes as solids
 from mbdsl.viewing.space.shapes import SpaceDrawing

@@ -17,7 +17,8 @@ from mbdsl.messages import install
 from mbdsl.plotting.series_styles import LIGHT_PAPER
 from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.picture import NOTHING_ELSE, Picture
-from mbdsl.viewing.shapes import Drawing, drawing
+from mbdsl.viewing.projection import drawing
+from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.tracks import Tracks
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Shapes of gears, racks, belts, cams and circles in contact, from the radii and laws of their elements.
+"""Shapes of gears, racks, belts, ropes, cams and circles in contact, from the radii and laws of their elements.
 
 The gears of a train have teeth of one module, about a dozen of them on the smallest gear, and mesh in the first frame.
 The teeth only show the motion; their flanks are not involutes.
@@ -19,6 +19,7 @@ from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.display import (
     ALONG,
     FORCE,
+    ON,
     PAPER,
     Circle,
     Item,
@@ -220,4 +221,14 @@ def stop(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterato
             yield Shape("wall", c.name, (at,), (Path((at,), units=((0.0, -1.3), (0.0, 1.3)), hatch=side),))
 
 
-SYMBOLS = {"gears": gears, "rack": rack, "belt": belt, "cam": cam, "circles": circles, "stop": stop}
+def rope(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    """A span, and its discs."""
+    for spot, radius in zip((a, b), c.values.get("ends", ()), strict=False):
+        if radius:
+            yield wheel(c, spot, abs(radius), motion)
+    at = motion.lines.get(c.name, (a, b))
+    line = Path(at, ON, curved=len(at) == 3, stroke=FORCE, width=Size(1.5, 0.14))
+    yield Shape("rope", c.name, at, (line,))
+
+
+SYMBOLS = {"gears": gears, "rack": rack, "belt": belt, "cam": cam, "circles": circles, "stop": stop, "rope": rope}

@@ -12,9 +12,7 @@ from mbdsl.system.body_models import body_pose
 from mbdsl.viewing.display import PAPER, Path, Shape, Size, colour_of
 from mbdsl.viewing.tracks import GROUND, Motion, Spot
 
-#: number of points of an ellipse, and largest number of points of an outline, for the extent of the picture
-AROUND = 12
-ELLIPSE = 96  #: number of points of a drawn ellipse
+ELLIPSE = 96  #: number of points of an ellipse
 
 
 def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
@@ -34,7 +32,7 @@ def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
     """
     at, own = _reference(c, motion), colour_of(motion, c.name)
     for shape in motion.scene.shapes.get(c.name, ()):
-        parts = [outline(shape)] if shape.form == "ellipse" else list(shape.parts)
+        parts = [_ellipse(shape)] if shape.form == "ellipse" else list(shape.parts)
         path = Path(
             (at,),
             metres=tuple((float(x), float(y)) for part in parts for x, y in part),
@@ -47,14 +45,6 @@ def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
         yield Shape("backdrop" if at.track == GROUND else "outline", c.name, (at,), (path,))
 
 
-def around(c: Component, motion: Motion) -> list[Spot]:
-    """Points whose extremes are those of the shapes of a body, up to the distance between points of an outline."""
-    at = _reference(c, motion)
-    cos, sin = np.cos(at.phi), np.sin(at.phi)
-    points = [p for shape in motion.scene.shapes.get(c.name, ()) for p in _around(shape)]
-    return [Spot(at.track, float(at.x + cos * x - sin * y), float(at.y + sin * x + cos * y)) for x, y in points]
-
-
 def _reference(c: Component, motion: Motion) -> Spot:
     """The reference point of a body; of a beam its middle."""
     centre = motion.spots[f"{c.name}.c"]
@@ -63,18 +53,8 @@ def _reference(c: Component, motion: Motion) -> Spot:
     return Spot(centre.track, *body_pose(c, Frame("", c.name)))
 
 
-def outline(shape: DrawnShape, corners: int = ELLIPSE) -> Sequence[tuple[float, float]]:
-    """Points of an ellipse."""
+def _ellipse(shape: DrawnShape) -> Sequence[tuple[float, float]]:
     (x, y), (a, b, phi) = shape.parts[0][0], shape.axes
-    u = 2 * np.pi * np.arange(corners) / corners
+    u = 2 * np.pi * np.arange(ELLIPSE) / ELLIPSE
     px, py = a * np.cos(u), b * np.sin(u)
     return list(zip(x + np.cos(phi) * px - np.sin(phi) * py, y + np.sin(phi) * px + np.cos(phi) * py, strict=True))
-
-
-def _around(shape: DrawnShape) -> Sequence[tuple[float, float]]:
-    if shape.form == "ellipse":
-        return outline(shape, AROUND)
-    points = np.array([p for part in shape.parts for p in part])
-    turn = 2 * np.pi * np.arange(AROUND) / AROUND
-    most = np.argmax(points @ np.stack([np.cos(turn), np.sin(turn)]), axis=0)
-    return [(float(x), float(y)) for x, y in points[np.unique(most)]]

@@ -24,7 +24,7 @@ function polyline(g, points, width, colour) {
   g.stroke();
 }
 
-function dot(g, x, y, radius, colour) {
+function disc(g, x, y, radius, colour) {
   g.beginPath();
   g.arc(x, y, radius, 0, 2 * Math.PI);
   g.fillStyle = colour;
@@ -36,7 +36,7 @@ function quartered(g, [x, y, phi], radius) {
   g.save();
   g.translate(x, y);
   g.rotate(-phi);
-  dot(g, 0, 0, radius, theme.paper);
+  disc(g, 0, 0, radius, theme.paper);
   g.lineWidth = 1;
   g.strokeStyle = g.fillStyle = theme.ink;
   g.stroke();
@@ -87,7 +87,7 @@ function paintFrames(g) {
 // The present ends of paths.
 function paintTips(g) {
   [...traces.keys()].forEach((name, k) => {
-    dot(g, ...painter.place(data.points[name]).slice(0, 2), 3, theme.bodies[k % theme.bodies.length]);
+    disc(g, ...painter.place(data.points[name]).slice(0, 2), 3, theme.bodies[k % theme.bodies.length]);
   });
 }
 

@@ -18,9 +18,9 @@ from mbdsl.viewing import page
 from mbdsl.viewing.animation import drawn_of
 from mbdsl.viewing.mode_shapes import PICTURES, Shapes, mode_shapes
 from mbdsl.viewing.overlays import Overlays
-from mbdsl.viewing.projection import flat
+from mbdsl.viewing.projection import drawing, flat
 from mbdsl.viewing.saved_page import SavedPage
-from mbdsl.viewing.shapes import Drawing, drawing
+from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.signals import Plots
 from mbdsl.viewing.space.shapes import SpaceDrawing
 from mbdsl.viewing.svg_picture import still

@@ -11,6 +11,7 @@ from mbdsl.numerics.rotation_arrays import of_matrix, quaternions
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.body_models import at_rest, body_pose
 from mbdsl.system.system import System
+from mbdsl.viewing.rope_lines import add_lines
 from mbdsl.viewing.tracks import GROUND, UNTURNED, AnyMotion, Array, Curve, Motion, Place, SpaceMotion, Spot
 
 NEGLIGIBLE = 1e-9  #: distance [m] that counts as zero, relative to the distance from the origin if this is larger
@@ -39,7 +40,9 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> AnyMotion:
     UsageError
         If the trajectory is empty.
     """
-    return (_in_space if trajectory.scene.spatial else _in_plane)(trajectory, most)
+    found = (_in_space if trajectory.scene.spatial else _in_plane)(trajectory, most)
+    add_lines(found)
+    return found
 
 
 def _in_plane(trajectory: Trajectory, most: int) -> Motion:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,7 @@ from mbdsl.viewing.display import head
 from mbdsl.viewing.marks import THEME, Disc, Line, Mark, Text, line, mixed
 from mbdsl.viewing.tracks import Tracks
 from mbdsl.viewing.vectors import FORCES, Vector, largest
-
-if TYPE_CHECKING:
-    from mbdsl.viewing.picture import Picture
+from mbdsl.viewing.view import View
 
 Array = NDArray[np.float64]
 
@@ -46,7 +43,7 @@ class Painted:
         self.vectors = list(overlays.vectors)
         self.largest = largest(self.vectors, overlays.one_scale)
 
-    def marks(self, p: Picture) -> Iterator[Mark]:
+    def marks(self, p: View) -> Iterator[Mark]:
         """Paths, pale as a whole and strong up to the present, with a dot at the point; arrows."""
         lines = []
         for k, path in enumerate(self.paths):

@@ -11,29 +11,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.viewing.display import ALONG, ON, TURNED, Beam, Circle, Item, Path, Size
+from mbdsl.viewing.display import ALONG, ON, TURNED, Beam, Circle, Item, Path
 from mbdsl.viewing.marks import THEME, Array, Disc, Line, Mark, finite, hexadecimal, line, mixed, paled
 from mbdsl.viewing.overlays import Overlays, Painted, colour_bar
+from mbdsl.viewing.projection import drawing as shapes_of
 from mbdsl.viewing.shapes import Drawing, behind, outline
-from mbdsl.viewing.shapes import drawing as shapes_of
 from mbdsl.viewing.tracks import Tracks, largest_strain
+from mbdsl.viewing.view import View
 from mbdsl.viewing.writers import pixels
 
 if TYPE_CHECKING:
     from PIL import Image
 
 GHOST = 0.28  #: opacity of another motion behind the first
-MARGIN = 0.12  #: of the shorter side
 EDGE = 2.5  #: width of both edges of a line together [px]
 SHORT = 6.0  #: units of x along a line that is shorter than this number of them are a part of it
 CURVE = np.linspace(0.0, 1.0, 13)[:, None]  #: where a parabola is evaluated
 NOTHING_ELSE = Overlays()
 
 
-class Picture:
-    """Places the display list of a motion, at all times in the same view; ``U`` is the size of symbols [px]."""
-
-    row: int
+class Picture(View):
+    """Draws frames of a motion, all in the same view."""
 
     def __init__(
         self, motion: Tracks, drawing: Drawing, width: int, height: int, overlays: Overlays = NOTHING_ELSE
@@ -44,16 +42,7 @@ class Picture:
             drawing = replace(drawing, bounds=_around(drawing.bounds, back.bounds))
             self.ghost = Picture(other, replace(back, bounds=drawing.bounds, unit=drawing.unit), width, height)
             self.ghost.strain = np.inf  # its beams have the colours of their bodies
-        self.motion, self.items = motion, [item for shape in drawing.shapes for item in shape.items]
-        self.size = width, height
-        x0, y0, x1, y1 = drawing.bounds
-        margin = min(64.0, MARGIN * min(width, height))
-        across = (width - 2 * margin) / max(x1 - x0, 1e-300), (height - 2 * margin) / max(y1 - y0, 1e-300)
-        self.scale = min(across) if min(across) < 1e200 else 100.0 / drawing.unit
-        self.left = width / 2 - self.scale * (x0 + x1) / 2
-        self.top = height / 2 + self.scale * (y0 + y1) / 2
-        self.U = min(26.0, 0.065 * min(width, height), max(2.5, drawing.unit * self.scale))
-        self.thin = min(1.5, max(0.75, self.U / 8))
+        super().__init__(motion, drawing, width, height)
         self.overlays = Painted(overlays, motion)
         self.strains = [curve.strain() for curve in motion.curves]
         self.strain = largest_strain(motion.curves)
@@ -79,17 +68,6 @@ class Picture:
         """The mechanism in a row of the motion."""
         self.row = row
         return finite([mark for item in self.items for mark in self._marks(item)])
-
-    def places(self, at: Sequence) -> Array:
-        """Frames (n, 3) in pixels, y down, and their angles in the world, counter-clockwise."""
-        found = self.motion.places(at, self.row)
-        found[:, 0] = self.left + self.scale * found[:, 0]
-        found[:, 1] = self.top - self.scale * found[:, 1]
-        return found
-
-    def length(self, size: Size) -> float:
-        """A size in pixels."""
-        return max(size.least, size.units * self.U + size.metres * self.scale + size.thin * self.thin)
 
     # -- items -------------------------------------------------------------------------------------------------------
     def _marks(self, item: Item) -> Iterator[Mark]:

@@ -132,7 +132,7 @@ class Plots {
       const value = this.value(signal, time);
       chart.entries[k].textContent = `${written(value)} ${signal.unit}`;
       if (!Number.isFinite(value)) return;
-      dot(g, x(time), y(value), 3.5, theme.bodies[k % theme.bodies.length]);
+      disc(g, x(time), y(value), 3.5, theme.bodies[k % theme.bodies.length]);
     });
   }
 

@@ -19,13 +19,14 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.tables import gravity
+from mbdsl.viewing import shapes
 from mbdsl.viewing.display import ON, PALE, PAPER, ROD, Circle, Item, Path, Shape, Size, colour_of
 from mbdsl.viewing.motion import MOST_FRAMES, is_apart, motion
 from mbdsl.viewing.shapes import OF_EXTENT, Drawing
 from mbdsl.viewing.space.shapes import drawing as solids_of
 from mbdsl.viewing.space.shapes import edge, rounded
 from mbdsl.viewing.space.solid import BODY, DRIVE, JOINT, SUPPORT, Solid
-from mbdsl.viewing.symbols import BESIDE, DASHPOT, PISTON, ZIGZAG
+from mbdsl.viewing.symbols import PISTON, beside, coils, dashpot, placed, zigzag
 from mbdsl.viewing.tracks import GROUND, AnyMotion, Motion, Place, SpaceMotion, Tracks, rotated
 from mbdsl.viewing.vectors import FORCE, Vector
 
@@ -128,15 +129,23 @@ def flat(found: AnyMotion, name: str = "iso") -> Motion | Projection:
     return Projection(found, view(found.scene, name)) if isinstance(found, SpaceMotion) else found
 
 
-def drawing(motion: Projection) -> Drawing:
+def drawing(motion: Tracks) -> Drawing:
+    """The shapes of a mechanism in the plane of the picture."""
+    if isinstance(motion, Projection):
+        return _projected(motion)
+    assert isinstance(motion, Motion)
+    return shapes.drawing(motion)
+
+
+def _projected(motion: Projection) -> Drawing:
     """The solids of a mechanism as areas and lines, far ones first."""
     drawn = solids_of(motion.solid)
-    coils, pistons = ({s.name for s in drawn.solids if s.draw == draw} for draw in ("coil", "piston"))
-    beside = coils & pistons  # springs and dampers of one element, which are within each other on the stage
-    shapes = [
-        Shape(s.draw, s.name, s.at, tuple(_items(s, motion, drawn.unit, s.name in beside)))
+    springs, dampers = ({s.name for s in drawn.solids if s.draw == draw} for draw in ("coil", "piston"))
+    both = springs & dampers  # which are within each other on the stage
+    found = [
+        Shape(s.draw, s.name, s.at, tuple(_items(s, motion, drawn.unit, s.name in both)))
         for s in drawn.solids
-        if s.draw != "piston" or s.name not in beside
+        if s.draw != "piston" or s.name not in both
     ]
     ports = {frame for c in motion.scene.components.values() for frame in c.ports.values()}
     bounding = [spot for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
@@ -149,10 +158,10 @@ def drawing(motion: Projection) -> Drawing:
     if not is_apart(extent, motion.poses[..., :3]):
         low, extent = high, 0.0
     bounds = (*low.tolist(), *high.tolist())
-    return Drawing(sorted(shapes, key=motion.nearness), bounds, 0.6 * OF_EXTENT * extent or 1.0)
+    return Drawing(sorted(found, key=motion.nearness), bounds, 0.6 * OF_EXTENT * extent or 1.0)
 
 
-def _items(solid: Solid, motion: Projection, unit: float, beside: bool) -> Iterator[Item]:
+def _items(solid: Solid, motion: Projection, unit: float, both: bool) -> Iterator[Item]:
     """A solid as what is seen of it: of convex ones the area, of the others lines."""
     own = {JOINT: PALE, SUPPORT: PALE, BODY: ROD}.get(solid.role, solid.role)
     if solid.role == BODY and solid.name in motion.order:
@@ -161,9 +170,10 @@ def _items(solid: Solid, motion: Projection, unit: float, beside: bool) -> Itera
     area: dict[str, Any] = {"fill": pale, "stroke": own}
     if len(at) == 2:
         if solid.draw in ("coil", "piston"):
-            spring = BESIDE if beside else ZIGZAG
-            parts = spring if solid.draw == "coil" else PISTON if solid.role == DRIVE else DASHPOT
-            yield from (part(None, *at, motion, unit) for part in parts)  # type: ignore[arg-type]
+            count = coils(*at, motion, unit)
+            spring = beside(count) if both else zigzag(count)
+            parts = spring if solid.draw == "coil" else PISTON if solid.role == DRIVE else dashpot()
+            yield from placed(parts, *at, motion)
         else:
             yield Path(at, ON, stroke=own, width=Size(1.0, 0.0, 2 * radius))
     elif solid.draw == "bar":

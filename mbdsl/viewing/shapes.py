@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.display import PAPER, Beam, Circle, Path, Shape, Size, colour_of
-from mbdsl.viewing.given_shapes import around, given_shapes
+from mbdsl.viewing.given_shapes import given_shapes
 from mbdsl.viewing.symbols import symbol
-from mbdsl.viewing.tracks import GROUND, Motion, Spot, Tracks
+from mbdsl.viewing.tracks import GROUND, Motion, Spot
 
 Array = NDArray[np.float64]
 
 #: size of symbols relative to the extent of the motion, its limit relative to the median length of links, and the least
 #: relative to the extent for mechanisms of up to ``FEW`` bodies
 OF_EXTENT, OF_LENGTH, LEAST, FEW = 0.034, 0.3, 0.012, 50
+GIVEN = ("backdrop", "outline")  #: shapes of the model
 BODIES = ("wheel", "block", "plate", "ring")  #: shapes of elements that show a body
 GOES_FAR = 0.1  #: length of a body relative to the extent of its motion
 MANY = 600  #: number of components from which links are lines of one colour
@@ -60,13 +61,13 @@ class Drawing:
     paths: tuple[str, ...] = ()
 
 
-def drawing(motion: Tracks) -> Drawing:
-    """The shapes of a mechanism.
+def drawing(motion: Motion) -> Drawing:
+    """The shapes of a mechanism in the plane.
 
     Parameters
     ----------
-    motion : Tracks
-        Its motion in the plane of the picture.
+    motion : Motion
+        Its motion.
 
     Returns
     -------
@@ -74,27 +75,21 @@ def drawing(motion: Tracks) -> Drawing:
         Shapes and sizes.
     """
     scene = motion.scene
-    if scene.spatial:
-        from mbdsl.viewing import projection
-
-        assert isinstance(motion, projection.Projection)
-        return projection.drawing(motion)
-    assert isinstance(motion, Motion)
     ports = {frame for c in scene.components.values() for frame in c.ports.values()}
     many = len(scene.components) > MANY
     bodies = [shape for c in scene.bodies() for shape in _body(c, motion, ports, many)]
+    own = [shape for c in scene.components.values() if c.name in scene.shapes for shape in given_shapes(c, motion)]
     lengths = [length for shape in bodies if (length := _length(shape, motion)) is not None]
-    unit = _unit(_bounds(motion, ports, ()), lengths)  # provisional: for numbers of coils
+    unit = _unit(_bounds(motion, ports, own), lengths)  # provisional: for numbers of coils
     elements = [shape for c in scene.components.values() for shape in _element(c, motion, unit)]
     rolling = {shape.at[0].track for shape in elements if shape.draw in BODIES}
     replaced = {k for k, track in enumerate(motion.tracks) if track in scene.shapes}  # their shapes are given
     elements = [x for x in elements if x.draw not in BODIES or x.at[0].track not in replaced]
-    own = [shape for c in scene.components.values() if c.name in scene.shapes for shape in given_shapes(c, motion)]
     bodies = [x for x in bodies if x.draw != "hub" or x.at[0].track not in rolling]
     bodies = [x for x in bodies if x.draw == "beam" or x.name not in scene.shapes]
     every = _once(bodies + own + elements)
     shapes = sorted(every, key=lambda shape: ORDER.index(shape.draw) if shape.draw in ORDER else len(ORDER))
-    bounds = _bounds(motion, ports, elements)
+    bounds = _bounds(motion, ports, elements + own)
     extent = float(np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1]))
     far = len(bodies) <= FEW and lengths and max(lengths) < GOES_FAR * extent
     paths = tuple(f"{c.name}.c" for c in scene.bodies()) if far and len(scene.bodies()) <= 2 else ()
@@ -213,12 +208,14 @@ def outline(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     return half(order) + half(order[::-1])
 
 
-def _bounds(motion: Motion, ports: set[str], elements: Sequence[Shape]) -> tuple[float, float, float, float]:
+def _bounds(motion: Motion, ports: set[str], shapes: Sequence[Shape]) -> tuple[float, float, float, float]:
     """The rectangle of all points over time: frames, beams, wheels; frames of the ground only if they are ports."""
     spots = [spot for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
-    spots += [spot for name in motion.scene.shapes for spot in around(motion.scene.components[name], motion)]
+    given = [item for shape in shapes if shape.draw in GIVEN for item in shape.items if isinstance(item, Path)]
+    places = [(at, path) for path in given for at in path.at if isinstance(at, Spot)]
+    spots += [at.moved(x, y) for at, path in places for x, y in outline(path.metres)]
     lows, highs = ([part] for part in motion.extremes(spots))
-    for shape in elements:
+    for shape in shapes:
         if shape.radius:
             low, high = motion.extremes([at for at in shape.at[:1] if isinstance(at, Spot)])
             lows.append(low - shape.radius)

@@ -9,7 +9,7 @@ import numpy as np
 from mbdsl.plotting.escaping import escape
 from mbdsl.viewing.marks import THEME, Text
 from mbdsl.viewing.picture import Picture
-from mbdsl.viewing.shapes import drawing
+from mbdsl.viewing.projection import drawing
 from mbdsl.viewing.tracks import Tracks
 from mbdsl.viewing.writers import svg_element
 

@@ -5,12 +5,13 @@ A kind names one of ``SYMBOLS`` as its ``drawing``; without it a joint is drawn 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from mbdsl.elements import modules
+from mbdsl.elements import declaring
 from mbdsl.elements.kind import ForceKind, Kind
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing import gear_shapes
@@ -24,8 +25,8 @@ from mbdsl.viewing.display import (
     PAPER,
     ROD,
     SHADE,
-    THIN,
     TURNED,
+    Beam,
     Circle,
     Item,
     Path,
@@ -36,19 +37,19 @@ from mbdsl.viewing.display import (
     head,
     square,
 )
-from mbdsl.viewing.rope_shapes import rope
-from mbdsl.viewing.tracks import GROUND, Motion, Spot
+from mbdsl.viewing.tracks import GROUND, Frame, Motion, Spot, Tracks
 
 #: (component, its frames, motion, provisional size of symbols [m]) -> its shapes
 Symbol = Callable[[Component, Spot, Spot, Motion, float], Iterator[Shape]]
 
 COIL, FEWEST, MOST = 1.1, 3, 24  #: length of a coil in units, numbers of coils
+A, B = Spot(-2), Spot(-3)  #: frame_a and frame_b in templates
 DIAMOND = ((0.7, 0.0), (0.0, 0.7), (-0.7, 0.0), (0.0, -0.7))
 
 
-def drawing_of(kind: Kind) -> str | None:
-    """The name of the symbol of a kind."""
-    return getattr(modules().get(kind.name), "DRAWING", None) or KNOWN.get(kind.name)
+def drawing_of(kind: Kind) -> str:
+    """The name of the symbol of a kind; empty if its file and ``KNOWN`` name none."""
+    return getattr(declaring(kind), "DRAWING", None) or KNOWN.get(kind.name, "")
 
 
 def symbol(component: Component) -> Symbol:
@@ -65,7 +66,7 @@ def symbol(component: Component) -> Symbol:
         (component, spot of frame_a, spot of frame_b, motion, size of symbols) -> its shapes.
     """
     kind = component.kind
-    return SYMBOLS.get(drawing_of(kind) or "", _dashed if isinstance(kind, ForceKind) else _mark)
+    return SYMBOLS.get(drawing_of(kind), _dashed if isinstance(kind, ForceKind) else _mark)
 
 
 def _pin(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
@@ -149,14 +150,28 @@ def _wheel(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Itera
     yield gear_shapes.wheel(c, b, radius, motion)
 
 
-def _between(draw: str, *items: Callable[[Component, Spot, Spot, Motion, float], Item], pins: bool = False) -> Symbol:
-    """Items from frame to frame, with supports and pins or with walls at the ends on the ground."""
+def placed(items: Sequence[Item], a: Frame, b: Frame, motion: Tracks) -> tuple[Item, ...]:
+    """Items of a template between frames; strokes are from the smallest to the largest distance of the frames."""
+    at: dict[Frame, Frame] = {A: a, B: b}
+    length = motion.apart(a, b)
+    stroke = {"low": float(length.min()), "high": float(length.max())}
+
+    def one(item: Item) -> Item:
+        assert not isinstance(item, Beam)
+        own = {"at": tuple(at[frame] for frame in item.at)}
+        return replace(item, **own, **(stroke if isinstance(item, Path) and item.state else {}))  # type: ignore[arg-type]
+
+    return tuple(one(item) for item in items)
+
+
+def _template(draw: str, *items: Item, pins: bool = False, walls: bool = False) -> Symbol:
+    """Items between the frames A and B, with supports and pins or with walls at the ends on the ground."""
 
     def shapes(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
         for spot, other in ((a, b), (b, a)):
-            if spot.track == GROUND and other.track != GROUND:
+            if (pins or walls) and spot.track == GROUND and other.track != GROUND:
                 yield _support(c, spot, other, motion) if pins else wall(c, spot, other)
-        yield Shape(draw, c.name, (a, b), tuple(item(c, a, b, motion, unit) for item in items))
+        yield Shape(draw, c.name, (a, b), placed(items, a, b, motion))
         if pins:
             yield pin(c, a)
             yield pin(c, b)
@@ -164,95 +179,55 @@ def _between(draw: str, *items: Callable[[Component, Spot, Spot, Motion, float],
     return shapes
 
 
-def _line(colour: str, width: Size, dashed: bool = False) -> Callable[..., Item]:
-    return lambda c, a, b, motion, unit: Path((a, b), ON, stroke=colour, width=width, dashed=dashed)
+def coils(a: Frame, b: Frame, motion: Tracks, unit: float) -> int:
+    """The number of coils of a spring, by its mean length."""
+    return min(MOST, max(FEWEST, round(float(motion.apart(a, b).mean()) / unit / COIL)))
 
 
-def _part(points: Points, share: tuple[float, ...], **look) -> Callable[..., Item]:
-    return lambda c, a, b, motion, unit: Path((a, b), ALONG, units=points, share=share, **look)
+def zigzag(count: int, y: float = 0.0, height: float = 0.55, start: float = 0.0) -> tuple[Item, ...]:
+    """A spring at ``y`` with leads at its ends."""
+    inner, part = start + 0.8, (np.arange(2 * count) + 0.5) / (2 * count)
+    x = [start, inner, *(inner * (1.0 - 2.0 * part)).tolist(), -inner, -start]
+    heights = [y, y, *(y + height * (-1.0) ** (np.arange(2 * count) + 1)).tolist(), y, y]
+    look: dict[str, Any] = {"stroke": FORCE, "width": Size(thin=1.3)}
+    share = (0.0, 0.0, *part.tolist(), 1.0, 1.0)
+    return (Path((A, B), ALONG, units=tuple(zip(x, heights, strict=True)), share=share, **look),)
 
 
-def _coils(y: float, height: float, lead: float, start: float = 0.0) -> Callable[..., Item]:
-    """A zigzag at ``y`` between leads; the number of its coils follows from the mean length."""
-
-    def item(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Item:
-        count = 2 * min(MOST, max(FEWEST, round(float(motion.apart(a, b).mean()) / unit / COIL)))
-        inner = start + lead
-        ends = [(start, y), (inner, y)]
-        points, share = list(ends), [0.0, 0.0]
-        for k in range(count):
-            part = (k + 0.5) / count
-            points.append((inner * (1.0 - 2.0 * part), y + (height if k % 2 else -height)))
-            share.append(part)
-        points += [(-x, y) for x, _ in ends[::-1]]
-        return Path((a, b), ALONG, units=tuple(points), share=(*share, 1.0, 1.0), stroke=FORCE, width=Size(thin=1.3))
-
-    return item
-
-
-def _dashpot(y: float, height: float, start: float = 0.0) -> tuple[Callable[..., Item], ...]:
-    """A cylinder from the left and a piston from the right, at the part of its stroke."""
-
-    def rod(points: Points, share: tuple[float, ...], thick: float = 1.3, state: float = 0.0) -> Callable[..., Item]:
-        def item(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Item:
-            length = motion.apart(a, b)
-            states = tuple(state if part == 0.25 else 0.0 for part in share) if state else ()
-            look: dict[str, Any] = {"stroke": FORCE, "width": Size(thin=thick)}
-            low, high = float(length.min()), float(length.max())
-            return Path((a, b), ALONG, units=points, share=share, state=states, low=low, high=high, **look)
-
-        return item
-
+def dashpot(y: float = 0.0, height: float = 0.45, start: float = 0.0) -> tuple[Item, ...]:
+    """A cylinder at A and a piston at B, at the part of its stroke."""
     left, right, piston = -0.75, 2.25, -0.15
     corners = ((right, y - height), (left, y - height), (left, y + height), (right, y + height))
+    head = ((piston, y - 0.75 * height), (piston, y + 0.75 * height))
     return (
-        rod(((start, y), (left, y)), (0.0, 0.25)),
-        rod(corners, (0.25,) * 4),
-        rod(((piston, y - 0.75 * height), (piston, y + 0.75 * height)), (0.25, 0.25), 2.1, 1.8),
-        rod(((piston, y), (-start, y)), (0.25, 1.0), 1.3, 1.8),
+        _line(((start, y), (left, y)), (0.0, 0.25)),
+        _line(corners, (0.25,) * 4),
+        _line(head, (0.25, 0.25), (1.8, 1.8), 2.1),
+        _line(((piston, y), (-start, y)), (0.25, 1.0), (1.8, 0.0)),
     )
+
+
+def beside(count: int) -> tuple[Item, ...]:
+    """A spring and a damper beside each other."""
+    ends = tuple(
+        _line(points, (share, share))
+        for x, share in ((0.7, 0.0), (-0.7, 1.0))
+        for points in (((0.0, 0.0), (x, 0.0)), ((x, -0.7), (x, 0.7)))
+    )
+    return (*ends, *zigzag(count, 0.7, 0.42, 0.7), *dashpot(-0.7, 0.36, 0.7))
+
+
+def _line(points: Points, share: tuple[float, ...], state: tuple[float, ...] = (), thick: float = 1.3) -> Path:
+    return Path((A, B), ALONG, units=points, share=share, state=state, stroke=FORCE, width=Size(thin=thick))
 
 
 def _spring_damper(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """A spring, a damper or both, by the constants that are not zero."""
     k, damping = (c.values.get(name) for name in ("k", "c"))
-    yield from (SPRING if not damping else DAMPER if not k else BOTH)(c, a, b, motion, unit)
-
-
-_ENDS = tuple(
-    _part(points, share, stroke=FORCE, width=Size(thin=1.3))
-    for points, share in (
-        (((0.0, 0.0), (0.7, 0.0)), (0.0, 0.0)),
-        (((0.7, -0.7), (0.7, 0.7)), (0.0, 0.0)),
-        (((0.0, 0.0), (-0.7, 0.0)), (1.0, 1.0)),
-        (((-0.7, -0.7), (-0.7, 0.7)), (1.0, 1.0)),
-    )
-)
-ZIGZAG, DASHPOT = (_coils(0.0, 0.55, 0.8),), _dashpot(0.0, 0.45)
-PISTON = (
-    _part(((0.0, 0.0), (2.0, 0.0)), (0.0, 0.2), stroke=ROD, width=Size(units=0.8)),
-    _part(((2.0, 0.0), (0.0, 0.0)), (0.2, 1.0), stroke=DRIVE, width=Size(units=0.35)),
-)
-SPRING, DAMPER = _between("spring", *ZIGZAG), _between("damper", *DASHPOT)
-BESIDE = (*_ENDS, _coils(0.7, 0.42, 0.8, 0.7), *_dashpot(-0.7, 0.36, 0.7))
-BOTH = _between("spring-damper", *BESIDE)
-
-
-def _at_b(draw: str, *items: Callable[[Component, Spot, Spot, Motion], Item]) -> Symbol:
-    """Items at frame_b."""
-
-    def shapes(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
-        yield Shape(draw, c.name, (b, a), tuple(item(c, a, b, motion) for item in items))
-
-    return shapes
-
-
-def _on_b(points: Points, axes: str | None = None, **look) -> Callable[..., Item]:
-    """A path in the axes of frame_b, or with the angle of frame_a."""
-    look = {"closed": True, **look}
-    if axes is None:
-        return lambda c, a, b, motion: Path((b,), units=points, **look)
-    return lambda c, a, b, motion: Path((b, a), axes, units=points, **look)
+    count = coils(a, b, motion, unit)
+    draw = "spring" if not damping else "damper" if not k else "spring-damper"
+    items = {"spring": zigzag(count), "damper": dashpot(), "spring-damper": beside(count)}[draw]
+    yield from _template(draw, *items, walls=True)(c, a, b, motion, unit)
 
 
 def _weld(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
@@ -263,14 +238,12 @@ def _weld(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterat
     yield Shape("weld", c.name, (b,), (mark,))
 
 
-def _spiral(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+def _spiral() -> Path:
     """From the angle of frame_a to that of frame_b, by two turns and the angle between them."""
     part = np.arange(61) / 60
-    radius = 1.55 - 1.15 * part
-    points = np.stack([radius * np.cos(4 * np.pi * part), radius * np.sin(4 * np.pi * part)], axis=1)
-    look: dict[str, Any] = {"stroke": FORCE, "width": Size(thin=1.2)}
-    coil = Path((b, a), TURNED, units=gear_shapes.rounded(points, 4), state=tuple(part.round(4).tolist()), **look)
-    yield Shape("spiral", c.name, (b, a), (coil,))
+    radius, turn = 1.55 - 1.15 * part, 4 * np.pi * part
+    points = gear_shapes.rounded(np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1), 4)
+    return Path((B, A), TURNED, units=points, state=tuple(part.tolist()), stroke=FORCE, width=Size(thin=1.2))
 
 
 def _arc(radius: float, first: float, last: float) -> Points:
@@ -282,11 +255,15 @@ def _nothing(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Ite
     yield from ()
 
 
-_THICK: dict[str, Any] = {"closed": False, "stroke": DRIVE, "width": Size(thin=1.8)}
+_DRIVE: dict[str, Any] = {"stroke": DRIVE, "width": Size(thin=1.8)}
+_HEAD: dict[str, Any] = {"closed": True, "fill": DRIVE, "stroke": None}
 _END = (1.75 * float(np.cos(2.6)), 1.75 * float(np.sin(2.6)), (-float(np.sin(2.6)), float(np.cos(2.6))))
-_HEAD: dict[str, Any] = {"fill": DRIVE, "stroke": None}
-_dashed = _between("dashed", _line(FORCE, THIN, dashed=True))
-_mark = _at_b("mark", _on_b(DIAMOND, fill=PAPER))
+PISTON = (
+    Path((A, B), ALONG, units=((0.0, 0.0), (2.0, 0.0)), share=(0.0, 0.2), stroke=ROD, width=Size(units=0.8)),
+    Path((A, B), ALONG, units=((2.0, 0.0), (0.0, 0.0)), share=(0.2, 1.0), stroke=DRIVE, width=Size(units=0.35)),
+)
+_dashed = _template("dashed", Path((A, B), ON, stroke=FORCE, dashed=True), walls=True)
+_mark = _template("mark", Path((B,), units=DIAMOND, closed=True, fill=PAPER))
 
 SYMBOLS: dict[str, Symbol] = {
     "pin": _pin,
@@ -294,26 +271,59 @@ SYMBOLS: dict[str, Symbol] = {
     "pin in slot": _pin_in_slot,
     "weld": _weld,
     "wheel": _wheel,
-    "blade": _at_b("blade", _on_b(((-1.1, 0.0), (1.1, 0.0)), closed=False, width=Size(2.5, 0.3))),
-    "rod": _between("rod", _line(ROD, Size(2.0, 0.22)), pins=True),
-    "actuator": _between("actuator", *PISTON, pins=True),
+    "blade": _template("blade", Path((B,), units=((-1.1, 0.0), (1.1, 0.0)), width=Size(2.5, 0.3))),
+    "rod": _template("rod", Path((A, B), ON, stroke=ROD, width=Size(2.0, 0.22)), pins=True),
+    "actuator": _template("actuator", *PISTON, pins=True),
     "spring": _spring_damper,
-    "spiral": _spiral,
-    "bushing": _at_b(
+    "spiral": _template("spiral", _spiral()),
+    "bushing": _template(
         "bushing",
-        lambda c, a, b, motion: Circle((a,), Size(units=0.85), (FORCE, PAPER, 0.7), FORCE),
-        lambda c, a, b, motion: Circle((b,), Size(units=0.3), PAPER),
-        lambda c, a, b, motion: Path((a, b), ON, stroke=FORCE),
+        Circle((A,), Size(units=0.85), (FORCE, PAPER, 0.7), FORCE),
+        Circle((B,), Size(units=0.3), PAPER),
+        Path((A, B), ON, stroke=FORCE),
     ),
-    "turning": _at_b("turning", _on_b(_arc(1.75, -0.35, 2.6), **_THICK), _on_b(head(*_END), **_HEAD)),
-    "pushing": _at_b(
+    "turning": _template(
+        "turning", Path((B,), units=_arc(1.75, -0.35, 2.6), **_DRIVE), Path((B,), units=head(*_END), **_HEAD)
+    ),
+    "pushing": _template(
         "pushing",
-        _on_b(((-1.1, 1.4), (0.9, 1.4)), TURNED, **_THICK),
-        _on_b(head(1.2, 1.4, (1.0, 0.0)), TURNED, **_HEAD),
+        Path((B, A), TURNED, units=((-1.1, 1.4), (0.9, 1.4)), **_DRIVE),
+        Path((B, A), TURNED, units=head(1.2, 1.4, (1.0, 0.0)), **_HEAD),
     ),
     "dashed": _dashed,
     "mark": _mark,
     "nothing": _nothing,
-    "rope": rope,
     **gear_shapes.SYMBOLS,
+}
+#: symbols of kinds, in the plane and in space; each has its own ``SYMBOLS``
+KNOWN = {
+    "Revolute": "pin",
+    "Spherical": "ball",
+    "ConstantVelocity": "ball",
+    "Universal": "cross",
+    "Prismatic": "slider",
+    "Cylindrical": "sleeve",
+    "Screw": "sleeve",
+    "PointOnLine": "pin in slot",
+    "PointOnPlane": "point",
+    "PointOnCurve": "track",
+    "PointOnSurface": "point",
+    "Planar": "plate",
+    "Fixed": "weld",
+    "RollingDisc": "wheel",
+    "KnifeEdge": "blade",
+    "Distance": "rod",
+    "DistanceDriver": "actuator",
+    "SpringDamper": "spring",
+    "TranslationalSpringDamper": "spring",
+    "RotationalSpringDamper": "spiral",
+    "Bushing": "bushing",
+    "RotationalDriver": "turning",
+    "RotationalVelocityDriver": "turning",
+    "TranslationalDriver": "pushing",
+    "TranslationalVelocityDriver": "pushing",
+    "Force": "nothing",  # an arrow of its size, among the vectors
+    "Torque": "nothing",
+    "FreeMotion": "nothing",
+    "VelocityConstraint": "nothing",
 }

@@ -37,9 +37,10 @@ class Spot:
     y: float = 0.0
     phi: float = 0.0
 
-    def moved(self, x: float) -> Spot:
-        """The pose at ``x`` on the x axis of this one."""
-        return replace(self, x=self.x + x * cos(self.phi), y=self.y + x * sin(self.phi))
+    def moved(self, x: float, y: float = 0.0) -> Spot:
+        """The pose at (x, y) in the axes of this one."""
+        c, s = cos(self.phi), sin(self.phi)
+        return replace(self, x=self.x + c * x - s * y, y=self.y + s * x + c * y)
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,8 @@ class Tracks:
         Names of the frames of each body.
     curves : list of Curve
         Beams.
+    lines : dict of str to tuple of Spot or Place
+        Both ends and the middle of the line of each rope, where they are known.
     """
 
     scene: Scene
@@ -121,6 +124,7 @@ class Tracks:
     spots: dict[str, Any]
     frames: dict[str, list[str]]
     curves: list[Curve] = field(default_factory=list)
+    lines: dict[str, tuple[Any, Any, Any]] = field(default_factory=dict)
 
     @property
     def dimensions(self) -> int:

@@ -219,3 +219,12 @@ def test_forces_of_springs_and_weights(trajectory_of):
         "t": pytest.approx([-15.0, 0.0]),
         "u": pytest.approx([14.0, 0.0]),
     }
+
+
+def test_ropes_are_straight_in_modes():
+    """Their ends are on the tracks of the page; where a slack rope sags is known for motions only."""
+    scene = parse("model R Ground g; PointMass m(m = 1 kg); Rope rope(g, m, k = 1 kN/m, length = 1 m); end R;")
+    page = ModeAnimation(build(scene), 0.0, np.array([1.0, 0.0]), np.array([[1.0, 0.0], [0.0, 1.0]], complex), ROWS, "")
+    (rope,) = [shape for shape in page._drawing.shapes if shape.draw == "rope"]
+    assert [spot.track for spot in rope.at] == [-1, 0]
+    assert page.shapes.rest.tracks == ["m"] and page.cycle(0).poses.shape[1] == 1

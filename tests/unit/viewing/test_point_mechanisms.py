@@ -6,8 +6,8 @@ import pytest
 import mbdsl
 from mbdsl import parse
 from mbdsl.viewing.motion import motion
+from mbdsl.viewing.projection import drawing as flat_drawing
 from mbdsl.viewing.projection import projected
-from mbdsl.viewing.shapes import drawing as flat_drawing
 from mbdsl.viewing.shapes import outline
 from mbdsl.viewing.space.shapes import drawing, edge
 
