@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbdsl.elements import declaring
-from mbdsl.elements.kind import ForceKind, Kind
+from mbdsl.elements.kind import ForceKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing import gear_shapes
 from mbdsl.viewing.display import (
@@ -47,11 +46,6 @@ A, B = Spot(-2), Spot(-3)  #: frame_a and frame_b in templates
 DIAMOND = ((0.7, 0.0), (0.0, 0.7), (-0.7, 0.0), (0.0, -0.7))
 
 
-def drawing_of(kind: Kind) -> str:
-    """The name of the symbol of a kind; empty if its file and ``KNOWN`` name none."""
-    return getattr(declaring(kind), "DRAWING", None) or KNOWN.get(kind.name, "")
-
-
 def symbol(component: Component) -> Symbol:
     """The symbol of a component that has two frames.
 
@@ -66,7 +60,7 @@ def symbol(component: Component) -> Symbol:
         (component, spot of frame_a, spot of frame_b, motion, size of symbols) -> its shapes.
     """
     kind = component.kind
-    return SYMBOLS.get(drawing_of(kind), _dashed if isinstance(kind, ForceKind) else _mark)
+    return SYMBOLS.get(kind.drawing, _dashed if isinstance(kind, ForceKind) else _mark)
 
 
 def _pin(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
@@ -294,36 +288,4 @@ SYMBOLS: dict[str, Symbol] = {
     "mark": _mark,
     "nothing": _nothing,
     **gear_shapes.SYMBOLS,
-}
-#: symbols of kinds, in the plane and in space; each has its own ``SYMBOLS``
-KNOWN = {
-    "Revolute": "pin",
-    "Spherical": "ball",
-    "ConstantVelocity": "ball",
-    "Universal": "cross",
-    "Prismatic": "slider",
-    "Cylindrical": "sleeve",
-    "Screw": "sleeve",
-    "PointOnLine": "pin in slot",
-    "PointOnPlane": "point",
-    "PointOnCurve": "track",
-    "PointOnSurface": "point",
-    "Planar": "plate",
-    "Fixed": "weld",
-    "RollingDisc": "wheel",
-    "KnifeEdge": "blade",
-    "Distance": "rod",
-    "DistanceDriver": "actuator",
-    "SpringDamper": "spring",
-    "TranslationalSpringDamper": "spring",
-    "RotationalSpringDamper": "spiral",
-    "Bushing": "bushing",
-    "RotationalDriver": "turning",
-    "RotationalVelocityDriver": "turning",
-    "TranslationalDriver": "pushing",
-    "TranslationalVelocityDriver": "pushing",
-    "Force": "nothing",  # an arrow of its size, among the vectors
-    "Torque": "nothing",
-    "FreeMotion": "nothing",
-    "VelocityConstraint": "nothing",
 }

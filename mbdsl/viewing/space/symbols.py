@@ -1,6 +1,6 @@
 """Symbols of joints and forces in space: solids at or between the two frames of an element, by its kind.
 
-The names of symbols are those of the plane; an element without one is drawn as a small cube.
+A kind names one of ``SYMBOLS`` as its ``drawing``; without it an element is drawn as a small cube.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import numpy as np
 
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.space.solid import BODY, DRIVE, FORCE, JOINT, SUPPORT, Solid
-from mbdsl.viewing.symbols import drawing_of
 from mbdsl.viewing.tracks import GROUND, UNTURNED, Place, SpaceMotion
 
 #: radius of coils in units, their pitch relative to it, and numbers of turns
@@ -31,13 +30,13 @@ Symbol = Callable[[Component, Place, Place, SpaceMotion, float], Iterator[Solid]
 def symbol(c: Component, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
     """The symbol of an element between two frames; ``unit`` is the size of symbols [m]."""
     a, b = (motion.spot_of(frame) for frame in c.ports.values())
-    yield from SYMBOLS.get(drawing_of(c.kind), _mark)(c, a, b, motion, unit)
+    yield from SYMBOLS.get(c.kind.drawing, _mark)(c, a, b, motion, unit)
 
 
 def bodies_shown(c: Component, motion: SpaceMotion) -> set[int]:
     """Tracks of the bodies that the symbol of an element shows, as gears and pulleys do."""
     a, b = (motion.spot_of(frame).track for frame in c.ports.values())
-    name = drawing_of(c.kind)
+    name = c.kind.drawing
     return {b} if name == "rack" else {a, b} if name in ("gears", "belt", "circles") else set()
 
 
@@ -193,23 +192,21 @@ def support(place: Place, unit: float) -> Solid:
     return Solid("box", SUPPORT, "", (place,), (1.1 * unit,) * 3)
 
 
-_actuator = _between(("piston", 0.36), role=DRIVE, ends=0.36)
 _mark = _one("box", JOINT, (0.7, 0.7, 0.7), on_b=True)
 
 SYMBOLS: dict[str, Symbol] = {
-    "pin": _one("cylinder", JOINT, (0.55, 0.55, 1.7)),
+    "hinge": _one("cylinder", JOINT, (0.55, 0.55, 1.7)),
     "ball": _one("ball", JOINT, (0.6, 0.6, 0.6)),
     "cross": _cross,
     "slider": _slider,
     "sleeve": _sleeve,
-    "pin in slot": _bead,
+    "bead": _bead,
     "plate": _plate,
     "point": _one("ball", JOINT, (0.4, 0.4, 0.4), on_b=True),
     "weld": _one("box", JOINT, (0.8, 0.8, 0.8), on_b=True),
     "blade": _one("box", JOINT, (3.0, 0.12, 1.2), on_b=True),
     "rod": _between(("cylinder", 0.22), role=BODY, ends=0.34),
-    "actuator": _actuator,
-    "pushing": _actuator,
+    "actuator": _between(("piston", 0.36), role=DRIVE, ends=0.36),
     "spring": _spring_damper,
     "spiral": _one("spiral", FORCE, (1.2, 1.2, 1.2)),
     "turning": _one("ring", DRIVE, (1.0, 1.0, 1.0)),
@@ -224,6 +221,5 @@ SYMBOLS: dict[str, Symbol] = {
     "rope": _rope,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,
-    "wheel": _nothing,  # its body is drawn as a wheel
     "nothing": _nothing,
 }

@@ -10,7 +10,7 @@ from mbdsl.errors import UsageError
 from mbdsl.viewing.motion import chosen_rows, motion
 from mbdsl.viewing.shapes import drawing, outline
 from mbdsl.viewing.signals import extremes, signals, thinned
-from mbdsl.viewing.symbols import KNOWN, SYMBOLS
+from mbdsl.viewing.symbols import SYMBOLS
 from mbdsl.viewing.tracks import GROUND, Curve, largest_strain
 from mbdsl.viewing.vectors import vectors
 
