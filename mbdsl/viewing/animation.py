@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
@@ -13,17 +13,20 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, duration
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.version import __version__
-from mbdsl.viewing import page
-from mbdsl.viewing.motion import Motion, motion
+from mbdsl.viewing import page, projection
+from mbdsl.viewing.motion import motion
 from mbdsl.viewing.overlays import Overlays
+from mbdsl.viewing.picture import Picture
+from mbdsl.viewing.projection import drawing
 from mbdsl.viewing.saved_page import VECTORS, SavedPage
-from mbdsl.viewing.shapes import Drawing, behind, drawing
+from mbdsl.viewing.shapes import Drawing, behind
 from mbdsl.viewing.signals import signals
+from mbdsl.viewing.space import shapes as solids
+from mbdsl.viewing.space.shapes import SpaceDrawing
+from mbdsl.viewing.svg_picture import still
+from mbdsl.viewing.tracks import AnyMotion, Motion
 from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, loads, vectors
-
-if TYPE_CHECKING:
-    from mbdsl.viewing.space.animation import InSpace
-    from mbdsl.viewing.space.motion import SpaceMotion
+from mbdsl.viewing.writers import pdf, svg
 
 
 class Animation(SavedPage):
@@ -64,25 +67,21 @@ class Animation(SavedPage):
         arrows: str | Sequence[str] = (FORCES,),
         view: str | None = None,
     ) -> None:
-        self._has_ghost = ghost is not None
-        self._space: InSpace | None = None
-        if trajectory.scene.spatial:
-            from mbdsl.viewing.space.animation import InSpace
-
-            self._space = InSpace(trajectory, ghost, view)
-            self.motion: Motion | SpaceMotion = self._space.motion
-        else:
-            if view is not None:
-                raise UsageError(f"{trajectory.scene.name} is a planar model, and views are of models in space")
-            self._flat = self.motion = motion(trajectory)
-            self._flat_ghost = None if ghost is None else motion(ghost)
+        scene = trajectory.scene
+        if view is not None and not scene.spatial:
+            raise UsageError(f"{scene.name} is a planar model, and views are of models in space")
+        self._view = view or "iso"
+        if scene.spatial:
+            projection.view(scene, self._view)  # whether there is one of this name
         self._trajectory, self._patterns = trajectory, None if patterns is None else _several(patterns)
+        self.motion: AnyMotion = motion(trajectory)
+        self._ghost = None if ghost is None else motion(ghost)
         self._arrows = tuple(_several(arrows))
         for group in self._arrows:
             if group not in (FORCES, REACTIONS):
                 hint = f"there are `{FORCES}` and `{REACTIONS}`"
                 raise UsageError(f"there are no arrows called `{group}`", hint=hint)
-        self._traced = [traced_point(self.motion.scene, name) for name in _several(traced)]
+        self._traced = [traced_point(scene, name) for name in _several(traced)]
 
     def __repr__(self) -> str:
         span = f"{self.motion.t[0]:g} ... {self.motion.t[-1]:g} s"
@@ -91,40 +90,27 @@ class Animation(SavedPage):
     @cached_property
     def html(self) -> str:  # type: ignore[override]
         """The page as the text of one HTML file."""
-        more: dict[str, Any] = {"arrows": self._arrows, "pale": self._pale, "mark": self._mark()}
-        more["about"] = [list(item) for item in self._about()]
-        if self._space is not None:
-            return self._space.html(self._patterns, self._traced, self._with_loads, self._one_scale, more)
         drawn, arrows = self._drawing(), self._vectors()
-        data = page.document(
-            self._flat,
-            drawn,
-            signals(self._trajectory, self._patterns),
-            arrows,
-            self._traced or drawn.paths,
-            ghost=None if self._flat_ghost is None else (self._flat_ghost, behind(drawing(self._flat_ghost), drawn)),
-        )
-        return page.html(data | {"largest": largest(arrows, self._one_scale)} | more)
+        pale = None
+        if (ghost := self._ghost) is not None:
+            back = drawn_of(ghost)
+            pale = ghost, behind(back, drawn) if isinstance(back, Drawing) and isinstance(drawn, Drawing) else back
+        traced = self._traced or (drawn.paths if isinstance(drawn, Drawing) else [])
+        data = page.document(self.motion, drawn, signals(self._trajectory, self._patterns), arrows, traced, pale)
+        more: dict[str, Any] = {"arrows": self._arrows, "pale": self._pale, "mark": self._mark()}
+        more |= {"about": [list(item) for item in self._about()], "largest": largest(arrows, self._one_scale)}
+        if self.scene.spatial:  # for browsers without WebGL
+            start = projection.projected(self._trajectory, self._view, 2)
+            more |= {"view": self._view, "picture": still(start, 0, "still", f"{self.scene.name} at the start")}
+        return page.html(data | more)
 
-    # -- in the plane of the model, or of films and pictures ----------------------------------------------------------
-    @cached_property
-    def _flat(self) -> Motion:
-        assert self._space is not None
-        return self._space.flat
-
-    @cached_property
-    def _flat_ghost(self) -> Motion | None:
-        assert self._space is not None
-        return self._space.flat_ghost
-
-    def _drawing(self) -> Drawing:
-        return drawing(self._flat)
+    def _drawing(self) -> Drawing | SpaceDrawing:
+        """The shapes or solids of the page."""
+        return drawn_of(self.motion)
 
     def _vectors(self) -> list[Vector]:
-        if self._space is not None:
-            return self._space.flat_vectors(self._with_loads)
-        found = vectors(self._trajectory, self._flat)
-        return [*found, *loads(self._trajectory, self._flat)] if self._with_loads else found
+        found = vectors(self._trajectory, self.motion)
+        return [*found, *loads(self._trajectory, self.motion)] if self._with_loads else found
 
     @property
     def _pale(self) -> str:
@@ -161,16 +147,24 @@ class Animation(SavedPage):
         return self.motion.scene
 
     def _content(self, suffix: str, width: int, height: int) -> bytes:
-        shown = [v for v in self._vectors() if v.group in self._arrows] if self._arrows else []
-        drawn = self._drawing()
-        overlays = Overlays(self._traced or drawn.paths, shown, self._flat_ghost, self._one_scale)
+        flat, drawn = projection.flat(self.motion, self._view), self._drawing()
+        shown = [v for v in self._vectors() if v.group in self._arrows]
+        if isinstance(flat, projection.Projection):
+            drawn, shown = drawing(flat), projection.projected_vectors(shown, flat)
+        assert isinstance(drawn, Drawing)
+        ghost = None if self._ghost is None else projection.flat(self._ghost, self._view)
+        overlays = Overlays(self._traced or drawn.paths, shown, ghost, self._one_scale)
         if suffix in VECTORS:
-            from mbdsl.viewing.vector_picture import VectorPicture, content
-
-            return content(VectorPicture(self._flat, drawn, width, height, overlays), suffix)
+            marks = Picture(flat, drawn, width, height, overlays).marks(0)
+            return (svg if suffix == ".svg" else pdf)(marks, width, height)
         from mbdsl.viewing.film import film
 
-        return film(self._flat, suffix, width, height, overlays, drawn)
+        return film(flat, suffix, width, height, overlays, drawn)
+
+
+def drawn_of(motion: AnyMotion) -> Drawing | SpaceDrawing:
+    """The shapes of a motion in the plane, or the solids of one in space."""
+    return drawing(motion) if isinstance(motion, Motion) else solids.drawing(motion)
 
 
 def animate(

@@ -21,11 +21,8 @@ function pick(select, by) {
 }
 
 function check(list, name, on, change) {
-  const label = list.appendChild(document.createElement("label"));
-  label.className = "check";
-  const box = label.appendChild(document.createElement("input"));
-  box.type = "checkbox";
-  box.checked = on;
+  const label = added(list, "label", { className: "check" });
+  const box = added(label, "input", { type: "checkbox", checked: on });
   box.dataset.name = name;
   label.append(` ${name}`);
   box.addEventListener("change", () => change(box.checked));
@@ -62,10 +59,8 @@ function fill() {
   const names = Object.keys(data.bodies);
   const listed = `${names.slice(0, 12).join(", ")}${names.length > 12 ? " and more" : ""}`;
   canvas.setAttribute("aria-label", `Picture of ${data.name}: ${listed}`);
-  for (const words of Motion.columns) {
-    const heading = $("values").querySelector("thead tr").appendChild(document.createElement("th"));
-    Object.assign(heading, { scope: "col", textContent: words });
-  }
+  const headings = $("values").querySelector("thead tr");
+  for (const words of Motion.columns) added(headings, "th", { scope: "col", textContent: words });
   speeds();
   if (data.modes) fillModes();
   if (last === first) {
@@ -85,8 +80,8 @@ function fill() {
   $("deflection-of").hidden = !data.curves.length;
   for (const k of [1, 2, 5, 10, 20, 50, 100, 1000]) $("deflection").add(new Option(`× ${k}`, k));
   for (const [key, value] of data.about) {
-    $("about").appendChild(document.createElement("dt")).textContent = key;
-    $("about").appendChild(document.createElement("dd")).textContent = value;
+    added($("about"), "dt", { textContent: key });
+    added($("about"), "dd", { textContent: value });
   }
   for (const name of data.traced) trace(name, true);
   for (const group of data.arrows || []) if (vectors.some((v) => v.group === group)) option(group, true);

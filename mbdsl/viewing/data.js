@@ -8,6 +8,13 @@ function mixed(a, b, part) {
   return `#${x.map((u, k) => Math.round(u + (y[k] - u) * part).toString(16).padStart(2, "0")).join("")}`;
 }
 
+const $ = (id) => document.getElementById(id);
+
+// A new element at the end of another, with these properties.
+function added(parent, tag, properties = {}) {
+  return Object.assign(parent.appendChild(document.createElement(tag)), properties);
+}
+
 const ARRAYS = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u1: Uint8Array };
 
 function decoded({ kind, data }) {

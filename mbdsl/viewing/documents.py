@@ -6,9 +6,10 @@ import base64
 import hashlib
 import html
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 from mbdsl import plotting
 from mbdsl.plotting.escaping import escape
@@ -40,35 +41,51 @@ def document(
         HTML. The policy allows these style sheets and scripts by their digests, and nothing else.
     """
     style, script = "\n".join(styles), "\n".join(scripts)
-    allowed = {"style-src": [digest(style)], "script-src": [digest(script)] if script else []}
-    for page in frames:
-        for key, more in _allowed(page).items():
-            allowed[key] += more
-    rules = [f"{key} {' '.join(dict.fromkeys(found))}" for key, found in allowed.items() if found]
-    policy = "; ".join(["default-src 'none'", *rules])
+    more: dict[str, list[str]] = {"style-src": [], "script-src": []}
+    for own in frames:
+        for key, allowed in _allowed(own).items():
+            more[key] += allowed
+    return page(title, ("<main>", *body, "</main>"), style, [script] if script else [], more)
+
+
+def page(
+    title: str,
+    content: Iterable[str],
+    style: str,
+    scripts: Sequence[str],
+    allowed: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> str:
+    """A page of this content, this style and these scripts.
+
+    Its policy allows the style and the scripts by their digests, what ``allowed`` lists, and nothing else.
+    """
+    own = {"style-src": [style], "script-src": scripts}
+    rules = ["default-src 'none'"]
+    for key, texts in own.items():
+        if found := dict.fromkeys([*map(digest, texts), *allowed.get(key, ())]):
+            rules.append(f"{key} {' '.join(found)}")
     return "\n".join(
         (
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">',
+            f'<meta http-equiv="Content-Security-Policy" content="{escape("; ".join(rules))}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f"<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>",
-            *body,
-            "</main>",
-            f"<script>{script}</script>\n</body>\n</html>\n" if script else "</body>\n</html>\n",
+            f"<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>",
+            *content,
+            *(f"<script>{script}</script>" for script in scripts),
+            "</body>\n</html>\n",
         )
     )
 
 
-def frame(page: str, title: str) -> str:
+def frame(content: str, title: str) -> str:
     """A page in a frame of its own."""
-    return (
-        f'<iframe title="{escape(title)}" srcdoc="{html.escape(page)}" sandbox="allow-scripts allow-modals"></iframe>'
-    )
+    look = 'sandbox="allow-scripts allow-modals"'
+    return f'<iframe title="{escape(title)}" srcdoc="{html.escape(content)}" {look}></iframe>'
 
 
-def _allowed(page: str) -> dict[str, list[str]]:
+def _allowed(content: str) -> dict[str, list[str]]:
     """The digests in the policy of a page."""
-    found = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
+    found = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', content)
     assert found, "a page in a frame has a policy"
     rules = [rule.split() for rule in html.unescape(found[1]).split(";")]
     return {rule[0]: rule[1:] for rule in rules if rule[0] in ("style-src", "script-src")}

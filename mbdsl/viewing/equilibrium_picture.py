@@ -10,6 +10,7 @@ from mbdsl.version import __version__
 from mbdsl.viewing.animation import Animation
 from mbdsl.viewing.saved_page import PAGES, PICTURES
 from mbdsl.viewing.shapes import Drawing
+from mbdsl.viewing.space.shapes import SpaceDrawing
 from mbdsl.viewing.vectors import FORCES, REACTIONS
 
 ROOM = 0.12  #: around the mechanism, of its larger side
@@ -42,11 +43,13 @@ class EquilibriumPicture(Animation):
 
     @cached_property
     def _pale(self) -> str:
-        return "initial positions" if self._has_ghost else ""
+        return "initial positions" if self._ghost is not None else ""
 
-    def _drawing(self) -> Drawing:
-        """The shapes, with room for the arrows."""
+    def _drawing(self) -> Drawing | SpaceDrawing:
+        """The shapes, in the plane with room for the arrows."""
         drawn = super()._drawing()
+        if isinstance(drawn, SpaceDrawing):
+            return drawn
         x0, y0, x1, y1 = drawn.bounds
         room = ROOM * max(x1 - x0, y1 - y0)
         return replace(drawn, bounds=(x0 - room, y0 - room, x1 + room, y1 + room))

@@ -15,10 +15,11 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.messages import install
 from mbdsl.plotting.series_styles import LIGHT_PAPER
-from mbdsl.viewing.motion import Motion
 from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.picture import NOTHING_ELSE, Picture
-from mbdsl.viewing.shapes import Drawing, drawing
+from mbdsl.viewing.projection import drawing
+from mbdsl.viewing.shapes import Drawing
+from mbdsl.viewing.tracks import Tracks
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -29,7 +30,7 @@ SHORTEST, LONGEST = 2.0, 20.0  #: [s]; motions of another duration are played sl
 
 
 def film(
-    motion: Motion,
+    motion: Tracks,
     suffix: str,
     width: int = 640,
     height: int = 400,
@@ -40,7 +41,7 @@ def film(
 
     Parameters
     ----------
-    motion : Motion
+    motion : Tracks
         The motion.
     suffix : str
         ".gif", ".mp4", or ".png" for its first row.
@@ -76,7 +77,7 @@ def film(
     return _gif(pictures, _palette(picture, rows)) if suffix == ".gif" else _mp4(pictures, width, height)
 
 
-def rows_of(motion: Motion) -> np.ndarray:
+def rows_of(motion: Tracks) -> np.ndarray:
     """The rows of the motion that the film shows, the nearest to evenly spaced times."""
     t = motion.t
     duration = float(t[-1] - t[0])

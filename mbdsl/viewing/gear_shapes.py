@@ -1,4 +1,4 @@
-"""Shapes of gears, racks, belts, cams and circles in contact, from the radii and laws of their elements.
+"""Shapes of gears, racks, belts, ropes, cams and circles in contact, from the radii and laws of their elements.
 
 The gears of a train have teeth of one module, about a dozen of them on the smallest gear, and mesh in the first frame.
 The teeth only show the motion; their flanks are not involutes.
@@ -16,25 +16,67 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate, expr
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.motion import Motion, Spot
-from mbdsl.viewing.shape import Shape
+from mbdsl.viewing.display import (
+    ALONG,
+    FORCE,
+    ON,
+    PAPER,
+    Circle,
+    Item,
+    Path,
+    Points,
+    Shape,
+    Size,
+    colour_of,
+)
+from mbdsl.viewing.tracks import Motion, Spot
 
 Array = NDArray[np.float64]
 
 ADDENDUM, DEDENDUM, RIM = 0.8, 1.0, 2.6  #: height and depth of teeth, and thickness of a ring, in modules
 FEWEST, MOST = 11, 24  #: teeth of the smaller gear of a pair
-ROUND = 60  #: corners of a circle
+ROUND, ARC = 60, 40  #: corners of a circle, points of the part of a belt on a pulley
 CAM = 120  #: points of a cam
 
 
-def _shape(draw: str, c: Component, at: tuple[Spot, ...], **data: Any) -> Shape:
-    return Shape(draw, c.name, at, data)
+def rounded(points: Array, digits: int | None = None) -> Points:
+    """Corners (n, 2) with some digits after the point, or with five digits of the largest."""
+    if digits is None:
+        digits = 5 - int(np.floor(np.log10(np.abs(points).max() or 1.0)))
+    return tuple((round(x, digits), round(y, digits)) for x, y in points.tolist())
 
 
-def _points(points: Array) -> list[tuple[float, float]]:
-    """Corners (n, 2) as the page needs them, with five digits of the largest."""
-    digits = 5 - int(np.floor(np.log10(np.abs(points).max() or 1.0)))
-    return [(round(x, digits), round(y, digits)) for x, y in points.tolist()]
+def wheel(c: Component, at: Spot, radius: float, motion: Motion) -> Shape:
+    """A wheel with a dot at its edge."""
+    own = colour_of(motion, at)
+    items: tuple[Item, ...] = (
+        Circle((at,), Size(metres=radius), (own, PAPER, 0.85), own, Size(2.0)),
+        Path((at,), metres=((0.0, -radius), (0.0, radius)), stroke=(own, PAPER, 0.5)),
+        Path((at,), metres=((-radius, 0.0), (radius, 0.0)), stroke=own),
+        Circle((at.moved(0.78 * radius),), Size(1.5, 0.0, 0.07 * radius), own, None),
+        Circle((at,), Size(2.0, 0.25), PAPER),
+    )
+    return Shape("wheel", c.name, (at,), items, radius)
+
+
+def _area(at: Spot, points: Array, motion: Motion) -> Path:
+    own = colour_of(motion, at)
+    return Path((at,), metres=rounded(points), closed=True, fill=(own, PAPER, 0.78), stroke=own, width=Size(1.5))
+
+
+def _plate(c: Component, at: Spot, points: Array, radius: float, motion: Motion) -> Shape:
+    """A disc with an edge of any shape, a line to its first corner, and a hole for its axle."""
+    area = _area(at, points, motion)
+    line = Path((at,), metres=((0.0, 0.0), area.metres[0]), stroke=(colour_of(motion, at), PAPER, 0.3))
+    return Shape("plate", c.name, (at,), (area, line, Circle((at,), Size(2.0, 0.3), PAPER)), radius)
+
+
+def _ring(c: Component, at: Spot, hole: Array, radius: float, motion: Motion) -> Shape:
+    """A ring with a hole of any shape."""
+    own = colour_of(motion, at)
+    disc = Circle((at,), Size(metres=radius), (own, PAPER, 0.78), own, Size(1.5))
+    inner = Path((at,), metres=rounded(hole), closed=True, fill=PAPER, stroke=own, width=Size(1.5))
+    return Shape("ring", c.name, (at,), (disc, inner), radius)
 
 
 def _polar(radius: Array | float, angle: Array) -> Array:
@@ -87,27 +129,26 @@ def _teeth(motion: Motion) -> dict[str, tuple[float, float]]:
     return found
 
 
-def gears(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def gears(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """The two gears of a GearPair."""
     teeth = _teeth(motion)
     for frame, spot, key in zip(c.ports.values(), (a, b), ("r_a", "r_b"), strict=True):
         radius, (module, first) = float(c.values[key]), teeth[frame]
-        points = _points(toothed(radius, module, first))
+        points = toothed(radius, module, first)
         if c.values["internal"] and key == "r_b":
-            yield _shape("ring", c, (spot,), points=points, radius=radius + RIM * module)
+            yield _ring(c, spot, points, radius + RIM * module, motion)
         else:
-            yield _shape("plate", c, (spot,), points=points, radius=radius + ADDENDUM * module)
+            yield _plate(c, spot, points, radius + ADDENDUM * module, motion)
 
 
-def rack(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def rack(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """A pinion and the part of its rack that it rolls on."""
     radius = float(c.values["radius"])
     module = 2 * radius / 14
     pitch = np.pi * module
-    pa, pb = motion.pose(a), motion.pose(b)
-    s = np.cos(pa[:, 2]) * (pb[:, 0] - pa[:, 0]) + np.sin(pa[:, 2]) * (pb[:, 1] - pa[:, 1])
+    s = motion.along(a, b)
     s = s[np.isfinite(s)] if np.isfinite(s).any() else np.zeros(1)
-    down = -np.pi / 2 + pa[0, 2] - pb[0, 2]  # where the pinion touches, in its own axes
+    down = -np.pi / 2 + motion.pose(a)[0, 2] - motion.pose(b)[0, 2]  # where the pinion touches, in its own axes
     first = s[0] + radius * down  # a tooth of the pinion at the angle 0 is at this place along the rack
     low = np.floor((s.min() - radius - first) / pitch)
     k = np.arange(low, np.ceil((s.max() + radius - first) / pitch))
@@ -115,16 +156,27 @@ def rack(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
     y = np.broadcast_to(np.array([-DEDENDUM, ADDENDUM, ADDENDUM, -DEDENDUM]) * module, x.shape)
     base = np.array([(x[-1, -1], -RIM * module), (x[0, 0], -RIM * module)])
     points = np.concatenate([np.stack([x.ravel(), y.ravel()], axis=1), base])
-    yield _shape("plate", c, (a,), points=_points(points), bare=True)
-    yield _shape("plate", c, (b,), points=_points(toothed(radius, module, 0.0)), radius=radius + ADDENDUM * module)
+    yield Shape("plate", c.name, (a,), (_area(a, points, motion),))
+    yield _plate(c, b, toothed(radius, module, 0.0), radius + ADDENDUM * module, motion)
 
 
-def belt(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
-    """Two pulleys and the strands between them."""
+def belt(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    """Two pulleys, and a belt that leaves them where it does at their mean distance."""
     r_a, r_b = float(c.values["r_a"]), float(c.values["r_b"])
     for spot, radius in ((a, r_a), (b, r_b)):
-        yield _shape("wheel", c, (spot,), radius=radius)
-    yield _shape("belt", c, (a, b), r_a=r_a, r_b=-r_b if c.values["crossed"] else r_b)
+        yield wheel(c, spot, radius, motion)
+    length = float(motion.apart(a, b).mean())
+    r_b = -r_b if c.values["crossed"] else r_b
+    if length <= abs(r_a - r_b):
+        return
+    lean = float(np.arccos((r_a - r_b) / length))
+    half = lean if r_b > 0.0 else np.pi - lean
+    arc_a, arc_b = np.linspace(lean, 2 * np.pi - lean, ARC), np.linspace(-half, half, ARC)
+    arc_b = arc_b if r_b > 0.0 else arc_b[::-1]
+    points = np.concatenate([_polar(r_a, arc_a), _polar(abs(r_b), arc_b)])
+    share = (0.0,) * ARC + (1.0,) * ARC
+    look: dict[str, Any] = {"closed": True, "stroke": FORCE, "width": Size(2.0, 0.2)}
+    yield Shape("belt", c.name, (a, b), (Path((a, b), ALONG, metres=rounded(points), share=share, **look),))
 
 
 def _law(c: Component, motion: Motion, angle: Array) -> Array:
@@ -142,34 +194,41 @@ def _law(c: Component, motion: Motion, angle: Array) -> Array:
     return np.broadcast_to(np.asarray(found, float), angle.shape)
 
 
-def cam(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def cam(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """A cam with the path of its follower's point as its edge."""
     angle = np.linspace(0.0, 2 * np.pi, CAM, endpoint=False)
     lift = _law(c, motion, angle)
     if np.isfinite(lift).all():
-        yield _shape("plate", c, (a,), points=_points(_polar(lift, -angle)), radius=float(np.abs(lift).max()))
-    yield _shape("pin", c, (b,))
+        yield _plate(c, a, _polar(lift, -angle), float(np.abs(lift).max()), motion)
+    yield Shape("pin", c.name, (b,), (Circle((b,), Size(1.5, 0.27), PAPER),))
 
 
-def circles(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def circles(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """Two discs, or a disc in a hole."""
     r_a, r_b = float(c.values["r_a"]), float(c.values["r_b"])
     if c.values["internal"]:
-        yield _shape("ring", c, (a,), points=_points(circle(r_a)), radius=r_a + 0.15 * r_b)
+        yield _ring(c, a, circle(r_a), r_a + 0.15 * r_b, motion)
     else:
-        yield _shape("plate", c, (a,), points=_points(circle(r_a)), radius=r_a)
-    yield _shape("plate", c, (b,), points=_points(circle(r_b)), radius=r_b)
+        yield _plate(c, a, circle(r_a), r_a, motion)
+    yield _plate(c, b, circle(r_b), r_b, motion)
 
 
-def stop(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def stop(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """The limits of a sliding joint as short walls across the x axis of frame_a."""
-    limits = [float(c.values[key]) for key in ("s_min", "s_max") if c.values[key] is not None]
-    x, y = np.cos(a.phi), np.sin(a.phi)
-    for key, side in (("s_min", 1.0), ("s_max", -1.0)):
+    for key, side in (("s_min", 1), ("s_max", -1)):
         if c.values[key] is not None:
-            s, inwards = float(c.values[key]), side * (max(map(abs, limits)) or 1.0)
-            spots = (Spot(a.track, a.x + d * x, a.y + d * y, a.phi) for d in (s, s + inwards))
-            yield _shape("wall", c, tuple(spots))
+            at = a.moved(float(c.values[key]))
+            yield Shape("wall", c.name, (at,), (Path((at,), units=((0.0, -1.3), (0.0, 1.3)), hatch=side),))
 
 
-SYMBOLS = {"gears": gears, "rack": rack, "belt": belt, "cam": cam, "circles": circles, "stop": stop}
+def rope(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    """A span, and its discs."""
+    for spot, radius in zip((a, b), c.values.get("ends", ()), strict=False):
+        if radius:
+            yield wheel(c, spot, abs(radius), motion)
+    at = motion.lines.get(c.name, (a, b))
+    line = Path(at, ON, curved=len(at) == 3, stroke=FORCE, width=Size(1.5, 0.14))
+    yield Shape("rope", c.name, at, (line,))
+
+
+SYMBOLS = {"gears": gears, "rack": rack, "belt": belt, "cam": cam, "circles": circles, "stop": stop, "rope": rope}

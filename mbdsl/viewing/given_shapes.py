@@ -9,12 +9,10 @@ import numpy as np
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.system.body_models import body_pose
-from mbdsl.viewing.motion import GROUND, Motion, Spot
-from mbdsl.viewing.shape import Shape
+from mbdsl.viewing.display import PAPER, Path, Shape, Size, colour_of
+from mbdsl.viewing.tracks import GROUND, Motion, Spot
 
-AROUND = (
-    12  #: number of points of an ellipse, and largest number of points of an outline, for the extent of the picture
-)
+ELLIPSE = 96  #: number of points of an ellipse
 
 
 def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
@@ -32,20 +30,19 @@ def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
     Shape
         "outline" of a body, "backdrop" of the ground.
     """
-    at = _reference(c, motion)
+    at, own = _reference(c, motion), colour_of(motion, c.name)
     for shape in motion.scene.shapes.get(c.name, ()):
-        data = {"form": shape.form, "parts": shape.parts, "fill": shape.fill, "line": shape.line, "width": shape.width}
-        if shape.form == "ellipse":
-            data["axes"] = shape.axes
-        yield Shape("backdrop" if at.track == GROUND else "outline", c.name, (at,), data)
-
-
-def around(c: Component, motion: Motion) -> list[Spot]:
-    """Points whose extremes are those of the shapes of a body, up to the distance between points of an outline."""
-    at = _reference(c, motion)
-    cos, sin = np.cos(at.phi), np.sin(at.phi)
-    points = [p for shape in motion.scene.shapes.get(c.name, ()) for p in _around(shape)]
-    return [Spot(at.track, float(at.x + cos * x - sin * y), float(at.y + sin * x + cos * y)) for x, y in points]
+        parts = [_ellipse(shape)] if shape.form == "ellipse" else list(shape.parts)
+        path = Path(
+            (at,),
+            metres=tuple((float(x), float(y)) for part in parts for x, y in part),
+            cuts=tuple(int(k) for k in np.cumsum([len(part) for part in parts])[:-1]),
+            closed=shape.form != "line",
+            fill=None if shape.form == "line" or shape.fill == "none" else shape.fill or (own, PAPER, 0.72),
+            stroke=None if shape.line == "none" else shape.line or own,
+            width=Size(1.2, 0.0, shape.width),
+        )
+        yield Shape("backdrop" if at.track == GROUND else "outline", c.name, (at,), (path,))
 
 
 def _reference(c: Component, motion: Motion) -> Spot:
@@ -56,13 +53,8 @@ def _reference(c: Component, motion: Motion) -> Spot:
     return Spot(centre.track, *body_pose(c, Frame("", c.name)))
 
 
-def _around(shape: DrawnShape) -> Sequence[tuple[float, float]]:
-    if shape.form == "ellipse":
-        (x, y), (a, b, phi) = shape.parts[0][0], shape.axes
-        u = 2 * np.pi * np.arange(AROUND) / AROUND
-        px, py = a * np.cos(u), b * np.sin(u)
-        return list(zip(x + np.cos(phi) * px - np.sin(phi) * py, y + np.sin(phi) * px + np.cos(phi) * py, strict=True))
-    points = np.array([p for part in shape.parts for p in part])
-    turn = 2 * np.pi * np.arange(AROUND) / AROUND
-    most = np.argmax(points @ np.stack([np.cos(turn), np.sin(turn)]), axis=0)
-    return [(float(x), float(y)) for x, y in points[np.unique(most)]]
+def _ellipse(shape: DrawnShape) -> Sequence[tuple[float, float]]:
+    (x, y), (a, b, phi) = shape.parts[0][0], shape.axes
+    u = 2 * np.pi * np.arange(ELLIPSE) / ELLIPSE
+    px, py = a * np.cos(u), b * np.sin(u)
+    return list(zip(x + np.cos(phi) * px - np.sin(phi) * py, y + np.sin(phi) * px + np.cos(phi) * py, strict=True))

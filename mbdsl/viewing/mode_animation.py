@@ -15,12 +15,16 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.system.system import System
 from mbdsl.version import __version__
 from mbdsl.viewing import page
+from mbdsl.viewing.animation import drawn_of
 from mbdsl.viewing.mode_shapes import PICTURES, Shapes, mode_shapes
-from mbdsl.viewing.motion import Motion
 from mbdsl.viewing.overlays import Overlays
+from mbdsl.viewing.projection import drawing, flat
 from mbdsl.viewing.saved_page import SavedPage
-from mbdsl.viewing.shapes import Drawing, drawing
+from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.signals import Plots
+from mbdsl.viewing.space.shapes import SpaceDrawing
+from mbdsl.viewing.svg_picture import still
+from mbdsl.viewing.tracks import AnyMotion, SpaceMotion
 
 PHASES = 60  #: steps of the page's cycle
 
@@ -91,23 +95,19 @@ class ModeAnimation(SavedPage):
         return self.shapes.rest.scene
 
     @cached_property
-    def _drawing(self) -> Drawing:
-        return drawing(self.shapes.together())
+    def _drawing(self) -> Drawing | SpaceDrawing:
+        return drawn_of(self.shapes.together())
 
     @cached_property
     def html(self) -> str:  # type: ignore[override]
         """The page as the text of one HTML file."""
         rest = self.shapes.rest
-        still = Plots(rest.t, [], [])
         about = [("model", self.scene.name), ("state", self._about), ("modes", str(len(self.rows)))]
-        data = page.document(
-            rest,
-            self._drawing,
-            still,
-            about=[*about, ("made by", f"mbdsl {__version__}")],
-            ghost=(rest, self._drawing),
-        )
-        return page.html({**data, "modes": self._modes(), "pale": "at rest"})
+        data = page.document(rest, self._drawing, Plots(rest.t, [], []), ghost=(rest, self._drawing))
+        data |= {"about": [*about, ("made by", f"mbdsl {__version__}")], "largest": {}, "pale": "at rest"}
+        if isinstance(rest, SpaceMotion):
+            data |= {"view": "iso", "picture": still(flat(rest), 0, "still", f"{self.scene.name} at rest")}
+        return page.html(data | {"modes": self._modes()})
 
     def _modes(self) -> dict[str, Any]:
         found = self.shapes
@@ -137,7 +137,7 @@ class ModeAnimation(SavedPage):
             ],
         }
 
-    def cycle(self, mode: int | None = None) -> Motion:
+    def cycle(self, mode: int | None = None) -> AnyMotion:
         """One cycle of a mode, as a motion of 2 s.
 
         Parameters
@@ -147,7 +147,7 @@ class ModeAnimation(SavedPage):
 
         Returns
         -------
-        Motion
+        Motion or SpaceMotion
             Its first and its last row are equal.
         """
         phases = np.linspace(0.0, 2 * np.pi, PICTURES + 1)
@@ -156,5 +156,6 @@ class ModeAnimation(SavedPage):
     def _content(self, suffix: str, width: int, height: int) -> bytes:
         from mbdsl.viewing.film import film
 
-        cycle = self.cycle()
-        return film(cycle, suffix, width, height, Overlays(ghost=self.shapes.rest), self._drawing)
+        cycle, rest = flat(self.cycle()), flat(self.shapes.rest)
+        drawn = self._drawing if isinstance(self._drawing, Drawing) else drawing(flat(self.shapes.together()))
+        return film(cycle, suffix, width, height, Overlays(ghost=rest), drawn)

@@ -6,15 +6,18 @@ leaves out decay and growth, so that every mode is a cycle.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System
-from mbdsl.viewing.motion import NEGLIGIBLE, Motion, is_apart
-from mbdsl.viewing.projection import pictured
+from mbdsl.viewing.motion import NEGLIGIBLE, is_apart, motion
+from mbdsl.viewing.space import shapes as solids
+from mbdsl.viewing.tracks import GROUND, AnyMotion, SpaceMotion
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -31,23 +34,23 @@ class Shapes:
 
     Attributes
     ----------
-    rest : Motion
+    rest : Motion or SpaceMotion
         The state, one row.
-    tracks : (M, T, 3) complex [m, m, rad]
-        Displacements of the tracks, scaled to the picture.
+    tracks : (M, T, 3) complex [m, m, rad] or (M, T, 7) complex [m, 1]
+        Displacements of the tracks, in space of their quaternions, scaled to the picture.
     points, angles : list of (M, K, 2) complex [m] and of (M, K) complex [rad]
         Displacements of the beams.
     largest : (M,) [m]
         Largest displacement of a point of the picture.
     """
 
-    rest: Motion
+    rest: AnyMotion
     tracks: Complex
     points: list[Complex]
     angles: list[Complex]
     largest: Array
 
-    def cycle(self, mode: int, phases: Array, amplitude: float = 1.0) -> Motion:
+    def cycle(self, mode: int, phases: Array, amplitude: float = 1.0) -> AnyMotion:
         """A mode at phases (N,) [rad], as a motion; its times are those of a film."""
         turn = amplitude * np.exp(1j * phases)
 
@@ -60,9 +63,11 @@ class Shapes:
         ]
         t = SECONDS * phases / (2 * np.pi)
         poses = moved(self.rest.poses, self.tracks[mode])
+        if self.rest.scene.spatial:
+            poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)
         return replace(self.rest, t=t, rows=np.arange(len(t)), poses=poses, curves=curves)
 
-    def together(self) -> Motion:
+    def together(self) -> AnyMotion:
         """All modes, one after the other: the extent of the picture."""
         phases = np.linspace(0.0, 2 * np.pi, PHASES)
         cycles = [self.cycle(k, phases) for k in range(len(self.tracks))]
@@ -104,21 +109,20 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
     """
     rest = _states(system, t, q[None])
     tracks, points, angles, largest = [], [[] for _ in rest.curves], [[] for _ in rest.curves], []
-    size = _extent(rest)
+    spots = _spots(rest)
+    size = _extent(rest, spots)
     for shape in shapes:
         parts = STEP * np.array([shape.real, -shape.real, shape.imag, -shape.imag])
         near = _states(system, t, system.moved(np.repeat(q[None], 4, axis=0), parts))
         u = _difference(near.poses)
         beams = [(_difference(c.points), _difference(c.angles)) for c in near.curves]
-        # a spot is a rigid part of its track: it moves with the track and turns about it
-        at = [(s.track, rest.pose(s)[0, :2] - rest.poses[0, s.track, :2]) for s in rest.points if s.track >= 0]
-        arms = np.array([arm for _, arm in at]).reshape(-1, 2)
-        own = u[[track for track, _ in at]]
-        moved = own[:, :2] + own[:, 2:] * np.stack([-arms[:, 1], arms[:, 0]], axis=1)
+        moved = np.array([rest.displaced(spot, u) for spot in spots]).reshape(-1, rest.dimensions)
         most = max((_length(x) for x in (moved, *(p for p, _ in beams)) if x.size), default=0.0)
         if most < NEGLIGIBLE * size * np.abs(shape).max(initial=0.0):  # rounding: the mode turns bodies about points
             most = 0.0
-        turn = float(np.abs(u[:, 2]).max(initial=0.0))
+        # the derivative of a unit quaternion is half the rotation
+        turns = 2.0 * np.linalg.norm(u[:, 3:], axis=1) if rest.scene.spatial else np.abs(u[:, 2])
+        turn = float(turns.max(initial=0.0))
         factor = min(LARGEST * size / most if most > 0.0 else np.inf, TURN / turn if turn > 0.0 else np.inf)
         factor = factor if np.isfinite(factor) else 1.0
         tracks.append(factor * u)
@@ -135,11 +139,17 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
     )
 
 
-def _states(system: System, t: float, q: Array) -> Motion:
-    """States (N, n) at one time as a motion; in space its projection."""
+def _states(system: System, t: float, q: Array) -> AnyMotion:
+    """States (N, n) at one time as a motion."""
     N = len(q)
-    states = Trajectory(system, np.full(N, t), q, np.zeros_like(q), None, {"status": "done"})
-    return pictured(states, N)
+    return motion(Trajectory(system, np.full(N, t), q, np.zeros_like(q), None, {"status": "done"}), N)
+
+
+def _spots(rest: AnyMotion) -> list[Any]:
+    """Frames, and in space the edges of bodies, whose displacements are seen."""
+    sized = solids.drawing(rest).sized if isinstance(rest, SpaceMotion) else []
+    edges = [place for solid in sized for place in solids.edge(solid)]
+    return [spot for spot in [*rest.spots.values(), *edges] if spot.track != GROUND]
 
 
 def _difference(values: Array) -> Complex:
@@ -155,11 +165,11 @@ def _length(u: Complex) -> float:
     return float(np.sqrt((np.sum(np.abs(u) ** 2, axis=-1) + np.abs(np.sum(u * u, axis=-1))) / 2).max())
 
 
-def _extent(rest: Motion) -> float:
-    """The diagonal of the rectangle of all points and beams [m]; 1 if it is a point."""
-    low, high = rest.extremes(rest.points)
-    ends = [low, high, *(c.points[0] for c in rest.curves)]
-    every = np.concatenate(ends)
-    every = every[np.isfinite(every).all(axis=1)]
-    extent = float(np.hypot(*np.ptp(every, axis=0))) if len(every) else 0.0
-    return extent if is_apart(extent, every) else 1.0
+def _extent(rest: AnyMotion, moving: Sequence[Any]) -> float:
+    """The diagonal of the box of all points and beams [m]; 1 if it is a point."""
+    fixed = [spot for spot in rest.spots.values() if spot.track == GROUND]
+    every = [rest.positions(spot)[:1] for spot in [*fixed, *moving]]
+    points = np.concatenate([*every, *(c.points[0] for c in rest.curves), np.zeros((0, rest.dimensions))])
+    points = points[np.isfinite(points).all(axis=1)]
+    extent = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
+    return extent if is_apart(extent, points) else 1.0

@@ -1,6 +1,6 @@
 // Mode shapes: poses at a phase of a mode, Re(u exp(i theta)) from the state at rest. The time of the page is the part
 // of a cycle.
-class Vibration extends Motion {
+const vibrating = (Base) => class extends Base {
   constructor(data) {
     super(data);
     const { modes } = data;
@@ -25,12 +25,9 @@ class Vibration extends Motion {
     this.row = this.next = Math.min(this.t.length - 1, Math.floor(this.time * (this.t.length - 1) + 1e-9));
     this.share = 0;
     [this.c, this.s] = [Math.cos(2 * Math.PI * this.time), Math.sin(2 * Math.PI * this.time)];
-    const first = 3 * this.count * this.mode;
-    for (let k = 0; k < 3 * this.count; k += 1) this.now[k] = this.rest[k] + this.part(this.tracks, first + k);
-    for (let k = 0; k < this.count; k += 1) {
-      this.cos[k] = Math.cos(this.now[3 * k + 2]);
-      this.sin[k] = Math.sin(this.now[3 * k + 2]);
-    }
+    const all = this.width * this.count;
+    for (let k = 0; k < all; k += 1) this.now[k] = this.rest[k] + this.part(this.tracks, all * this.mode + k);
+    if (this.normalise) for (let k = 0; k < all; k += this.width) this.normalise(k);
     return undefined;
   }
 
@@ -44,16 +41,16 @@ class Vibration extends Motion {
     return { points: magnified(found, factor), colours: found.map((_, j) => Math.min(1, Math.abs(bend(j)))) };
   }
 
-  path([track, px = 0, py = 0]) {
+  path(at) {
     const { time } = this;
-    const found = [...this.t].map((t) => {
+    const found = Array.from(this.t, (t) => {
       this.seek(t);
-      return this.point(track, px, py);
+      return this.point(at);
     });
     this.seek(time);
     return found;
   }
-}
+};
 
 function hertz(f) {
   return f >= 1e5 ? `${written(f / 1e3, 4)} kHz` : `${written(f, 4)} Hz`;
@@ -69,14 +66,16 @@ function about(mode) {
 
 function chooseMode(k) {
   motion.mode = Math.min(motion.modes.length - 1, Math.max(0, k));
-  motion.seek(motion.time);
-  for (const name of traces.keys()) traces.set(name, motion.path(data.points[name]));
+  displace();
   [...$("modes").querySelectorAll("input")].forEach((input, j) => (input.checked = j === motion.mode));
-  redraw();
 }
 
 function setAmplitude(value) {
   motion.amplitude = value;
+  displace();
+}
+
+function displace() {
   motion.seek(motion.time);
   for (const name of traces.keys()) traces.set(name, motion.path(data.points[name]));
   redraw();
@@ -97,9 +96,8 @@ function fillModes() {
   const body = $("modes").querySelector("tbody");
   motion.modes.forEach((mode, k) => {
     const row = body.insertRow();
-    const label = row.insertCell().appendChild(document.createElement("label"));
-    const input = label.appendChild(document.createElement("input"));
-    Object.assign(input, { type: "radio", name: "mode", checked: k === motion.mode });
+    const label = added(row.insertCell(), "label");
+    const input = added(label, "input", { type: "radio", name: "mode", checked: k === motion.mode });
     input.setAttribute("aria-label", `mode ${k + 1}: ${about(mode)}`);
     label.append(` ${k + 1}`);
     const frequency = mode.f === 0 ? "0 (free)" : hertz(mode.f);

@@ -1,4 +1,6 @@
-// Poses between the frames of the page, in the plane.
+// Poses between the frames of the page. A track has several numbers: (x, y, angle) in the plane, in space a position
+// and a unit quaternion; `space/motion.js` has the latter.
+
 // Points of a beam with their distance from the line between the ends magnified.
 function magnified(points, factor) {
   if (factor === 1) return points;
@@ -12,60 +14,34 @@ function magnified(points, factor) {
   });
 }
 
-class Motion {
-  static columns = ["x [m]", "y [m]", "angle [rad]"];
-
-  constructor(data) {
+class Tracks {
+  constructor(data, width) {
     this.t = decoded(data.t);
     this.raw = decoded(data.poses);
-    this.scale = data.poses.scale; // of positions and of angles, per unit of the stored numbers
+    this.scale = data.poses.scale; // of positions and of angles or quaternions, per unit of the stored numbers
+    this.width = width;
     this.count = data.tracks.length;
-    this.now = new Float64Array(3 * this.count);
-    this.cos = new Float64Array(this.count);
-    this.sin = new Float64Array(this.count);
+    this.now = new Float64Array(width * this.count);
     this.curves = data.curves.map((c) => ({ ...c, numbers: decoded(c.points), shades: decoded(c.colours) }));
     this.seek(this.t[0]);
-  }
-
-  // Angles are stored modulo a turn where positions are stored as integers.
-  turned(a, b) {
-    return b - a - 2 * Math.PI * Math.round((b - a) / (2 * Math.PI));
   }
 
   seek(time) {
     const [row, part] = between(this.t, time);
     this.time = Math.min(this.t[this.t.length - 1], Math.max(this.t[0], time));
-    const { raw, count, now } = this;
-    const [length, angle] = this.scale;
+    const all = this.width * this.count;
     const next = part > 0 ? row + 1 : row;
-    let [a, b] = [3 * count * row, 3 * count * next];
+    const [a, b] = [all * row, all * next];
     let share = part;
-    for (let k = 2; k < 3 * count && share > 0; k += 3)
-      if (Math.abs(this.turned(raw[a + k] * angle, raw[b + k] * angle)) > TURN) share = part < 0.5 ? 0 : 1;
-    this.row = row;
-    this.next = next;
-    this.share = share;
-    for (let k = 0; k < count; k += 1) {
-      const [i, j] = [a + 3 * k, b + 3 * k];
-      now[3 * k] = (raw[i] + (raw[j] - raw[i]) * share) * length;
-      now[3 * k + 1] = (raw[i + 1] + (raw[j + 1] - raw[i + 1]) * share) * length;
-      const from = raw[i + 2] * angle;
-      const phi = from + this.turned(from, raw[j + 2] * angle) * share;
-      now[3 * k + 2] = phi;
-      this.cos[k] = Math.cos(phi);
-      this.sin[k] = Math.sin(phi);
-    }
+    for (let k = 0; k < all && share > 0; k += this.width)
+      if (this.turn(a + k, b + k) > TURN) share = part < 0.5 ? 0 : 1;
+    Object.assign(this, { row, next, share });
+    for (let k = 0; k < all; k += this.width) this.blend(k, a + k, b + k);
   }
 
-  // A point at (px, py) of a track.
-  point(track, px, py) {
-    if (track < 0) return [px, py];
-    const [c, s] = [this.cos[track], this.sin[track]];
-    return [this.now[3 * track] + c * px - s * py, this.now[3 * track + 1] + s * px + c * py];
-  }
-
-  pose([track, x = 0, y = 0, phi = 0]) {
-    return [...this.point(track, x, y), track < 0 ? phi : this.now[3 * track + 2] + phi];
+  // The number at index i of a position, on the way to that at index j.
+  length(i, j) {
+    return (this.raw[i] + (this.raw[j] - this.raw[i]) * this.share) * this.scale[0];
   }
 
   // The points of a beam, with its distance from the line between its ends magnified, and colours from 0 to 1.
@@ -79,15 +55,49 @@ class Motion {
   }
 
   // The path of a point over all frames.
-  path([track, px = 0, py = 0]) {
-    const [length, angle] = this.scale;
-    const found = [];
-    for (let row = 0; row < this.t.length; row += 1) {
-      const i = 3 * (this.count * row + track);
-      const phi = this.raw[i + 2] * angle;
-      const [c, s] = [Math.cos(phi), Math.sin(phi)];
-      found.push([this.raw[i] * length + c * px - s * py, this.raw[i + 1] * length + s * px + c * py]);
-    }
+  path(at) {
+    const [{ time }, k] = [this, this.width * at[0]];
+    const found = Array.from(this.t, (_, row) => {
+      const i = this.width * this.count * row + k;
+      this.blend(k, i, i);
+      return this.point(at);
+    });
+    this.seek(time);
     return found;
+  }
+}
+
+class PlaneMotion extends Tracks {
+  static columns = ["x [m]", "y [m]", "angle [rad]"];
+
+  constructor(data) {
+    super(data, 3);
+  }
+
+  // The rotation from index i to j; angles are stored modulo a turn where positions are stored as integers.
+  turned(i, j) {
+    const by = (this.raw[j + 2] - this.raw[i + 2]) * this.scale[1];
+    return by - 2 * Math.PI * Math.round(by / (2 * Math.PI));
+  }
+
+  turn(i, j) {
+    return Math.abs(this.turned(i, j));
+  }
+
+  blend(k, i, j) {
+    this.now[k] = this.length(i, j);
+    this.now[k + 1] = this.length(i + 1, j + 1);
+    this.now[k + 2] = this.raw[i + 2] * this.scale[1] + this.turned(i, j) * this.share;
+  }
+
+  pose([track, px = 0, py = 0, phi = 0]) {
+    if (track < 0) return [px, py, phi];
+    const [x, y, turn] = this.now.subarray(3 * track, 3 * track + 3);
+    const [c, s] = [Math.cos(turn), Math.sin(turn)];
+    return [x + c * px - s * py, y + s * px + c * py, turn + phi];
+  }
+
+  point(at) {
+    return this.pose(at).slice(0, 2);
   }
 }

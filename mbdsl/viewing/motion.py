@@ -1,138 +1,26 @@
-"""Poses of bodies over time, for a picture that moves: rigid bodies as one pose each, beams as sampled curves.
-
-A track is a pose (x, y, phi) over time. Every rigid body has one, that of its centre of mass; frames on it are constant
-offsets. A body that deforms has one for each of its frames, and a beam has a curve of sampled points in addition.
-"""
+"""The motion of a trajectory as tracks of its bodies, in the plane and in space."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.numerics.rotation_arrays import of_matrix, quaternions
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.body_models import at_rest, body_pose
 from mbdsl.system.system import System
+from mbdsl.viewing.rope_lines import add_lines
+from mbdsl.viewing.tracks import GROUND, UNTURNED, AnyMotion, Array, Curve, Motion, Place, SpaceMotion, Spot
 
-Array = NDArray[np.float64]
-
-GROUND = -1  #: the track of frames that do not move
-TOGETHER = 256  #: number of spots that are evaluated at once
-ROUNDING = 1e-10  #: bending strain that counts as zero
 NEGLIGIBLE = 1e-9  #: distance [m] that counts as zero, relative to the distance from the origin if this is larger
 STATIONS = 25  #: number of sampled points on a beam
 #: limits of a page: frames of a motion, and numbers of all poses together
 MOST_FRAMES, MOST_NUMBERS = 3000, 12_500_000
 
 
-@dataclass(frozen=True)
-class Spot:
-    """A pose (x, y, phi) [m, m, rad] relative to a track, or in world axes on the track ``GROUND``."""
-
-    track: int
-    x: float = 0.0
-    y: float = 0.0
-    phi: float = 0.0
-
-
-@dataclass(frozen=True)
-class Curve:
-    """The axis of a beam: points (N, K, 2) [m] and angles of the sections (N, K) [rad] at stations (K,) [m].
-
-    ``edge`` is the distance [m] of the edge of the section from the axis, if it is a rectangle: sqrt(3 I/S).
-    """
-
-    body: str
-    along: Array
-    points: Array
-    angles: Array
-    edge: float = 1.0
-
-    def curvature(self) -> Array:
-        """Curvature (N, K) [1/m], by differences of second order of the angles, also at the ends."""
-        return np.gradient(self.angles, self.along, axis=1, edge_order=2)
-
-    def strain(self) -> Array:
-        """Absolute value of the bending strain (N, K) at the edge of the section; values of rounding are zero."""
-        found = np.abs(self.curvature()) * self.edge
-        return np.where(found < ROUNDING, 0.0, found)
-
-
-@dataclass
-class Motion:
-    """Tracks of a mechanism.
-
-    Attributes
-    ----------
-    scene : Scene
-        The model.
-    t : (N,) [s]
-        Times of the frames.
-    rows : (N,) of int
-        Rows of the trajectory that the frames show.
-    tracks : list of str
-        Names of bodies, or of frames on bodies that deform.
-    poses : (N, T, 3) [m, m, rad]
-        Poses of the tracks.
-    spots : dict of str to Spot
-        Positions of all frames of the model.
-    frames : dict of str to list of str
-        Names of the frames of each body.
-    curves : list of Curve
-        Beams.
-    """
-
-    scene: Scene
-    t: Array
-    rows: NDArray[np.int64]
-    tracks: list[str]
-    poses: Array
-    spots: dict[str, Spot]
-    frames: dict[str, list[str]]
-    curves: list[Curve] = field(default_factory=list)
-
-    @property
-    def points(self) -> list[Spot]:
-        """All points of the picture that are known by spots."""
-        return list(self.spots.values())
-
-    def pose(self, spot: Spot) -> Array:
-        """The pose (N, 3) [m, m, rad] of a spot in world axes."""
-        if spot.track == GROUND:
-            return np.tile((spot.x, spot.y, spot.phi), (len(self.t), 1))
-        x, y, phi = self.poses[:, spot.track].T
-        c, s = np.cos(phi), np.sin(phi)
-        return np.stack([x + c * spot.x - s * spot.y, y + s * spot.x + c * spot.y, phi + spot.phi], axis=1)
-
-    def extremes(self, spots: Sequence[Spot]) -> tuple[Array, Array]:
-        """The lowest and highest x and y (S, 2) [m] of S spots over time; infinite for a spot without finite places."""
-        low, high = np.full((len(spots), 2), np.inf), np.full((len(spots), 2), -np.inf)
-        for first in range(0, len(spots), TOGETHER):
-            part = spots[first : first + TOGETHER]
-            moving = [k for k, spot in enumerate(part, first) if spot.track != GROUND]
-            at = np.array([(spots[k].x, spots[k].y) for k in moving]).reshape(-1, 2)
-            x, y, phi = np.moveaxis(self.poses[:, [spots[k].track for k in moving]], -1, 0)
-            c, s = np.cos(phi), np.sin(phi)
-            places = np.stack([x + c * at[:, 0] - s * at[:, 1], y + s * at[:, 0] + c * at[:, 1]], axis=-1)
-            finite = np.isfinite(places)
-            low[moving] = places.min(axis=0, initial=np.inf, where=finite)
-            high[moving] = places.max(axis=0, initial=-np.inf, where=finite)
-        for k, spot in enumerate(spots):
-            if spot.track == GROUND:
-                low[k] = high[k] = spot.x, spot.y
-        return low, high
-
-    def spot_of(self, name: str) -> Spot:
-        """The spot of a frame, or of the centre of a component that is a frame, by its name or another name of it."""
-        name = self.scene.aliases.get(name, name)
-        return self.spots[name] if name in self.spots else self.spots[f"{name}.c"]
-
-
-def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
+def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> AnyMotion:
     """The motion of a trajectory, with at most ``most`` frames.
 
     Parameters
@@ -144,7 +32,7 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
 
     Returns
     -------
-    Motion
+    Motion or SpaceMotion
         Tracks and beams.
 
     Raises
@@ -152,6 +40,12 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     UsageError
         If the trajectory is empty.
     """
+    found = (_in_space if trajectory.scene.spatial else _in_plane)(trajectory, most)
+    add_lines(found)
+    return found
+
+
+def _in_plane(trajectory: Trajectory, most: int) -> Motion:
     system, scene = trajectory.system, trajectory.scene
     owners = frames_of_bodies(scene)
     models = system.tables.models
@@ -181,6 +75,30 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     for k, track in enumerate(tracks):
         poses[:, k] = states.track(track)
     return Motion(scene, np.asarray(trajectory.t)[rows], rows, tracks, poses, spots, owners, curves)
+
+
+def _in_space(trajectory: Trajectory, most: int) -> SpaceMotion:
+    scene, system = trajectory.scene, trajectory.system
+    owners = frames_of_bodies(scene)
+    models = system.tables.models
+    rows = shown_rows(trajectory, most, 7 * len(models))
+    q = trajectory.q[rows]
+    tracks: list[str] = []
+    poses: list[Array] = []
+    spots: dict[str, Place] = {}
+    for body, frames in owners.items():
+        model = models.get(body)
+        for frame in frames:
+            x, y, z, *axes = body_pose(scene.components[body], scene.frames[frame])
+            p = tuple(quaternions(of_matrix(np.array(axes).reshape(3, 3).T)).tolist())
+            spots[frame] = Place(GROUND if model is None else len(tracks), (float(x), float(y), float(z)), p)
+        if model is not None:
+            d = system.tables.coordinates[body]
+            turn = quaternions(q[:, d + 3 : d + 6]) if model.n == 6 else np.tile(UNTURNED, (len(rows), 1))
+            tracks.append(body)
+            poses.append(np.concatenate([q[:, d : d + 3], turn], axis=1))
+    found = np.stack(poses, axis=1) if poses else np.zeros((len(rows), 0, 7))
+    return SpaceMotion(scene, np.asarray(trajectory.t)[rows], rows, tracks, found, spots, owners)
 
 
 def is_apart(length: float, places: Array) -> bool:
@@ -251,9 +169,3 @@ def _curve(states: _States, component: Component) -> Curve:
     poses = np.stack([states.frame(component.name, (x, 0.0, 0.0)) for x in along.tolist()], axis=1)
     edge = float(np.sqrt(3.0 * component.values["I"] / component.values["S"]))
     return Curve(component.name, along, poses[:, :, :2], poses[:, :, 2], edge)
-
-
-def largest_strain(curves: Sequence[Curve]) -> float:
-    """The largest bending strain of beams over all times: the end of their common scale of colours."""
-    found = [curve.strain() for curve in curves]
-    return max((float(np.nanmax(x)) for x in found if np.isfinite(x).any()), default=0.0)

@@ -1,142 +1,141 @@
-"""The page of an animation: one HTML file with its data, its script and its style, which loads nothing."""
+"""The page of an animation: one HTML file with its data, its scripts and its style, which loads nothing."""
 
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.plotting.escaping import escape, seen
-from mbdsl.viewing.motion import GROUND, Motion, Spot, largest_strain
+from mbdsl.plotting.escaping import seen
+from mbdsl.viewing import documents
+from mbdsl.viewing.display import Item, values_of
 from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.signals import Plots, Signal
-from mbdsl.viewing.vectors import Vector, largest
+from mbdsl.viewing.space.shapes import SpaceDrawing
+from mbdsl.viewing.space.solid import Solid
+from mbdsl.viewing.tracks import GROUND, UNTURNED, AnyMotion, Place, Spot, largest_strain
+from mbdsl.viewing.vectors import Vector
 
 HERE = Path(__file__).parent
-#: the script is the files in this order
+LIBRARY = HERE / "space" / "three" / "three.min.js"
+#: a script is the files in this order
 SCRIPTS = (
-    *("data.js", "motion.js", "drawing.js", "elements.js", "gears.js", "plots.js", "player.js", "marks.js", "view.js"),
+    *("data.js", "motion.js", "plots.js", "player.js", "marks.js", "canvas.js", "view.js"),
     *("controls.js", "pointers.js", "start.js"),
 )
-STYLE = "player.css"
-MODES = "modes.js"  #: after `motion.js`, in pages of mode shapes
+SCRIPTS_IN_SPACE = (
+    *("data.js", "motion.js", "space/motion.js", "plots.js", "player.js", "marks.js"),
+    *("space/geometry.js", "space/solids.js", "space/stage.js", "space/view.js"),
+    *("controls.js", "space/controls.js", "pointers.js", "start.js"),
+)
+STYLE, STYLE_IN_SPACE = "player.css", "space/space.css"
+MODES = "modes.js"  #: before `plots.js`, in pages of mode shapes
 #: number of stored numbers from which poses are integers of 16 bits: a 32,767th of the extent, and of half a turn
 MANY = 400_000
 MOST_POINTS = 400  #: frames that can be traced
 FAR = 50  #: distance from the origin, in extents, from which positions are stored relative to the middle
 
 
-def html(data: dict[str, Any]) -> str:
+def html(data: Mapping[str, Any]) -> str:
     """The page as the text of one HTML file.
 
     Parameters
     ----------
-    data : dict
+    data : mapping
         What ``document`` returns.
 
     Returns
     -------
     str
-        HTML. Its policy allows this script and this style by their digests, and nothing else.
+        HTML. Its policy allows its scripts and its style by their digests, and nothing else.
     """
-    names = (*SCRIPTS[:2], MODES, *SCRIPTS[2:]) if "modes" in data else SCRIPTS
-    return assembled(data, (HERE / STYLE).read_text(encoding="utf-8"), [script_of(names)])
-
-
-def assembled(data: dict[str, Any], style: str, scripts: Sequence[str]) -> str:
-    """A page of these data, this style and these scripts, which are allowed by their digests."""
-    allowed = " ".join(_digest(script) for script in scripts)
-    policy = f"default-src 'none'; style-src {_digest(style)}; script-src {allowed}"
+    spatial = "solids" in data
+    names = SCRIPTS_IN_SPACE if spatial else SCRIPTS
+    if "modes" in data:
+        k = names.index("plots.js")
+        names = (*names[:k], MODES, *names[k:])
+    style = "".join(_text(name) for name in ((STYLE, STYLE_IN_SPACE) if spatial else (STYLE,)))
+    scripts = [_text(str(LIBRARY)), script_of(names)] if spatial else [script_of(names)]
     # `<` would let a text end the element; as an escape it is the same JSON.
-    text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return "\n".join(
-        (
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f"<title>{escape(data['name'])}</title>\n<style>{style}</style>\n</head>\n<body>",
-            (HERE / "page.html").read_text(encoding="utf-8"),
-            f'<script type="application/json" id="data">{text.replace("<", chr(92) + "u003c")}</script>',
-            *(f"<script>{script}</script>" for script in scripts),
-            "</body>\n</html>\n",
-        )
-    )
+    text = json.dumps(seen(dict(data)), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    text = text.replace("<", chr(92) + "u003c")
+    content = (_text("page.html"), f'<script type="application/json" id="data">{text}</script>')
+    return documents.page(data["name"], content, style, scripts)
 
 
-def script_of(names: Sequence[str], folder: Path = HERE) -> str:
+def _text(name: str) -> str:
+    return (HERE / name).read_text(encoding="utf-8")
+
+
+def script_of(names: Sequence[str]) -> str:
     """Files of a script as one, without comment lines and indentation; no text in it spans lines."""
-    lines = [line.strip() for name in names for line in (folder / name).read_text(encoding="utf-8").splitlines()]
+    lines = [line.strip() for name in names for line in _text(name).splitlines()]
     return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
-def _digest(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
-
-
 def document(
-    motion: Motion,
-    drawing: Drawing,
+    motion: AnyMotion,
+    drawing: Drawing | SpaceDrawing,
     plots: Plots,
     vectors: Sequence[Vector] = (),
     traced: Sequence[str] = (),
-    about: Sequence[tuple[str, str]] = (),
-    ghost: tuple[Motion, Drawing] | None = None,
+    ghost: tuple[AnyMotion, Drawing | SpaceDrawing] | None = None,
 ) -> dict[str, Any]:
     """The data of a page.
 
     Parameters
     ----------
-    motion, drawing : Motion, Drawing
-        Poses and shapes.
+    motion, drawing : AnyMotion, Drawing or SpaceDrawing
+        Poses, and shapes in the plane or solids in space.
     plots : Plots
         Signals that can be plotted.
     vectors : sequence of Vector, optional
         Arrows.
     traced : sequence of str, optional
         Names of points whose path is drawn at first.
-    about : sequence of (str, str), optional
-        Facts about the run.
-    ghost : (Motion, Drawing), optional
-        Another motion, which is drawn pale behind the first at the same time.
+    ghost : (AnyMotion, Drawing or SpaceDrawing), optional
+        Another motion, which is drawn pale with the first at the same time.
 
     Returns
     -------
     dict
         Values of JSON; arrays as {"kind", "data"} in base64, little-endian. Positions are relative to "origin".
     """
-    bounds = np.array(drawing.bounds)
+    bounds = np.reshape(drawing.bounds, (2, -1))
     if ghost is not None:
-        other = ghost[1].bounds
-        bounds = np.concatenate([np.minimum(bounds[:2], other[:2]), np.maximum(bounds[2:], other[2:])])
-    extent = float(max(bounds[2:] - bounds[:2]))
+        other = np.reshape(ghost[1].bounds, (2, -1))
+        bounds = np.stack([np.minimum(bounds[0], other[0]), np.maximum(bounds[1], other[1])])
+    extent = float((bounds[1] - bounds[0]).max())
     far = float(np.abs(bounds).max()) > FAR * extent
-    origin = (bounds[:2] + bounds[2:]) / 2 if far else np.zeros(2)
-    bounds = bounds - np.tile(origin, 2)
+    origin = bounds.mean(axis=0) if far else np.zeros(bounds.shape[1])
+    bounds = bounds - origin
     pack = _Packing(origin, motion, float(np.abs(bounds).max()))
-    return {
+    found = {
         "name": motion.scene.name,
         "doc": motion.scene.doc,
         "origin": origin.tolist(),
-        "bounds": [short(x) for x in bounds.tolist()],
-        **plotted(plots, motion.t),
-        **_mechanism(pack, drawing),
+        "bounds": [[short(x) for x in row] for row in bounds.tolist()],
+        **_plotted(plots, motion.t),
+        **pack.mechanism(drawing),
         "points": {name: pack.spot(spot) for name, spot in list(motion.spots.items())[:MOST_POINTS]},
         "traced": list(traced),
-        "vectors": [_vector(v, pack) for v in vectors],
-        "largest": largest(vectors),
+        "vectors": [
+            {"name": v.name, "group": v.group, "key": v.key, "kind": v.kind, "at": pack.spot(v.at)}
+            | {"size": v.values.shape[1], "values": array(np.nan_to_num(v.values), "f4")}
+            for v in vectors
+        ],
         "strain": largest_strain(motion.curves),
-        "about": [list(item) for item in about],
-        "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach, False), ghost[1]),
+        "ghost": None if ghost is None else _Packing(origin, ghost[0], pack.reach, False).mechanism(ghost[1]),
     }
+    return found | pack.stage(drawing) if isinstance(drawing, SpaceDrawing) else found
 
 
-def plotted(plots: Plots, t: NDArray[np.float64]) -> dict[str, Any]:
+def _plotted(plots: Plots, t: NDArray[np.float64]) -> dict[str, Any]:
     """Signals of a page whose frames have the times t (N,) [s]."""
     return {
         "times": None if np.array_equal(plots.times, t) else array(plots.times, "f8"),
@@ -149,52 +148,75 @@ def plotted(plots: Plots, t: NDArray[np.float64]) -> dict[str, Any]:
     }
 
 
-def _mechanism(pack: _Packing, drawing: Drawing) -> dict[str, Any]:
-    """Poses and shapes of one motion."""
-    motion = pack.motion
-    return {
-        "unit": short(drawing.unit),
-        "t": array(motion.t, "f8"),
-        "tracks": motion.tracks,
-        "poses": pack.poses(),
-        "curves": pack.curves(),
-        "shapes": [
-            {"draw": s.draw, "name": s.name, "at": [pack.spot(spot) for spot in s.at], **numbers(s.data)}
-            for s in drawing.shapes
-        ],
-        "bodies": {c.name: pack.spot(motion.spots[f"{c.name}.c"]) for c in motion.scene.bodies()},
-        "elastic": [curve.body for curve in motion.curves],
-    }
-
-
-def _vector(v: Vector, pack: _Packing) -> dict[str, Any]:
-    values = array(np.nan_to_num(v.values), "f4")
-    return {"name": v.name, "group": v.group, "at": pack.spot(v.at), "size": v.values.shape[1], "values": values}
-
-
 class _Packing:
-    """Numbers of the page: positions relative to an origin, as 32-bit numbers or as integers of 16 bits."""
+    """Numbers of one motion: positions relative to an origin, as 32-bit numbers or as integers of 16 bits."""
 
-    def __init__(self, origin: NDArray[np.float64], motion: Motion, reach: float, strained: bool = True) -> None:
+    def __init__(self, origin: NDArray[np.float64], motion: AnyMotion, reach: float, strained: bool = True) -> None:
         self.motion, self.origin, self.reach = motion, origin, reach
         self.strained = strained  # whether beams are coloured by their strain
-        self.small = motion.poses.size > MANY
         self.level = (reach or 1.0) / 32767
 
-    def spot(self, spot: Spot) -> list[float]:
-        shift = self.origin if spot.track == GROUND else (0.0, 0.0)
-        numbers = [short(spot.x - shift[0]), short(spot.y - shift[1]), short(spot.phi)]
-        while numbers and numbers[-1] == 0.0:
-            numbers.pop()
-        return [spot.track, *numbers]
+    def mechanism(self, drawing: Drawing | SpaceDrawing) -> dict[str, Any]:
+        """Poses, and shapes or solids."""
+        motion = self.motion
+        found: dict[str, Any] = {
+            "unit": short(drawing.unit),
+            "t": array(motion.t, "f8"),
+            "tracks": motion.tracks,
+            "poses": self.poses(),
+            "curves": self.curves(),
+            "bodies": {c.name: self.spot(motion.spots[f"{c.name}.c"]) for c in motion.scene.bodies()},
+            "elastic": [curve.body for curve in motion.curves],
+        }
+        if isinstance(drawing, SpaceDrawing):
+            return found | {"solids": [self.solid(s) for s in drawing.solids]}
+        return found | {"items": [self.item(item) for shape in drawing.shapes for item in shape.items]}
+
+    def stage(self, drawing: SpaceDrawing) -> dict[str, Any]:
+        """What the stage of a model in space needs in addition."""
+        from mbdsl.viewing.projection import VIEWS, view
+
+        front, floor = view(self.motion.scene, "front"), drawing.floor
+        return {
+            "axes": [axis.tolist() for axis in (front.right, -front.towards, front.up)],
+            "size": short(drawing.size),
+            "views": {name: list(angles) for name, angles in VIEWS.items()},
+            "followed": drawing.followed,
+            "floor": None if floor is None else self.spot(Place(GROUND, floor.r, floor.p)),
+        }
+
+    def spot(self, spot: Spot | Place) -> list[float]:
+        """[track, x, y, angle] without zeros at its end, or [track, x, y, z, w, x, y, z] without a unit quaternion."""
+        shift = self.origin if spot.track == GROUND else 0.0 * self.origin
+        if isinstance(spot, Place):
+            r = [short(x) for x in (np.array(spot.r) - shift).tolist()]
+            p = [short(x) for x in spot.p]
+            return [spot.track, *r, *(p if tuple(p) != UNTURNED else ())]
+        found = [short(spot.x - shift[0]), short(spot.y - shift[1]), short(spot.phi)]
+        while found and found[-1] == 0.0:
+            found.pop()
+        return [spot.track, *found]
+
+    def item(self, item: Item) -> dict[str, Any]:
+        at = getattr(item, "at", ())
+        return {"at": [self.spot(spot) for spot in at], **_all_short(values_of(item))}
+
+    def solid(self, s: Solid) -> dict[str, Any]:
+        own = _all_short({"size": s.size, **s.data})
+        return {"draw": s.draw, "role": s.role, "name": s.name, "at": [self.spot(place) for place in s.at], **own}
 
     def poses(self) -> dict[str, Any]:
-        poses = self.motion.poses.copy()
-        poses[:, :, :2] -= self.origin
-        if not self.small:
+        """Poses, and the scales of positions and of angles or quaternions."""
+        poses, d = self.motion.poses.copy(), len(self.origin)
+        poses[..., :d] -= self.origin
+        if self.motion.poses.size <= MANY:
             return {**array(poses, "f4"), "scale": [1.0, 1.0]}
-        poses[:, :, 2] = np.angle(np.exp(1j * poses[:, :, 2]))
-        return {**levels(poses / (self.level, self.level, np.pi / 32767)), "scale": [self.level, np.pi / 32767]}
+        turn = 1 / 32767
+        if d == 2:
+            poses[..., d] = np.angle(np.exp(1j * poses[..., d]))
+            turn = np.pi / 32767
+        steps = np.array([self.level] * d + [turn] * (poses.shape[-1] - d))
+        return {**levels(poses / steps), "scale": [self.level, turn]}
 
     def curves(self) -> list[dict[str, Any]]:
         found, most = [], largest_strain(self.motion.curves)
@@ -234,12 +256,10 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def numbers(data: dict[str, Any]) -> dict[str, Any]:
-    """Numbers of a shape's data with at most nine digits."""
-
-    def all_short(x: Any) -> Any:
-        if isinstance(x, float | np.floating):
-            return short(float(x))
-        return [all_short(y) for y in x] if isinstance(x, list | tuple) else x
-
-    return {key: all_short(value) for key, value in data.items()}
+def _all_short(x: Any) -> Any:
+    """Data with numbers of at most nine digits."""
+    if isinstance(x, float | np.floating):
+        return short(float(x))
+    if isinstance(x, dict):
+        return {key: _all_short(value) for key, value in x.items()}
+    return [_all_short(y) for y in x] if isinstance(x, list | tuple) else x

@@ -1,7 +1,7 @@
 // The state of the page: its time, its theme, and what it shows.
-const $ = (id) => document.getElementById(id);
 const data = JSON.parse($("data").textContent);
-const motion = data.modes ? new Vibration(data) : new Motion(data);
+const Motion = data.axes ? SpaceMotion : PlaneMotion;
+const motion = data.modes ? new (vibrating(Motion))(data) : new Motion(data);
 const ghost = data.ghost && new Motion(data.ghost);
 const canvas = $("picture");
 const show = { labels: false, masses: false, frames: false, forces: false, reactions: false, deflection: 1, size: 1 };
@@ -17,6 +17,7 @@ function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const of = (name) => style.getPropertyValue(`--${name}`).trim();
   theme = { bodies: [0, 1, 2, 3, 4, 5, 6, 7].map((k) => of(`s${k}`)) };
+  theme.bodies.forEach((colour, k) => (theme[`s${k}`] = colour));
   for (const name of ["ink", "pale", "paper", "shade", "grid", "force", "drive", "rod", "hot", "load", "reaction"])
     theme[name] = of(name);
   theme.name = theme.ink;
@@ -32,6 +33,26 @@ function redraw() {
   if (due) return;
   due = true;
   requestAnimationFrame(paint);
+}
+
+// The picture, on the canvas that has its marks; the plots and the state.
+function paint() {
+  due = false;
+  if (!theme) return;
+  const ratio = devicePixelRatio || 1;
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  if (surface.width !== Math.round(width * ratio) || surface.height !== Math.round(height * ratio)) {
+    [surface.width, surface.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    painter.resize(width, height, ratio);
+  }
+  const g = surface.getContext("2d");
+  g.setTransform(ratio, 0, 0, ratio, 0, 0);
+  g.clearRect(0, 0, width, height);
+  g.lineCap = g.lineJoin = "round";
+  letters(g);
+  paintPicture(g, width, height);
+  plots.paint(theme);
+  report();
 }
 
 // The state as text and as data of the page.
@@ -52,8 +73,7 @@ function fillPoses() {
   const entries = Object.entries(data.bodies).slice(0, 200);
   while (body.rows.length < entries.length) {
     const row = body.insertRow();
-    row.appendChild(document.createElement("th")).scope = "row";
-    row.cells[0].textContent = entries[body.rows.length - 1][0];
+    added(row, "th", { scope: "row", textContent: entries[body.rows.length - 1][0] });
     for (let k = 0; k < Motion.columns.length; k += 1) row.insertCell();
   }
   entries.forEach(([, at], k) => {

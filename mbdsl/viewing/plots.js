@@ -6,7 +6,13 @@ function ticks(low, high, most) {
   const step = [1, 2, 5, 10].map((k) => k * power).find((s) => span / s <= most);
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * span; k += 1) found.push(k * step);
-  return [found, step];
+  return found;
+}
+
+function write(g, words, x, y, align, baseline) {
+  Object.assign(g, { font: "11px system-ui, 'DejaVu Sans', sans-serif", fillStyle: theme.pale });
+  Object.assign(g, { textAlign: align, textBaseline: baseline });
+  g.fillText(words, x, y);
 }
 
 function written(value, digits = 4) {
@@ -55,20 +61,16 @@ class Plots {
   }
 
   chart(unit, signals) {
-    const figure = this.box.appendChild(document.createElement("figure"));
-    const canvas = figure.appendChild(document.createElement("canvas"));
+    const figure = added(this.box, "figure");
+    const canvas = added(figure, "canvas");
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", `${signals.map((s) => s.name).join(", ")} ${unit ? `in ${unit} ` : ""}over time`);
-    const list = figure.appendChild(document.createElement("ul"));
+    const list = added(figure, "ul");
     const entries = signals.map((signal, k) => {
-      const item = list.appendChild(document.createElement("li"));
-      if (signal.doc) item.title = signal.doc;
-      const swatch = item.appendChild(document.createElement("i"));
-      swatch.className = `s${k % 8}`;
-      item.appendChild(document.createElement("span")).textContent = signal.name;
-      const value = item.appendChild(document.createElement("span"));
-      value.className = "value";
-      return value;
+      const item = added(list, "li", { title: signal.doc || "" });
+      added(item, "i", { className: `s${k % 8}` });
+      added(item, "span", { textContent: signal.name });
+      return added(item, "span", { className: "value" });
     });
     const all = signals.flatMap((s) => [s.low, s.high]).filter(Number.isFinite);
     let [low, high] = all.length ? [Math.min(...all), Math.max(...all)] : [0, 1];
@@ -85,19 +87,16 @@ class Plots {
       this.look = null;
       this.seek(time(event));
     };
+    const look = (t) => {
+      this.look = t;
+      this.redraw();
+    };
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       move(event);
     });
-    canvas.addEventListener("pointermove", (event) => {
-      if (event.buttons) return move(event);
-      this.look = time(event);
-      return this.redraw();
-    });
-    canvas.addEventListener("pointerleave", () => {
-      this.look = null;
-      this.redraw();
-    });
+    canvas.addEventListener("pointermove", (event) => (event.buttons ? move(event) : look(time(event))));
+    canvas.addEventListener("pointerleave", () => look(null));
     return chart;
   }
 
@@ -124,29 +123,16 @@ class Plots {
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     const time = this.look ?? this.motion.time;
     const [x, y] = this.scales(chart);
-    g.lineWidth = 1;
-    for (const [t, colour] of [[this.motion.time, theme.ink], [this.look, theme.pale]]) {
-      if (t === null) continue;
-      g.strokeStyle = colour;
-      g.beginPath();
-      g.moveTo(x(t), chart.area.top);
-      g.lineTo(x(t), chart.area.bottom);
-      g.stroke();
-    }
-    if (this.look !== null) {
-      g.fillStyle = theme.pale;
-      g.font = "11px system-ui, 'DejaVu Sans', sans-serif";
-      g.textAlign = "center";
-      g.fillText(`t = ${written(time)} s`, (chart.area.left + chart.area.right) / 2, chart.area.top - 8);
-    }
+    const { left, right, top, bottom } = chart.area;
+    for (const [t, colour] of [[this.motion.time, theme.ink], [this.look, theme.pale]])
+      if (t !== null) polyline(g, [[x(t), top], [x(t), bottom]], 1, colour);
+    const words = this.look === null ? "" : `t = ${written(time)} s`;
+    write(g, words, (left + right) / 2, top - 8, "center", "alphabetic");
     chart.signals.forEach((signal, k) => {
       const value = this.value(signal, time);
       chart.entries[k].textContent = `${written(value)} ${signal.unit}`;
       if (!Number.isFinite(value)) return;
-      g.fillStyle = theme.bodies[k % theme.bodies.length];
-      g.beginPath();
-      g.arc(x(time), y(value), 3.5, 0, 2 * Math.PI);
-      g.fill();
+      disc(g, x(time), y(value), 3.5, theme.bodies[k % theme.bodies.length]);
     });
   }
 
@@ -163,32 +149,16 @@ class Plots {
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     const { area, signals, low, high } = chart;
     const [x, y] = this.scales(chart);
-    g.font = "11px system-ui, 'DejaVu Sans', sans-serif";
-    g.lineWidth = 1;
-    const [values] = ticks(low, high, 4);
-    g.textBaseline = "middle";
-    g.textAlign = "right";
-    for (const v of values) {
-      g.strokeStyle = theme.grid;
-      g.beginPath();
-      g.moveTo(area.left, y(v));
-      g.lineTo(area.right, y(v));
-      g.stroke();
-      g.fillStyle = theme.pale;
-      g.fillText(written(v, 3), area.left - 6, y(v));
+    const { left, right, bottom } = area;
+    for (const v of ticks(low, high, 4)) {
+      polyline(g, [[left, y(v)], [right, y(v)]], 1, theme.grid);
+      write(g, written(v, 3), left - 6, y(v), "right", "middle");
     }
     const [from, to] = [this.times[0], this.times[this.times.length - 1]];
-    g.textBaseline = "top";
-    g.textAlign = "center";
-    const [marks] = ticks(from, to, Math.max(2, Math.floor((area.right - area.left) / 60)));
-    for (const t of marks) {
-      g.fillStyle = theme.pale;
-      g.fillText(written(t, 4), Math.min(x(t), area.right - 8), area.bottom + 5);
-    }
-    g.textAlign = "left";
-    g.fillText(chart.unit ? `[${chart.unit}]` : "", 4, 2);
-    g.textAlign = "right";
-    g.fillText("time [s]", area.right, 2);
+    for (const t of ticks(from, to, Math.max(2, Math.floor((right - left) / 60))))
+      write(g, written(t, 4), Math.min(x(t), right - 8), bottom + 5, "center", "top");
+    write(g, chart.unit ? `[${chart.unit}]` : "", 4, 2, "left", "top");
+    write(g, "time [s]", right, 2, "right", "top");
     g.lineJoin = "round";
     g.lineWidth = 1.6;
     signals.forEach((signal, k) => {

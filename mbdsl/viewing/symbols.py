@@ -5,18 +5,45 @@ A kind names one of ``SYMBOLS`` as its ``drawing``; without it a joint is drawn 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from mbdsl.elements.kind import ForceKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing import gear_shapes
-from mbdsl.viewing.motion import GROUND, Motion, Spot
-from mbdsl.viewing.rope_shapes import rope
-from mbdsl.viewing.shape import Shape
+from mbdsl.viewing.display import (
+    ALONG,
+    DRIVE,
+    FORCE,
+    INK,
+    ON,
+    PALE,
+    PAPER,
+    ROD,
+    SHADE,
+    TURNED,
+    Beam,
+    Circle,
+    Item,
+    Path,
+    Points,
+    Shape,
+    Size,
+    colour_of,
+    head,
+    square,
+)
+from mbdsl.viewing.tracks import GROUND, Frame, Motion, Spot, Tracks
 
-Symbol = Callable[[Component, Spot, Spot, Motion], Iterator[Shape]]
+#: (component, its frames, motion, provisional size of symbols [m]) -> its shapes
+Symbol = Callable[[Component, Spot, Spot, Motion, float], Iterator[Shape]]
+
+COIL, FEWEST, MOST = 1.1, 3, 24  #: length of a coil in units, numbers of coils
+A, B = Spot(-2), Spot(-3)  #: frame_a and frame_b in templates
+DIAMOND = ((0.7, 0.0), (0.0, 0.7), (-0.7, 0.0), (0.0, -0.7))
 
 
 def symbol(component: Component) -> Symbol:
@@ -30,17 +57,32 @@ def symbol(component: Component) -> Symbol:
     Returns
     -------
     callable
-        (component, spot of frame_a, spot of frame_b, motion) -> its shapes.
+        (component, spot of frame_a, spot of frame_b, motion, size of symbols) -> its shapes.
     """
     kind = component.kind
     return SYMBOLS.get(kind.drawing, _dashed if isinstance(kind, ForceKind) else _mark)
 
 
-def _pin(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def _pin(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     if GROUND in (a.track, b.track):
         base, moving = (a, b) if a.track == GROUND else (b, a)
-        yield Shape("support", c.name, (base,), {"side": _side(base, moving, motion)})
-    yield Shape("pin", c.name, (a,))
+        yield _support(c, base, moving, motion)
+    yield pin(c, a)
+
+
+def pin(c: Component, at: Spot) -> Shape:
+    """A pin at a frame."""
+    return Shape("pin", c.name, (at,), (Circle((at,), Size(1.5, 0.27), PAPER),))
+
+
+def _support(c: Component, base: Spot, moving: Spot, motion: Motion) -> Shape:
+    """The support of a pin, above it if the body hangs."""
+    side = _side(base, moving, motion)
+    at = (Spot(GROUND, base.x, base.y),)
+    y = 1.25 * side
+    triangle = Path(at, units=((0.0, 0.0), (-0.8, y), (0.8, y)), closed=True, fill=SHADE)
+    line = Path(at, units=((-1.25, y), (1.25, y)), hatch=side)
+    return Shape("support", c.name, (base,), (triangle, line))
 
 
 def _side(base: Spot, moving: Spot, motion: Motion) -> int:
@@ -55,85 +97,167 @@ def _side(base: Spot, moving: Spot, motion: Motion) -> int:
     return 1 if y < -0.6 * float(np.hypot(x, y)) - 1e-9 else -1
 
 
-def _slider(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
-    yield _rail(c, a, b, motion, "guide")
-    yield Shape("block", c.name, (b, a))
+def wall(c: Component, at: Spot, other: Spot) -> Shape:
+    """A wall at a frame, across the line to another."""
+    line = Path((at, other), ALONG, units=((0.0, -1.3), (0.0, 1.3)), hatch=1)
+    return Shape("wall", c.name, (at, other), (line,))
 
 
-def _pin_in_slot(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def _slider(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    low, high, side = _travel(a, b, motion)
+    ends, units = ((low, 0.0), (high, 0.0)), ((-2.0, 0.8 * side), (2.0, 0.8 * side))
     if a.track == GROUND:
-        yield from _slider(c, a, b, motion)
+        rail = Path((a,), metres=ends, units=units, hatch=side)
     else:
-        yield _rail(c, a, b, motion, "slot")
-    yield Shape("pin", c.name, (b,))
+        rail = Path((a,), metres=ends, units=units, stroke=PALE, width=Size(units=0.3))
+    yield Shape("guide", c.name, (a,), (rail,))
+    own = colour_of(motion, b)
+    block = Path((b, a), TURNED, units=square(1.15, 0.78), closed=True, fill=(own, PAPER, 0.6), stroke=(own, INK, 0.4))
+    yield Shape("block", c.name, (b, a), (block,))
 
 
-def _rail(c: Component, a: Spot, b: Spot, motion: Motion, draw: str, margin: float = 0.0) -> Shape:
-    """The part of the x axis of ``a`` that ``b`` travels on; ``side`` of the rail: -1 below the axis, else above it."""
-    pa, pb = motion.pose(a), motion.pose(b)
-    s = np.cos(pa[:, 2]) * (pb[:, 0] - pa[:, 0]) + np.sin(pa[:, 2]) * (pb[:, 1] - pa[:, 1])
-    low, high = (float(np.nanmin(s)), float(np.nanmax(s))) if np.isfinite(s).any() else (0.0, 0.0)
+def _pin_in_slot(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    if a.track == GROUND:
+        yield from _slider(c, a, b, motion, unit)
+    else:
+        low, high, _ = _travel(a, b, motion)
+        slot = Path((a,), metres=((low, 0.0), (high, 0.0)), stroke=PAPER, edge=PALE, width=Size(units=0.95))
+        yield Shape("slot", c.name, (a,), (slot,))
+    yield pin(c, b)
+
+
+def _travel(a: Spot, b: Spot, motion: Motion) -> tuple[float, float, int]:
+    """The part [m] of the x axis of ``a`` that ``b`` travels on; -1: gravity is towards its right side, else 1."""
+    low, high = motion.travel(a, b)
     ground = next((x for x in motion.scene.components.values() if "g" in x.values and not x.kind.coordinates), None)
     nx, ny = ground.values["n"] if ground is not None else (0.0, -1.0)
-    sideways = -np.sin(pa[0, 2]) * nx + np.cos(pa[0, 2]) * ny  # gravity along the normal of the rail
-    data = {"from": low - margin, "to": high + margin, "side": -1 if sideways <= 1e-9 else 1}
-    return Shape(draw, c.name, (a,), data | {"fixed": a.track == GROUND})
+    phi = motion.pose(a)[0, 2]
+    return low, high, -1 if -np.sin(phi) * nx + np.cos(phi) * ny <= 1e-9 else 1
 
 
-def _wheel(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def _wheel(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     radius = float(c.values["radius"])
-    line = _rail(c, a, b, motion, "floor", radius)
-    yield Shape("floor", c.name, line.at, line.data | {"side": -1})
-    yield Shape("wheel", c.name, (b,), {"radius": radius})
+    low, high, _ = _travel(a, b, motion)
+    ends = ((low - radius, 0.0), (high + radius, 0.0))
+    floor = Path((a,), metres=ends, hatch=-1) if a.track == GROUND else Path((a,), metres=ends, width=Size(thin=2.0))
+    yield Shape("floor", c.name, (a,), (floor,))
+    yield gear_shapes.wheel(c, b, radius, motion)
 
 
-def _between(draw: str, pins: bool = False) -> Symbol:
-    def shapes(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def placed(items: Sequence[Item], a: Frame, b: Frame, motion: Tracks) -> tuple[Item, ...]:
+    """Items of a template between frames; strokes are from the smallest to the largest distance of the frames."""
+    at: dict[Frame, Frame] = {A: a, B: b}
+    length = motion.apart(a, b)
+    stroke = {"low": float(length.min()), "high": float(length.max())}
+
+    def one(item: Item) -> Item:
+        assert not isinstance(item, Beam)
+        own = {"at": tuple(at[frame] for frame in item.at)}
+        return replace(item, **own, **(stroke if isinstance(item, Path) and item.state else {}))  # type: ignore[arg-type]
+
+    return tuple(one(item) for item in items)
+
+
+def _template(draw: str, *items: Item, pins: bool = False, walls: bool = False) -> Symbol:
+    """Items between the frames A and B, with supports and pins or with walls at the ends on the ground."""
+
+    def shapes(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
         for spot, other in ((a, b), (b, a)):
-            if spot.track == GROUND and other.track != GROUND:
-                if pins:
-                    yield Shape("support", c.name, (spot,), {"side": _side(spot, other, motion)})
-                else:
-                    yield Shape("wall", c.name, (spot, other))
-        pa, pb = motion.pose(a), motion.pose(b)
-        length = np.hypot(pb[:, 0] - pa[:, 0], pb[:, 1] - pa[:, 1])
-        length = length[np.isfinite(length)] if np.isfinite(length).any() else np.zeros(1)
-        data = {"low": float(length.min()), "high": float(length.max()), "mean": float(length.mean())}
-        yield Shape(draw, c.name, (a, b), data)
+            if (pins or walls) and spot.track == GROUND and other.track != GROUND:
+                yield _support(c, spot, other, motion) if pins else wall(c, spot, other)
+        yield Shape(draw, c.name, (a, b), placed(items, a, b, motion))
         if pins:
-            yield Shape("pin", c.name, (a,))
-            yield Shape("pin", c.name, (b,))
+            yield pin(c, a)
+            yield pin(c, b)
 
     return shapes
 
 
-def _spring_damper(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def coils(a: Frame, b: Frame, motion: Tracks, unit: float) -> int:
+    """The number of coils of a spring, by its mean length."""
+    return min(MOST, max(FEWEST, round(float(motion.apart(a, b).mean()) / unit / COIL)))
+
+
+def zigzag(count: int, y: float = 0.0, height: float = 0.55, start: float = 0.0) -> tuple[Item, ...]:
+    """A spring at ``y`` with leads at its ends."""
+    inner, part = start + 0.8, (np.arange(2 * count) + 0.5) / (2 * count)
+    x = [start, inner, *(inner * (1.0 - 2.0 * part)).tolist(), -inner, -start]
+    heights = [y, y, *(y + height * (-1.0) ** (np.arange(2 * count) + 1)).tolist(), y, y]
+    look: dict[str, Any] = {"stroke": FORCE, "width": Size(thin=1.3)}
+    share = (0.0, 0.0, *part.tolist(), 1.0, 1.0)
+    return (Path((A, B), ALONG, units=tuple(zip(x, heights, strict=True)), share=share, **look),)
+
+
+def dashpot(y: float = 0.0, height: float = 0.45, start: float = 0.0) -> tuple[Item, ...]:
+    """A cylinder at A and a piston at B, at the part of its stroke."""
+    left, right, piston = -0.75, 2.25, -0.15
+    corners = ((right, y - height), (left, y - height), (left, y + height), (right, y + height))
+    head = ((piston, y - 0.75 * height), (piston, y + 0.75 * height))
+    return (
+        _line(((start, y), (left, y)), (0.0, 0.25)),
+        _line(corners, (0.25,) * 4),
+        _line(head, (0.25, 0.25), (1.8, 1.8), 2.1),
+        _line(((piston, y), (-start, y)), (0.25, 1.0), (1.8, 0.0)),
+    )
+
+
+def beside(count: int) -> tuple[Item, ...]:
+    """A spring and a damper beside each other."""
+    ends = tuple(
+        _line(points, (share, share))
+        for x, share in ((0.7, 0.0), (-0.7, 1.0))
+        for points in (((0.0, 0.0), (x, 0.0)), ((x, -0.7), (x, 0.7)))
+    )
+    return (*ends, *zigzag(count, 0.7, 0.42, 0.7), *dashpot(-0.7, 0.36, 0.7))
+
+
+def _line(points: Points, share: tuple[float, ...], state: tuple[float, ...] = (), thick: float = 1.3) -> Path:
+    return Path((A, B), ALONG, units=points, share=share, state=state, stroke=FORCE, width=Size(thin=thick))
+
+
+def _spring_damper(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """A spring, a damper or both, by the constants that are not zero."""
     k, damping = (c.values.get(name) for name in ("k", "c"))
+    count = coils(a, b, motion, unit)
     draw = "spring" if not damping else "damper" if not k else "spring-damper"
-    yield from _between(draw)(c, a, b, motion)
+    items = {"spring": zigzag(count), "damper": dashpot(), "spring-damper": beside(count)}[draw]
+    yield from _template(draw, *items, walls=True)(c, a, b, motion, unit)
 
 
-def _at_b(draw: str) -> Symbol:
-    def shapes(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
-        yield Shape(draw, c.name, (b, a))
-
-    return shapes
-
-
-def _weld(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def _weld(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     base, other = (a, b) if a.track == GROUND else (b, a)
     if base.track == GROUND and other.track != GROUND:
-        yield Shape("wall", c.name, (base, Spot(other.track)))
-    yield Shape("weld", c.name, (b,))
+        yield wall(c, base, Spot(other.track))
+    mark = Path((b,), units=square(0.32), closed=True, fill=INK, stroke=None)
+    yield Shape("weld", c.name, (b,), (mark,))
 
 
-def _nothing(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
+def _spiral() -> Path:
+    """From the angle of frame_a to that of frame_b, by two turns and the angle between them."""
+    part = np.arange(61) / 60
+    radius, turn = 1.55 - 1.15 * part, 4 * np.pi * part
+    points = gear_shapes.rounded(np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1), 4)
+    return Path((B, A), TURNED, units=points, state=tuple(part.tolist()), stroke=FORCE, width=Size(thin=1.2))
+
+
+def _arc(radius: float, first: float, last: float) -> Points:
+    angle = np.linspace(first, last, 40)
+    return gear_shapes.rounded(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1), 4)
+
+
+def _nothing(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     yield from ()
 
 
-_dashed = _between("dashed")
-_mark = _at_b("mark")
+_DRIVE: dict[str, Any] = {"stroke": DRIVE, "width": Size(thin=1.8)}
+_HEAD: dict[str, Any] = {"closed": True, "fill": DRIVE, "stroke": None}
+_END = (1.75 * float(np.cos(2.6)), 1.75 * float(np.sin(2.6)), (-float(np.sin(2.6)), float(np.cos(2.6))))
+PISTON = (
+    Path((A, B), ALONG, units=((0.0, 0.0), (2.0, 0.0)), share=(0.0, 0.2), stroke=ROD, width=Size(units=0.8)),
+    Path((A, B), ALONG, units=((2.0, 0.0), (0.0, 0.0)), share=(0.2, 1.0), stroke=DRIVE, width=Size(units=0.35)),
+)
+_dashed = _template("dashed", Path((A, B), ON, stroke=FORCE, dashed=True), walls=True)
+_mark = _template("mark", Path((B,), units=DIAMOND, closed=True, fill=PAPER))
 
 SYMBOLS: dict[str, Symbol] = {
     "pin": _pin,
@@ -141,17 +265,27 @@ SYMBOLS: dict[str, Symbol] = {
     "pin in slot": _pin_in_slot,
     "weld": _weld,
     "wheel": _wheel,
-    "blade": _at_b("blade"),
-    "rod": _between("rod", pins=True),
-    "actuator": _between("actuator", pins=True),
+    "blade": _template("blade", Path((B,), units=((-1.1, 0.0), (1.1, 0.0)), width=Size(2.5, 0.3))),
+    "rod": _template("rod", Path((A, B), ON, stroke=ROD, width=Size(2.0, 0.22)), pins=True),
+    "actuator": _template("actuator", *PISTON, pins=True),
     "spring": _spring_damper,
-    "spiral": _at_b("spiral"),
-    "bushing": _at_b("bushing"),
-    "turning": _at_b("turning"),
-    "pushing": _at_b("pushing"),
+    "spiral": _template("spiral", _spiral()),
+    "bushing": _template(
+        "bushing",
+        Circle((A,), Size(units=0.85), (FORCE, PAPER, 0.7), FORCE),
+        Circle((B,), Size(units=0.3), PAPER),
+        Path((A, B), ON, stroke=FORCE),
+    ),
+    "turning": _template(
+        "turning", Path((B,), units=_arc(1.75, -0.35, 2.6), **_DRIVE), Path((B,), units=head(*_END), **_HEAD)
+    ),
+    "pushing": _template(
+        "pushing",
+        Path((B, A), TURNED, units=((-1.1, 1.4), (0.9, 1.4)), **_DRIVE),
+        Path((B, A), TURNED, units=head(1.2, 1.4, (1.0, 0.0)), **_HEAD),
+    ),
     "dashed": _dashed,
     "mark": _mark,
     "nothing": _nothing,
-    "rope": rope,
     **gear_shapes.SYMBOLS,
 }

@@ -12,48 +12,52 @@ from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.tables import gravity
-from mbdsl.viewing.motion import Motion, Spot
+from mbdsl.viewing.motion import AnyMotion, Place, Spot
 
 Array = NDArray[np.float64]
 
 FORCES, REACTIONS = "forces", "reactions"
+FORCE, TORQUE = "force", "torque"
 MOST = 40  #: number of joints up to which reactions are on the page
+MOST_ROWS = 4000  #: number of rows up to which reactions in space that are not known are solved for
 
 
 @dataclass(frozen=True)
 class Vector:
-    """A force (N, 2) [N] in world axes or a torque (N, 1) [N.m] on a spot; ``group`` is "forces" or "reactions"."""
+    """A force (N, 2 or 3) [N] or a torque (N, 1 or 3) [N.m] on a frame, in world axes.
+
+    ``group`` is "forces" or "reactions", ``kind`` is "force" or "torque".
+    """
 
     name: str
     group: str
-    at: Spot
+    kind: str
+    at: Spot | Place
     values: Array
 
-
-def key_of(v: Vector) -> str:
-    """Its group and its number of components: arrows of a key have one scale."""
-    return f"{v.group}{v.values.shape[1]}"
+    @property
+    def key(self) -> str:
+        """Arrows of a key have one scale."""
+        return f"{self.group} {self.kind}"
 
 
 def largest(vectors: Sequence[Vector], one_scale: bool = False) -> dict[str, float]:
     """The largest force or torque over all times, by key; of both groups together with ``one_scale``."""
     found: dict[str, float] = {}
     for v in vectors:
-        most = float(np.nanmax(np.hypot.reduce(v.values, axis=1)))
-        found[key_of(v)] = max(found.get(key_of(v), 0.0), most)
-    if one_scale:
-        return {key: max(x for other, x in found.items() if other[-1] == key[-1]) for key in found}
-    return found
+        key = v.kind if one_scale else v.key
+        found[key] = max(found.get(key, 0.0), float(np.nanmax(np.linalg.norm(v.values, axis=1))))
+    return {v.key: found[v.kind if one_scale else v.key] for v in vectors}
 
 
-def vectors(trajectory: Trajectory, motion: Motion) -> list[Vector]:
-    """Forces that are given as components or torques, and the reactions on frame_b of joints.
+def vectors(trajectory: Trajectory, motion: AnyMotion) -> list[Vector]:
+    """Forces and torques that are given, and the reactions on frame_b of joints.
 
     Parameters
     ----------
     trajectory : Trajectory
         The states over time.
-    motion : Motion
+    motion : Motion or SpaceMotion
         Its motion; vectors are at its frames.
 
     Returns
@@ -61,40 +65,22 @@ def vectors(trajectory: Trajectory, motion: Motion) -> list[Vector]:
     list of Vector
         Those that are not zero all the time.
     """
-    components = list(motion.scene.components.values())
-    found = [v for c in components if isinstance(c.kind, ForceKind) for v in _applied(c, trajectory, motion)]
-    joints = [c for c in components if isinstance(c.kind, JointKind) and len(c.ports) == 2]
+    elements = [c for c in motion.scene.components.values() if len(c.ports) == 2]
+    found = [v for c in elements if isinstance(c.kind, ForceKind) for v in _applied(c, trajectory, motion)]
+    joints = [c for c in elements if isinstance(c.kind, JointKind)]
     if len(joints) <= MOST:
         found += [v for c in joints for v in _reactions(c, trajectory, motion)]
-    return [v for v in found if np.isfinite(v.values).any() and np.nanmax(np.abs(v.values)) > 0.0]
+    return _not_zero(found)
 
 
-def _applied(c: Component, trajectory: Trajectory, motion: Motion) -> Iterator[Vector]:
-    """Laws that are components of a force in the axes of frame_a, or a torque."""
-    if len(c.ports) != 2 or c.kind.sign < 0:  # type: ignore[attr-defined]
-        return
-    a, b = (motion.spot_of(frame) for frame in c.ports.values())
-    columns = [_signal(trajectory, motion, f"{c.name}.{law}") for law in c.kind.laws]  # type: ignore[attr-defined]
-    if any(column is None for column in columns):
-        return
-    values = np.stack(columns, axis=1)  # type: ignore[arg-type]
-    if values.shape[1] == 2:
-        phi = motion.pose(a)[:, 2]
-        cos, sin = np.cos(phi), np.sin(phi)
-        fx, fy = values.T
-        yield Vector(c.name, FORCES, b, np.stack([cos * fx - sin * fy, sin * fx + cos * fy], axis=1))
-    elif values.shape[1] == 1 and c.kind.unit_of(c.kind.laws[0]) == "N.m":  # type: ignore[attr-defined]
-        yield Vector(c.name, FORCES, b, values)
-
-
-def loads(trajectory: Trajectory, motion: Motion) -> list[Vector]:
+def loads(trajectory: Trajectory, motion: AnyMotion) -> list[Vector]:
     """Weights of bodies, and what springs and dampers with a law of one force or torque exert on frame_b.
 
     Parameters
     ----------
     trajectory : Trajectory
         The states over time.
-    motion : Motion
+    motion : Motion or SpaceMotion
         Its motion.
 
     Returns
@@ -102,52 +88,84 @@ def loads(trajectory: Trajectory, motion: Motion) -> list[Vector]:
     list of Vector
         Those that are not zero all the time.
     """
-    scene, N = motion.scene, len(motion.t)
-    field = gravity(scene)
+    field, N = np.array(gravity(motion.scene), float), len(motion.t)
     found = []
-    for c in scene.bodies():
+    for c in motion.scene.bodies():
         mass = float(c.kind.table(dict(c.values))[0])  # type: ignore[attr-defined]
-        found.append(Vector(c.name, FORCES, motion.spots[f"{c.name}.c"], np.tile(mass * field, (N, 1))))
-    for c in scene.components.values():
-        if not isinstance(c.kind, ForceKind) or len(c.ports) != 2 or len(c.kind.laws) != 1 or c.kind.sign > 0:
-            continue
-        law = c.kind.laws[0]
-        value = _signal(trajectory, motion, f"{c.name}.{law}")
-        if value is None:
-            continue
-        a, b = (motion.spot_of(frame) for frame in c.ports.values())
-        unit = c.kind.unit_of(law)
-        if unit == "N.m":
-            found.append(Vector(c.name, FORCES, b, -value[:, None]))
-        elif (along := _direction(c.kind.name, motion, a, b)) is not None:
-            found.append(Vector(c.name, FORCES, b, -value[:, None] * along))
+        found.append(Vector(c.name, FORCES, FORCE, motion.spots[f"{c.name}.c"], np.tile(mass * field, (N, 1))))
+    for c in motion.scene.components.values():
+        if isinstance(c.kind, ForceKind) and len(c.ports) == 2:
+            found += _spring(c, trajectory, motion)
+    return _not_zero(found)
+
+
+def _not_zero(found: Sequence[Vector]) -> list[Vector]:
     return [v for v in found if np.isfinite(v.values).any() and np.nanmax(np.abs(v.values)) > 0.0]
 
 
-def _direction(kind: str, motion: Motion, a: Spot, b: Spot) -> Array | None:
-    """Unit vectors (N, 2) along which a spring or a stop resists; None for other kinds."""
-    pa, pb = motion.pose(a), motion.pose(b)
-    if kind in ("TranslationalSpringDamper", "TranslationalStop"):
-        return np.stack([np.cos(pa[:, 2]), np.sin(pa[:, 2])], axis=1)
-    if kind != "SpringDamper":
-        return None
-    apart = pb[:, :2] - pa[:, :2]
-    length = np.hypot.reduce(apart, axis=1)[:, None]
-    return np.divide(apart, length, out=np.zeros_like(apart), where=length > 0.0)
+def _applied(c: Component, trajectory: Trajectory, motion: AnyMotion) -> Iterator[Vector]:
+    """A force with components in the axes of frame_a, or a torque, in space about the z axis of one of the frames."""
+    kind, spatial = c.kind, motion.scene.spatial
+    assert isinstance(kind, ForceKind)
+    if not spatial and kind.sign < 0:
+        return
+    a, b = (motion.spot_of(frame) for frame in c.ports.values())
+    parts = _signals(trajectory, motion, [f"{c.name}.{law}" for law in kind.laws])
+    if parts is None:
+        return
+    if tuple(kind.laws) == ("fx", "fy", "fz")[: motion.dimensions] or parts.shape[1] == 2:
+        yield Vector(c.name, FORCES, FORCE, b, motion.turned(a, parts))
+    elif spatial and tuple(kind.laws) == ("tau",):
+        axis = motion.turned(b if c.values["axes"] == "frame_b" else a, np.array([0.0, 0.0, 1.0]))
+        yield Vector(c.name, FORCES, TORQUE, b, parts * axis)
+    elif not spatial and parts.shape[1] == 1 and kind.unit_of(kind.laws[0]) == "N.m":
+        yield Vector(c.name, FORCES, TORQUE, b, parts)
 
 
-def _reactions(c: Component, trajectory: Trajectory, motion: Motion) -> Iterator[Vector]:
+def _spring(c: Component, trajectory: Trajectory, motion: AnyMotion) -> Iterator[Vector]:
+    """What a spring, a damper or a stop with one law exerts on frame_b; in space springs between two points only."""
+    kind, spatial = c.kind, motion.scene.spatial
+    assert isinstance(kind, ForceKind)
+    if spatial and kind.name == "SpringDamper":
+        value = _signals(trajectory, motion, [f"{c.name}.force"])
+    elif spatial or len(kind.laws) != 1 or kind.sign > 0:
+        return
+    else:
+        value = _signals(trajectory, motion, [f"{c.name}.{kind.laws[0]}"])
+    if value is None:
+        return
+    a, b = (motion.spot_of(frame) for frame in c.ports.values())
+    if not spatial and kind.unit_of(kind.laws[0]) == "N.m":
+        yield Vector(c.name, FORCES, TORQUE, b, -value)
+    elif kind.name == "SpringDamper":
+        apart = motion.positions(b) - motion.positions(a)
+        length = np.linalg.norm(apart, axis=1)[:, None]
+        along = np.divide(apart, length, out=np.zeros_like(apart), where=length > 0.0)
+        yield Vector(c.name, FORCES, FORCE, b, -value * along)
+    elif kind.name in ("TranslationalSpringDamper", "TranslationalStop"):
+        yield Vector(c.name, FORCES, FORCE, b, -value * motion.turned(a, np.array([1.0, 0.0])))
+
+
+def _reactions(c: Component, trajectory: Trajectory, motion: AnyMotion) -> Iterator[Vector]:
     assert isinstance(c.kind, JointKind)
     b = motion.spot_of(list(c.ports.values())[1])
-    known = {key: _signal(trajectory, motion, f"{c.name}.{key}") for key in c.kind.reaction}
+    if motion.scene.spatial:
+        for kind, key in ((FORCE, "f"), (TORQUE, "t")):
+            if (parts := _signals(trajectory, motion, [f"{c.name}.{key}{i}" for i in "xyz"])) is not None:
+                yield Vector(c.name, REACTIONS, kind, b, parts)
+        return
+    known = {key: _signals(trajectory, motion, [f"{c.name}.{key}"]) for key in c.kind.reaction}
     force = [known.get(key) for key in ("fx", "fy")]
     if any(x is not None for x in force):
-        zero = np.zeros(len(motion.t))
-        yield Vector(c.name, REACTIONS, b, np.stack([zero if x is None else x for x in force], axis=1))
+        zero = np.zeros((len(motion.t), 1))
+        yield Vector(c.name, REACTIONS, FORCE, b, np.hstack([zero if x is None else x for x in force]))
     if (tau := known.get("tau")) is not None:
-        yield Vector(c.name, REACTIONS, b, tau[:, None])
+        yield Vector(c.name, REACTIONS, TORQUE, b, tau)
 
 
-def _signal(trajectory: Trajectory, motion: Motion, name: str) -> Array | None:
-    """A signal at the frames of the motion; None if there is none, or all reactions would have to be solved for."""
-    return np.asarray(trajectory[name], float)[motion.rows] if trajectory.is_at_hand(name) else None
+def _signals(trajectory: Trajectory, motion: AnyMotion, names: Sequence[str]) -> Array | None:
+    """Signals (N, n) at the frames of the motion; None if one is missing, or takes too long to solve for."""
+    solved = motion.scene.spatial and len(trajectory.t) <= MOST_ROWS
+    if not all(trajectory.is_at_hand(name) or (solved and name in trajectory) for name in names):
+        return None
+    return np.stack([np.asarray(trajectory[name], float)[motion.rows] for name in names], axis=1)

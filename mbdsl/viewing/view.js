@@ -1,12 +1,13 @@
 // The picture of a model in the plane: its view, and what is painted into it.
 const painter = new Painter(data, motion);
 const ghostPainter = ghost && new Painter(data.ghost, ghost);
+const surface = canvas;
 const layer = ghost && document.createElement("canvas");
 const view = { x: 0, y: 0, scale: 1, side: 400 }; // `side` is the shorter of the picture
 
 // -- view ------------------------------------------------------------------------------------------------------------
 function fit() {
-  const [x0, y0, x1, y1] = data.bounds;
+  const [[x0, y0], [x1, y1]] = data.bounds;
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   const margin = Math.min(64, Math.max(0.12 * Math.min(width, height), Math.min(46, 0.2 * Math.min(width, height))));
   view.scale = Math.min((width - 2 * margin) / (x1 - x0 || 1e-9), (height - 2 * margin) / (y1 - y0 || 1e-9));
@@ -30,7 +31,7 @@ function zoom(factor, x = canvas.clientWidth / 2, y = canvas.clientHeight / 2) {
 // The camera of a followed body keeps its place in the picture.
 function centre() {
   if (follow === null) return;
-  const [x, y] = motion.point(follow, 0, 0);
+  const [x, y] = motion.point([follow]);
   view.x = canvas.clientWidth / 2 - view.scale * x;
   view.y = canvas.clientHeight / 2 + view.scale * y;
 }
@@ -48,17 +49,9 @@ function viewState() {
 }
 
 // -- picture ---------------------------------------------------------------------------------------------------------
-function paint() {
-  due = false;
-  if (!theme) return;
-  const ratio = devicePixelRatio || 1;
-  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio))
-    [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+function paintPicture(g, width, height) {
   view.side = Math.min(width, height);
   centre();
-  const g = canvas.getContext("2d");
-  g.setTransform(ratio, 0, 0, ratio, 0, 0);
   g.fillStyle = theme.paper;
   g.fillRect(0, 0, width, height);
   if (ghost) paintGhost(g);
@@ -66,8 +59,6 @@ function paint() {
   paintTraces(g);
   paintVectors(g);
   paintMarks(g);
-  plots.paint(theme);
-  report();
 }
 
 // On a layer of its own, which is pale as a whole: parts that overlap are as pale as others.
@@ -85,91 +76,73 @@ function paintGhost(g) {
 }
 
 function paintTraces(g) {
-  let k = 0;
-  for (const [name, path] of traces) {
-    g.strokeStyle = theme.bodies[k % theme.bodies.length];
-    k += 1;
-    for (const [alpha, end] of [[0.3, path.length], [1, motion.row + 1]]) {
-      g.globalAlpha = alpha;
-      g.lineWidth = 1.6;
-      g.beginPath();
-      for (let i = 0; i < end; i += 1) g.lineTo(view.x + view.scale * path[i][0], view.y - view.scale * path[i][1]);
-      g.stroke();
-    }
+  [...traces].forEach(([name, path], k) => {
+    const colour = theme.bodies[k % theme.bodies.length];
+    const points = path.map((p) => painter.pixel(p));
+    g.globalAlpha = 0.3;
+    polyline(g, points, 1.6, colour);
     g.globalAlpha = 1;
-    const [x, y] = painter.place(data.points[name]);
-    g.fillStyle = g.strokeStyle;
-    g.beginPath();
-    g.arc(x, y, 3, 0, 2 * Math.PI);
-    g.fill();
-  }
+    polyline(g, points.slice(0, motion.row + 1), 1.6, colour);
+  });
+  paintTips(g);
 }
 
 function paintVectors(g) {
   const longest = 0.22 * Math.min(canvas.clientWidth, canvas.clientHeight) * show.size;
   for (const vector of vectors) {
     if (!show[vector.group]) continue;
-    const colour = vector.group === "forces" ? theme.load : theme.reaction;
+    const colour = colourOf(vector);
     const place = painter.place(vector.at);
-    const at = (j) => {
-      const n = vector.size;
-      const [a, b] = [vector.values[n * motion.row + j], vector.values[n * motion.next + j]];
-      return (a + (b - a) * motion.share) / (data.largest[`${vector.group}${n}`] || 1);
-    };
-    if (vector.size === 2) painter.arrow(place, at(0) * longest, at(1) * longest, colour);
-    else painter.turningArrow(place, at(0), colour);
+    const parts = valuesOf(vector).map((x) => x / (data.largest[vector.key] || 1));
+    if (vector.kind === "force") arrow(g, place, parts[0] * longest, parts[1] * longest, colour);
+    else turningArrow(g, place, parts[0], colour);
   }
+}
+
+// The head of an arrow at a point, with its angle.
+function head(g, [x, y, phi], colour, size) {
+  const [c, s] = [size * Math.cos(phi), size * Math.sin(phi)];
+  g.beginPath();
+  for (const [u, v] of [[0.4, 0], [-0.6, 0.45], [-0.6, -0.45]]) g.lineTo(x + c * u - s * v, y - s * u - c * v);
+  g.fillStyle = colour;
+  g.fill();
+}
+
+// An arrow from p by (fx, fy) pixels, fy up.
+function arrow(g, [x, y], fx, fy, colour) {
+  const length = Math.hypot(fx, fy);
+  if (length < 2) return;
+  const size = Math.min(9, 0.6 * length);
+  const [c, s] = [fx / length, fy / length];
+  const end = [x + fx, y - fy];
+  polyline(g, [[x, y], [end[0] - 0.5 * size * c, end[1] + 0.5 * size * s]], 2, colour);
+  head(g, [end[0] - 0.4 * size * c, end[1] + 0.4 * size * s, Math.atan2(fy, fx)], colour, size);
+}
+
+// An arc about p, counter-clockwise for positive values; `part` is its size, 1 the largest of the motion.
+function turningArrow(g, [x, y], part, colour) {
+  if (Math.abs(part) < 0.01) return;
+  const radius = 1.6 * painter.U + 6;
+  const angle = 4.7 * part;
+  const on = (u) => [x + radius * Math.cos(u), y - radius * Math.sin(u)];
+  polyline(g, Array.from({ length: 40 }, (_, k) => on((angle * k) / 39)), 2, colour);
+  head(g, [...on(angle), angle + (Math.sign(angle) * Math.PI) / 2], colour, 9);
 }
 
 function paintMarks(g) {
-  letters(g);
-  if (show.frames) {
-    for (const at of Object.values(data.points)) {
-      painter.at(painter.place(at), () => {
-        painter.line([[0, 0], [18, 0]], 1.6, theme.bodies[1]);
-        painter.line([[0, 0], [0, -18]], 1.6, theme.bodies[2]);
-      });
-    }
-  }
-  if (show.masses)
-    for (const [name, at] of Object.entries(data.bodies))
-      if (!data.elastic.includes(name)) quartered(g, painter.place(at), Math.max(3, 0.34 * painter.U));
-  if (show.labels) {
-    for (const [name, at] of Object.entries(data.bodies)) {
-      const [x, y] = painter.place(at);
-      text(g, name, x + 0.6 * painter.U + 3, y - 0.6 * painter.U - 4);
-    }
-  }
+  paintFrames(g);
+  paintBodies(g, Math.max(3, 0.34 * painter.U), [0.6 * painter.U + 3, -0.6 * painter.U - 4]);
   scaleBar(g, view.scale);
-  paintNotes(g);
-}
-
-// The notes above the scale bar, and the colours of beams above them.
-function paintNotes(g) {
-  const notes = [];
-  const both = show.forces && show.reactions && data.largest.forces2 === data.largest.reactions2;
-  if (both && data.largest.forces2)
-    notes.push(
-      `longest arrow: ${written(data.largest.forces2, 3)} N`,
-      ["reactions", theme.reaction],
-      ["forces", theme.load],
-    );
-  else for (const [group, name] of [["forces", "force"], ["reactions", "reaction"]])
-    if (show[group] && data.largest[`${group}2`])
-      notes.push(`longest arrow of a ${name}: ${written(data.largest[`${group}2`], 3)} N`);
-  if (show.deflection !== 1) notes.push(`deflection × ${show.deflection}`);
-  if (data.pale) notes.push(`pale: ${data.pale}`);
-  if (data.modes) notes.push(...modeNotes());
-  const [x, y] = writeNotes(g, notes);
+  const [x, y] = writeNotes(g);
   if (data.modes ? data.curves.length : data.strain) colourBar(g, x, y - 4);
 }
 
 // The colour bar of bending strain.
 function colourBar(g, x, y) {
   const [width, height] = [90, 8];
-  const own = painter.colour(data.elastic[0]);
+  const own = painter.colour(data.items.find((item) => item.curve !== undefined).stroke);
   const shades = g.createLinearGradient(x, 0, x + width, 0);
-  shades.addColorStop(0, mixed(own, theme.paper, 0.72));
+  shades.addColorStop(0, own);
   shades.addColorStop(1, theme.hot);
   g.fillStyle = shades;
   g.fillRect(x, y, width, height);

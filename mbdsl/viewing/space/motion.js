@@ -1,4 +1,4 @@
-// Poses in space between the frames of the page: positions, and unit quaternions (w, x, y, z).
+// Poses in space: positions, and unit quaternions (w, x, y, z).
 
 // The vector v turned by the quaternion at index i of p: v + 2 u x (w v + u x v).
 function turnedBy(p, i, [x, y, z]) {
@@ -16,17 +16,11 @@ function product([w, x, y, z], [a, b, c, d]) {
   ];
 }
 
-class Motion {
+class SpaceMotion extends Tracks {
   static columns = ["x [m]", "y [m]", "z [m]", "p0", "p1", "p2", "p3"];
 
   constructor(data) {
-    this.t = decoded(data.t);
-    this.raw = decoded(data.poses);
-    this.scale = data.poses.scale; // of positions and of quaternions, per unit of the stored numbers
-    this.count = data.tracks.length;
-    this.now = new Float64Array(7 * this.count);
-    this.curves = [];
-    this.seek(this.t[0]);
+    super(data, 7);
   }
 
   // The cosine of half the angle between the attitudes at two indices, negative where the quaternions differ in sign.
@@ -37,34 +31,27 @@ class Motion {
     return sum * scale[1] ** 2;
   }
 
-  seek(time) {
-    const [row, part] = between(this.t, time);
-    this.time = Math.min(this.t[this.t.length - 1], Math.max(this.t[0], time));
-    const { raw, count, now, scale } = this;
-    const next = part > 0 ? row + 1 : row;
-    const [a, b] = [7 * count * row, 7 * count * next];
-    let share = part;
-    for (let k = 0; k < 7 * count && share > 0; k += 7)
-      if (Math.abs(this.near(a + k, b + k)) < Math.cos(TURN / 2)) share = part < 0.5 ? 0 : 1;
-    [this.row, this.next, this.share] = [row, next, share];
-    for (let k = 0; k < 7 * count; k += 7) {
-      const [i, j] = [a + k, b + k];
-      for (let d = 0; d < 3; d += 1) now[k + d] = (raw[i + d] + (raw[j + d] - raw[i + d]) * share) * scale[0];
-      const sign = this.near(i, j) < 0 ? -1 : 1;
-      let size = 0;
-      for (let d = 3; d < 7; d += 1) {
-        now[k + d] = raw[i + d] + (sign * raw[j + d] - raw[i + d]) * share;
-        size += now[k + d] ** 2;
-      }
-      for (let d = 3; d < 7; d += 1) now[k + d] /= Math.sqrt(size);
-    }
+  turn(i, j) {
+    return 2 * Math.acos(Math.min(1, Math.abs(this.near(i, j))));
+  }
+
+  blend(k, i, j) {
+    const { raw, now, share } = this;
+    for (let d = 0; d < 3; d += 1) now[k + d] = this.length(i + d, j + d);
+    const sign = this.near(i, j) < 0 ? -1 : 1;
+    for (let d = 3; d < 7; d += 1) now[k + d] = raw[i + d] + (sign * raw[j + d] - raw[i + d]) * share;
+    this.normalise(k);
+  }
+
+  normalise(k) {
+    const size = Math.hypot(...this.now.subarray(k + 3, k + 7));
+    for (let d = 3; d < 7; d += 1) this.now[k + d] /= size;
   }
 
   // The position of a place in the world.
-  point([track, ...r]) {
-    if (track < 0) return r.slice(0, 3);
-    const v = turnedBy(this.now, 7 * track + 3, r);
-    return v.map((x, k) => x + this.now[7 * track + k]);
+  point([track, x = 0, y = 0, z = 0]) {
+    if (track < 0) return [x, y, z];
+    return turnedBy(this.now, 7 * track + 3, [x, y, z]).map((p, k) => p + this.now[7 * track + k]);
   }
 
   attitude([track, , , , ...p]) {
@@ -74,16 +61,5 @@ class Motion {
 
   pose(at) {
     return [...this.point(at), ...this.attitude(at)];
-  }
-
-  // The path of a point over all frames.
-  path([track, ...r]) {
-    const { raw, scale, count, t } = this;
-    return Array.from(t, (_, row) => {
-      const i = 7 * (count * row + track);
-      const p = raw.slice(i + 3, i + 7);
-      const size = Math.hypot(...p);
-      return turnedBy(Array.from(p, (x) => x / size), 0, r).map((x, k) => x + raw[i + k] * scale[0]);
-    });
   }
 }

@@ -14,10 +14,10 @@ from mbdsl.elements.vectors import turned_to
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.rotation_arrays import of_matrix, quaternions
 from mbdsl.system.tables import gravity
-from mbdsl.viewing.motion import GROUND, is_apart
-from mbdsl.viewing.space.motion import Place, SpaceMotion
+from mbdsl.viewing.motion import is_apart
 from mbdsl.viewing.space.solid import BODY, Solid
 from mbdsl.viewing.space.symbols import TO_X, bodies_shown, support, symbol
+from mbdsl.viewing.tracks import GROUND, Place, SpaceMotion
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,7 @@ BAR, MASS = 0.34, 0.8  #: radius of bars and of bodies without dimensions, in un
 FLAT = 1.2  #: ratio of moments of inertia up to which a body counts as a thin disc
 THIN = 0.08  #: thickness of a disc relative to its radius
 LARGE, DISCS = 0.5, 1.5  #: largest radius of solids and discs by moments of inertia, relative to the mechanism
+RIM = 24  #: number of points of an edge that is round
 POINT = 0.02  #: extent of all frames relative to solids by moments of inertia up to which the frames are at one point
 TRAVELS = 4.5  #: extent of the motion relative to the mechanism from which the camera follows a body at first
 #: kinds of elements for which no point of the ground is special
@@ -42,13 +43,14 @@ class Floor:
 
 @dataclass(frozen=True)
 class SpaceDrawing:
-    """All solids, and sizes.
+    """All solids, those of them that have dimensions of their own, and sizes.
 
     ``bounds`` are the extremes (2, 3) [m] of the motion, ``size`` is the largest diagonal [m] of the mechanism at a
     time, ``unit`` the size of symbols [m]. The camera follows the body ``followed`` at first.
     """
 
     solids: list[Solid]
+    sized: list[Solid]
     bounds: Array
     size: float
     unit: float
@@ -84,12 +86,12 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     free = {p for p in moving if motion.tracks[p.track] in given and p not in attached and any(p.r)}
     low, high = motion.extremes([*held, *(place for place in moving if place not in free)])
     frames = _size(low, high)
-    low, high = _enclosed(low, high, [*free, *(p for solid in given.values() for p in _corners(solid))], motion)
+    low, high = _enclosed(low, high, [*free, *(p for solid in given.values() for p in corners(solid))], motion)
     if frames > POINT * min(map(_reach, derived.values()), default=0.0):  # otherwise solids are its only lengths
         within = _size(low, high)
         derived = {name: solid for name, solid in derived.items() if _is_small(solid, motion, within)}
     own = given | derived
-    low, high = _enclosed(low, high, (p for solid in derived.values() for p in _corners(solid)), motion)
+    low, high = _enclosed(low, high, (p for solid in derived.values() for p in corners(solid)), motion)
     size = _size(low, high)
     bounds = np.stack([low.min(axis=0), high.max(axis=0)])
     if not np.isfinite(bounds).all():
@@ -100,7 +102,8 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     unit = min(OF_SIZE * size, OF_LENGTH * float(np.median(lengths)) if lengths else np.inf) or 1.0
     solids = [s for c in scene.bodies() for s in _body(c, motion, own.get(c.name), bars[c.name], unit, tracks)]
     symbols = [s for c in elements for s in symbol(c, motion, unit)]
-    round_ones = [corner for s in symbols if s.role == BODY and len(s.at) == 1 for corner in _corners(s)]
+    turning = [s for s in symbols if s.role == BODY and len(s.at) == 1]
+    round_ones = [corner for s in turning for corner in corners(s)]
     if round_ones and size > 0.0:
         low, high = motion.extremes(round_ones)
         bounds = np.stack([np.minimum(bounds[0], low.min(axis=0)), np.maximum(bounds[1], high.max(axis=0))])
@@ -108,7 +111,9 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     solids += [support(place, unit) for place in held]
     diagonal = float(np.linalg.norm(bounds[1] - bounds[0]))
     followed = _heaviest(scene) if size > 0.0 and diagonal > TRAVELS * size else ""
-    return SpaceDrawing(solids, bounds, size or 1.0, unit, _floor(motion, bounds, size), followed)
+    return SpaceDrawing(
+        solids, [*own.values(), *turning], bounds, size or 1.0, unit, _floor(motion, bounds, size), followed
+    )
 
 
 def _size(low: Array, high: Array) -> float:
@@ -209,13 +214,35 @@ def _reach(solid: Solid) -> float:
     return {"box": hypot(x, y, z) / 2, "cylinder": hypot(x, z / 2), "tube": hypot(x, z / 2)}.get(solid.draw, x)
 
 
-def _corners(solid: Solid) -> list[Place]:
+def corners(solid: Solid) -> list[Place]:
     """The corners of the box around a solid."""
     x, y, z = solid.size
     half = (x / 2, y / 2) if solid.draw == "box" else (x, y)
     depth = {"box": z / 2, "cylinder": z / 2, "tube": z / 2, "wheel": 0.0}.get(solid.draw, z)
     signs = (-1.0, 1.0)
     return [solid.at[0].moved((i * half[0], j * half[1], k * depth)) for i in signs for j in signs for k in signs]
+
+
+def edge(solid: Solid) -> tuple[Place, ...]:
+    """Points whose convex hull the solid is; of a ball, and of a bar, which is thin, the ends of its axes."""
+    at, radius, z = solid.at[0], solid.size[0], solid.size[2]
+    if solid.draw == "box":
+        return tuple(corners(solid))
+    levels = (0.0,) if solid.draw == "wheel" else (-z / 2, z / 2)
+    if solid.draw == "bar":
+        return tuple(at.moved((0.0, 0.0, level)) for level in levels)
+    if solid.draw == "ball":
+        axes = np.concatenate([np.diag(solid.size), -np.diag(solid.size)])
+        return tuple(at.moved(r) for r in axes.tolist())
+    return tuple(place for level in levels for place in rounded(at, radius, level))
+
+
+def rounded(at: Place, radius: float, level: float = 0.0, turns: int = 1) -> tuple[Place, ...]:
+    """Points of a circle about the z axis of a place, or of a spiral that begins near the axis."""
+    part = np.arange(turns * RIM + (turns > 1)) / RIM
+    size = radius * (0.2 + 0.8 * part / turns if turns > 1 else np.ones_like(part))
+    points = np.stack([size * np.cos(2 * np.pi * part), size * np.sin(2 * np.pi * part), level + 0.0 * part], axis=1)
+    return tuple(at.moved(point) for point in points.tolist())
 
 
 def _bars(c: Component, motion: SpaceMotion, ports: set[str], own: Solid | None) -> Iterator[tuple[Place, Place]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from mbdsl.viewing.space.motion import Place
+from mbdsl.viewing.tracks import Place
 
 BODY, JOINT, FORCE, DRIVE, SUPPORT = "body", "joint", "force", "drive", "support"
 

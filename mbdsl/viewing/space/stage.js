@@ -1,4 +1,4 @@
-// The scene of three.js: solids, floor, lights, arrows, paths and frames, seen by a camera.
+// The scene of three.js: solids, floor, lights, arrows and paths, seen by a camera.
 const FIELD = Math.PI / 6; // angle of view of the perspective camera
 const SHADOWS = 1024; // pixels of the map of shadows
 
@@ -22,7 +22,6 @@ class Stage {
     this.addFloor();
     this.addLights();
     this.addArrows();
-    this.addFrames();
   }
 
   addFloor() {
@@ -95,16 +94,6 @@ class Stage {
     this.heads = part(upright(new THREE.ConeGeometry(1, 1, 20)), 2 * vectors.length);
   }
 
-  addFrames() {
-    const places = Object.values(this.data.points);
-    const lines = new THREE.BufferGeometry();
-    for (const name of ["position", "color"])
-      lines.setAttribute(name, new THREE.Float32BufferAttribute(new Float32Array(18 * places.length), 3));
-    this.frames = new THREE.LineSegments(lines, new THREE.LineBasicMaterial({ vertexColors: true }));
-    this.frames.frustumCulled = false;
-    this.scene.add(this.frames);
-  }
-
   setTheme(theme) {
     this.theme = theme;
     this.renderer.setClearColor(theme.paper);
@@ -114,12 +103,8 @@ class Stage {
       this.grid.material.color.set(theme.grid);
       this.shade.material.opacity = theme.paper === "#ffffff" ? 0.2 : 0.45;
     }
-    const { color } = this.frames.geometry.attributes;
-    const axes = [1, 2, 0].map((k) => new THREE.Color(theme.bodies[k]));
-    for (let k = 0; k < color.count; k += 1) axes[Math.floor(k / 2) % 3].toArray(color.array, 3 * k);
-    color.needsUpdate = true;
     vectors.forEach((v, k) => {
-      const colour = new THREE.Color(v.group === "forces" ? theme.load : theme.reaction);
+      const colour = new THREE.Color(colourOf(v));
       this.shafts.setColorAt(k, colour);
       this.heads.setColorAt(2 * k, colour);
       this.heads.setColorAt(2 * k + 1, colour);
@@ -134,7 +119,6 @@ class Stage {
     if (this.behind) this.behind.update(show);
     this.floor.visible = show.ground;
     this.updateArrows(show);
-    this.updateFrames(show.frames);
     this.updateTraces();
     this.shine(view.target, Math.min(this.reach, 1.2 * view.height));
     this.renderer.render(this.scene, this.look(view));
@@ -158,12 +142,10 @@ class Stage {
   }
 
   updateArrows(show) {
-    const { row, next, share } = this.motion;
     const longest = (0.22 * Math.min(1, this.canvas.clientWidth / this.canvas.clientHeight) * view.height) * show.size;
     const none = new THREE.Matrix4().makeScale(0, 0, 0);
     vectors.forEach((v, k) => {
-      const part = (d) => v.values[3 * row + d] + (v.values[3 * next + d] - v.values[3 * row + d]) * share;
-      const along = new THREE.Vector3(part(0), part(1), part(2)).multiplyScalar(longest / (data.largest[v.key] || 1));
+      const along = new THREE.Vector3(...valuesOf(v)).multiplyScalar(longest / (data.largest[v.key] || 1));
       const length = along.length();
       const shown = show[v.group] && length > 0.01 * longest;
       const head = Math.min(0.15 * longest, 0.6 * length);
@@ -179,21 +161,6 @@ class Stage {
       else this.heads.setMatrixAt(2 * k + 1, none);
     });
     this.shafts.instanceMatrix.needsUpdate = this.heads.instanceMatrix.needsUpdate = true;
-  }
-
-  updateFrames(shown) {
-    this.frames.visible = shown;
-    if (!shown) return;
-    const { position } = this.frames.geometry.attributes;
-    const length = (18 * view.height) / this.canvas.clientHeight;
-    Object.values(this.data.points).forEach((at, k) => {
-      const [origin, p] = [this.motion.point(at), this.motion.attitude(at)];
-      [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, j) => {
-        const tip = turnedBy(p, 0, axis).map((x, d) => origin[d] + length * x);
-        position.array.set([...origin, ...tip], 18 * k + 6 * j);
-      });
-    });
-    position.needsUpdate = true;
   }
 
   // Paths of points: pale as a whole, strong up to the present.
@@ -237,12 +204,11 @@ function distance(height) {
 // In place of the stage where WebGL is not available: a picture of the start.
 class Still {
   constructor(picture) {
-    const box = $("stage").appendChild(document.createElement("div"));
-    box.id = "still";
+    const box = added($("stage"), "div", { id: "still" });
     const svg = new DOMParser().parseFromString(picture, "text/html").querySelector("svg");
     box.appendChild(document.importNode(svg, true));
-    const words = box.appendChild(document.createElement("p"));
-    words.textContent = "This browser does not offer WebGL, which the animation needs: the picture shows the start.";
+    const why = "This browser does not offer WebGL, which the animation needs: the picture shows the start.";
+    added(box, "p", { textContent: why });
   }
 
   reach = 1;

@@ -6,20 +6,19 @@ A kind names one of ``SYMBOLS`` as its ``drawing``; without it an element is dra
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from math import sqrt
 
 import numpy as np
 
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.motion import GROUND
-from mbdsl.viewing.rope_shapes import rope_in_space
-from mbdsl.viewing.space import wheel_symbols
-from mbdsl.viewing.space.motion import UNTURNED, Place, SpaceMotion
 from mbdsl.viewing.space.solid import BODY, DRIVE, FORCE, JOINT, SUPPORT, Solid
+from mbdsl.viewing.tracks import GROUND, UNTURNED, Place, SpaceMotion
 
 #: radius of coils in units, their pitch relative to it, and numbers of turns
 COIL, PITCH, LEAST_TURNS, MOST_TURNS = 0.8, 1.6, 5, 30
 MOST_POINTS = 400  #: of a wire
+WIDTH, RIM = 1.2, 1.15  #: width of wheels in units, and outer radius of a ring relative to its pitch radius
 HALF = sqrt(0.5)
 #: quaternions that turn the z axis to the x or y axis: cylinders, rings and coils have the axis z
 TO_X, TO_Y = (HALF, 0.0, HALF, 0.0), (HALF, -HALF, 0.0, 0.0)
@@ -31,18 +30,14 @@ Symbol = Callable[[Component, Place, Place, SpaceMotion, float], Iterator[Solid]
 def symbol(c: Component, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
     """The symbol of an element between two frames; ``unit`` is the size of symbols [m]."""
     a, b = (motion.spot_of(frame) for frame in c.ports.values())
-    yield from SYMBOLS.get(_name(c), _mark)(c, a, b, motion, unit)
+    yield from SYMBOLS.get(c.kind.drawing, _mark)(c, a, b, motion, unit)
 
 
 def bodies_shown(c: Component, motion: SpaceMotion) -> set[int]:
     """Tracks of the bodies that the symbol of an element shows, as gears and pulleys do."""
     a, b = (motion.spot_of(frame).track for frame in c.ports.values())
-    name = _name(c)
-    return set() if name not in wheel_symbols.SYMBOLS else {b} if name == "rack" else {a, b}
-
-
-def _name(c: Component) -> str:
-    return c.kind.drawing or "mark"
+    name = c.kind.drawing
+    return {b} if name == "rack" else {a, b} if name in ("gears", "belt", "circles") else set()
 
 
 def _one(draw: str, role: str, size: Sequence[float], p: tuple[float, ...] = UNTURNED, on_b: bool = False) -> Symbol:
@@ -63,9 +58,7 @@ def _cross(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -
 
 def _guide(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Solid:
     """The part of the x axis of frame_a that frame_b travels on."""
-    apart = motion.positions(b) - motion.positions(a)
-    s = (apart * motion.turned(a, np.array([1.0, 0.0, 0.0]))).sum(axis=1)
-    low, high = (float(np.nanmin(s)), float(np.nanmax(s))) if np.isfinite(s).any() else (0.0, 0.0)
+    low, high = motion.travel(a, b)
     low, high = low - 1.2 * unit, high + 1.2 * unit
     size = (0.25 * unit, 0.25 * unit, high - low)
     return Solid("cylinder", JOINT, c.name, (a.moved(((low + high) / 2, 0.0, 0.0), TO_X),), size)
@@ -144,6 +137,55 @@ def _nothing(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float)
     yield from ()
 
 
+def _wheel(place: Place, radius: float, motion: SpaceMotion, unit: float) -> Solid:
+    """A disc of the body that a frame belongs to, about the z axis of the frame."""
+    owner = "" if place.track == GROUND else motion.tracks[place.track]
+    return Solid("cylinder", BODY, owner, (place,), (radius, radius, WIDTH * unit))
+
+
+def _gears(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """Pitch cylinders; a gear with internal teeth is a ring outside of its own."""
+    v = c.values
+    yield _wheel(a, v["r_a"], motion, unit)
+    wheel = _wheel(b, v["r_b"], motion, unit)
+    if v["internal"]:
+        size = (RIM * v["r_b"], RIM * v["r_b"], WIDTH * unit)
+        wheel = Solid("tube", BODY, wheel.name, wheel.at, size, {"bore": 1.0 / RIM})
+    yield wheel
+
+
+def _pulleys(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    yield _wheel(a, c.values["r_a"], motion, unit)
+    yield _wheel(b, c.values["r_b"], motion, unit)
+
+
+def _rack(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """The pinion, and the part of the x axis of frame_a that it travels on."""
+    low, high = motion.travel(a, b)
+    low, high = low - unit, high + unit
+    at = a.moved(((low + high) / 2, 0.0, 0.0))
+    yield Solid("box", JOINT, c.name, (at,), (high - low, 0.3 * unit, WIDTH * unit))
+    yield _wheel(b, c.values["radius"], motion, unit)
+
+
+def _balls(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """The balls of a contact; not the hole that contains a ball."""
+    for place, radius in ((a, c.values["r_a"]), (b, c.values["r_b"])):
+        if not (place is a and c.values["internal"]):
+            owner = "" if place.track == GROUND else motion.tracks[place.track]
+            yield Solid("ball", BODY, owner, (place,), (radius,) * 3)
+
+
+def _rope(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """A span in two straight parts, and its discs."""
+    for place, radius in zip((a, b), c.values.get("ends", ()), strict=False):
+        if radius:
+            yield Solid("cylinder", FORCE, c.name, (place,), (abs(radius), abs(radius), 0.3 * unit))
+    first, last, *middle = motion.lines.get(c.name, (a, b))
+    for one, other in pairwise((first, *middle, last)):
+        yield Solid("cylinder", FORCE, c.name, (one, other), (0.12 * unit, 0.12 * unit))
+
+
 def support(place: Place, unit: float) -> Solid:
     """The mark of a frame of the ground that an element is attached to."""
     assert place.track == GROUND
@@ -172,8 +214,11 @@ SYMBOLS: dict[str, Symbol] = {
     "track": _track,
     "cam": _track,
     "dashed": _between(("cylinder", 0.1)),
-    "rope": rope_in_space,
-    **wheel_symbols.SYMBOLS,
+    "gears": _gears,
+    "belt": _pulleys,
+    "rack": _rack,
+    "circles": _balls,
+    "rope": _rope,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,
     "nothing": _nothing,

@@ -1,8 +1,9 @@
 // The view of a model in space: where the camera is, and what it does when the user turns, moves and zooms.
 const drawable = Boolean(document.createElement("canvas").getContext("webgl2"));
 const painter = drawable ? new Stage(canvas, data, motion, ghost) : new Still(data.picture);
-const overlay = $("stage").insertBefore(document.createElement("canvas"), $("tip"));
-overlay.id = "overlay";
+const surface = $("stage").insertBefore(document.createElement("canvas"), $("tip")); // for marks over the scene
+surface.id = "overlay";
+document.body.classList.add("space");
 // `target` is the point in the middle of the picture, `height` that of the picture at this point [m]
 const view = { target: [0, 0, 0], azimuth: 0, elevation: 0, height: 1, scale: 1, parallel: false, axes: [] };
 // the target relative to the followed body
@@ -147,27 +148,40 @@ function projected(point) {
 }
 
 painter.place = (at) => projected(motion.point(at));
+painter.axes = (at) => {
+  const [origin, p] = [motion.point(at), motion.attitude(at)];
+  const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis) => turnedBy(p, 0, axis));
+  return [origin, ...axes.map((axis) => sum([1, origin], [AXIS / view.scale, axis]))].map(projected);
+};
 
 function viewState() {
   const { scale, azimuth, elevation, target, parallel } = view;
   return { scale, azimuth, elevation, x: target[0], y: target[1], z: target[2], parallel: Number(parallel) };
 }
 
-function paint() {
-  due = false;
-  if (!theme) return;
-  const ratio = devicePixelRatio || 1;
-  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-  if (overlay.width !== Math.round(width * ratio) || overlay.height !== Math.round(height * ratio)) {
-    [overlay.width, overlay.height] = [Math.round(width * ratio), Math.round(height * ratio)];
-    painter.resize(width, height, ratio);
-  }
+function paintPicture(g) {
   measure();
   centre();
   painter.paint(view, theme, show);
-  if (drawable) paintOverlay(overlay.getContext("2d"), ratio);
-  plots.paint(theme);
-  report();
+  if (!drawable) return;
+  paintFrames(g);
+  paintTips(g);
+  paintBodies(g, 5, [9, -10]);
+  scaleBar(g, view.scale);
+  writeNotes(g);
+  if (show.axes) paintAxes(g);
+}
+
+// The axes of the world in the lower right corner.
+function paintAxes(g) {
+  const [x, y] = [canvas.clientWidth - 44, canvas.clientHeight - 44];
+  const ends = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis, k) => [view.axes.map((a) => dot(a, axis)), k]);
+  for (const [[right, up], k] of ends.sort((a, b) => a[0][2] - b[0][2])) {
+    const colour = theme.bodies[[1, 2, 0][k]];
+    polyline(g, [[x, y], [x + 26 * right, y - 26 * up]], 2, colour);
+    g.textAlign = "center";
+    text(g, "xyz"[k], x + 35 * right, y - 35 * up, colour);
+  }
 }
 
 [view.azimuth, view.elevation] = data.views[data.view];

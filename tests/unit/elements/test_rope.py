@@ -233,8 +233,7 @@ def test_a_rope_shorter_than_its_path():
 @pytest.mark.parametrize("spatial", [False, True])
 def test_a_slack_rope_sags(spatial):
     """Between points 1 m apart, a rope of 1.06 m sags by sqrt(3/8 * 0.06) m = 0.15 m; a taut one is straight."""
-    from mbdsl.viewing import motion, rope_shapes
-    from mbdsl.viewing.space import motion as space
+    from mbdsl.viewing import motion, rope_lines
 
     b = mbdsl.SpatialBuilder("Sag") if spatial else Builder("Sag")
     b.Ground("ground", g=9.81, n=(0.0, -1.0, 0.0) if spatial else (0.0, -1.0))
@@ -245,10 +244,10 @@ def test_a_slack_rope_sags(spatial):
     b.initial("a.vx", 10.0)
     b.initial("a.vy", 0.0)
     run = mbdsl.simulate(b.scene(), method="hht-si2", step=1e-4, stop=8e-3, interval=8e-3)
-    found = (space if spatial else motion).motion(run)
+    found = motion.motion(run)
     places = {"ground.c": [0.0, 0.0], "a.c": [run["a.x"], run["a.y"]]}
     c = run.scene.components["rope"]
-    first, last, middle = rope_shapes.line(
+    first, last, middle = rope_lines.line(
         c, found, lambda f, k: np.zeros(2) + (places[f]["xy".index(k)] if k != "z" else 0)
     )
     sag = np.linalg.norm(middle - 0.5 * (first + last), axis=1)

@@ -10,9 +10,10 @@ from mbdsl import load
 from mbdsl.errors import UsageError
 from mbdsl.plotting.series_styles import OTHERS
 from mbdsl.viewing import film as films
+from mbdsl.viewing.marks import THEME
 from mbdsl.viewing.motion import motion
-from mbdsl.viewing.overlays import LOAD, Overlays
-from mbdsl.viewing.picture import DRAWN, Picture
+from mbdsl.viewing.overlays import Overlays
+from mbdsl.viewing.picture import Picture
 from mbdsl.viewing.shapes import drawing
 from mbdsl.viewing.vectors import Vector
 
@@ -72,15 +73,6 @@ def test_short_and_long_motions(trajectory_of, pendulum, duration, count):
     assert np.diff(moving.t[rows]).max() <= 1.6 * duration / count
 
 
-def test_every_shape_can_be_drawn(slider_crank, model_file, trajectory_of):
-    """The films know all drawings that symbols of kinds make."""
-    found = {shape.draw for shape in drawing(motion(slider_crank)).shapes}
-    assert found <= set(DRAWN)
-    assert {"actuator", "spiral", "bushing", "turning", "pushing", "blade", "weld", "slot", "floor", "wheel"} <= set(
-        DRAWN
-    )
-
-
 def test_a_motion_without_numbers_is_an_empty_picture(slider_crank, trajectory_of):
     moving = motion(trajectory_of(slider_crank.scene, [0.0, 1.0], {"crank": np.full((2, 3), np.nan)}))
     assert Picture(moving, drawing(moving), 100, 80).frame(1).size == (100, 80)
@@ -122,7 +114,7 @@ def test_paths_arrows_and_a_ghost(pendulum, trajectory_of):
     """The path of the mass is the unit circle, an arrow ends where its force says, the ghost is pale."""
     moving = motion(pendulum)
     mass = moving.spots["mass.c"]
-    force = Vector("f", "forces", mass, np.tile([0.0, 2.0], (len(moving.t), 1)))
+    force = Vector("f", "forces", "force", mass, np.tile([0.0, 2.0], (len(moving.t), 1)))
     other = motion(trajectory_of(pendulum.scene, [0.0], {"mass": np.array([[-0.5, 0.0]])}))
     picture = Picture(moving, drawing(moving), 400, 300, Overlays(["mass.c"], [force], other))
     image = picture.frame(80)
@@ -131,7 +123,7 @@ def test_paths_arrows_and_a_ghost(pendulum, trajectory_of):
     far = np.hypot(x - picture.left - picture.scale * np.cos(6), y - picture.top + picture.scale * np.sin(6)) > 30
     assert far.sum() > 200 and np.abs(radius[far] - 1.0).max() < 3 / picture.scale
     # the arrow begins at the mass and points up by 22 % of the height of 300 px
-    x, y = pixels_of(image, LOAD)
+    x, y = pixels_of(image, THEME["load"])
     top = picture.top - picture.scale * np.sin(6.0) - 0.22 * 300
     assert y.min() == pytest.approx(top, abs=1.5)
     assert np.abs(x - picture.left - picture.scale * np.cos(6.0)).max() < 8

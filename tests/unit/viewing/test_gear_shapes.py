@@ -1,13 +1,10 @@
-"""Shapes of gears, and their drawing in pages and films."""
-
-from pathlib import Path
+"""Shapes of gears and belts."""
 
 import numpy as np
 import pytest
 
-import mbdsl.viewing
 from mbdsl.elements import kinds
-from mbdsl.viewing import gear_pictures, gear_shapes
+from mbdsl.viewing import gear_shapes
 from mbdsl.viewing.symbols import SYMBOLS
 
 
@@ -29,8 +26,6 @@ def test_both_gears_of_a_pair_have_whole_teeth(small, large):
     assert teeth == pytest.approx(np.rint(teeth), abs=0.2) and gear_shapes.FEWEST <= round(teeth[0]) <= gear_shapes.MOST
 
 
-def test_drawings_exist_on_pages_and_in_films():
+def test_all_symbols_of_gears_are_used():
     named = {kind.drawing for kind in kinds().values()} - {""}
     assert set(gear_shapes.SYMBOLS) <= named <= set(SYMBOLS)
-    script = (Path(mbdsl.viewing.__file__).parent / "gears.js").read_text(encoding="utf-8")
-    assert gear_pictures.DRAWN and all(f"draw_{name}(shape" in script for name in gear_pictures.DRAWN)

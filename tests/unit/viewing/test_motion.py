@@ -7,10 +7,11 @@ from mbdsl import load, parse
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import UsageError
-from mbdsl.viewing.motion import GROUND, Curve, chosen_rows, largest_strain, motion
+from mbdsl.viewing.motion import chosen_rows, motion
 from mbdsl.viewing.shapes import drawing, outline
 from mbdsl.viewing.signals import extremes, signals, thinned
 from mbdsl.viewing.symbols import SYMBOLS
+from mbdsl.viewing.tracks import GROUND, Curve, largest_strain
 from mbdsl.viewing.vectors import vectors
 
 
@@ -32,16 +33,17 @@ def test_pins_of_the_slider_crank(slider_crank):
 def test_the_rail_is_as_long_as_the_way_of_the_slider(slider_crank):
     """In three seconds the crank has turned by 6 rad: the slider reaches 0.9 m at phi = 0 and 0.3 m near phi = pi."""
     (rail,) = shapes_of(slider_crank, "guide")
-    assert rail.data["to"] == pytest.approx(0.9)
-    assert rail.data["from"] == pytest.approx(0.3, abs=1e-4)
-    assert rail.data["fixed"] is True and rail.data["side"] == -1
+    (line,) = rail.items
+    assert line.metres == (pytest.approx((0.3, 0.0), abs=1e-4), pytest.approx((0.9, 0.0)))
+    assert line.hatch == -1 and line.units[0][1] < 0.0  # it is fixed, and below the slider
 
 
 def test_the_spring_is_between_the_wall_and_the_slider(slider_crank):
     (spring,) = shapes_of(slider_crank, "spring-damper")
     found = motion(slider_crank)
     np.testing.assert_allclose(found.pose(spring.at[0])[:, :2], np.full((301, 2), (1.2, 0.0)))
-    assert (spring.data["low"], spring.data["high"]) == (pytest.approx(0.3), pytest.approx(0.9, abs=1e-4))
+    piston = next(item for item in spring.items if item.state)
+    assert (piston.low, piston.high) == (pytest.approx(0.3), pytest.approx(0.9, abs=1e-4))
 
 
 def test_the_bounds_contain_all_points(slider_crank):
@@ -69,8 +71,8 @@ def test_a_wheel_touches_its_floor(trajectory_of, model_file):
     q = np.column_stack([s[:, None] * down + 0.1 * up, -s / 0.1])
     trajectory = trajectory_of(scene, np.linspace(0, 1, 11), {"disc": q})
     (wheel,), (floor,) = shapes_of(trajectory, "wheel"), shapes_of(trajectory, "floor")
-    assert wheel.data["radius"] == 0.1
-    assert (floor.data["from"], floor.data["to"]) == pytest.approx((0.2, 0.9))
+    assert wheel.radius == wheel.items[0].radius.metres == 0.1
+    assert [x for x, _ in floor.items[0].metres] == pytest.approx([0.2, 0.9])
 
 
 def test_plates_are_hulls_and_bars_are_lines():

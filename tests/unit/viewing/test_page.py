@@ -12,6 +12,7 @@ import pytest
 
 from mbdsl import parse
 from mbdsl.errors import UsageError
+from mbdsl.viewing import page
 
 EVIL = "</script><script>alert(1)</script><!-- \\u2028 '\""
 
@@ -127,3 +128,11 @@ def test_the_page_is_not_written_over_the_model(tmp_path, trajectory_of):
         trajectory.animate(model)
     trajectory.animate(tmp_path / "a.html")
     assert (tmp_path / "a.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize("scripts", [page.SCRIPTS, page.SCRIPTS_IN_SPACE])
+def test_scripts_declare_each_name_once(scripts):
+    """The files of a page are one script: a second function of a name would replace the first."""
+    text = "\n".join((page.HERE / name).read_text(encoding="utf-8") for name in (*scripts, page.MODES))
+    names = re.findall(r"^(?:function|class|const|let) (\w+)", text, re.MULTILINE)
+    assert len(names) > 50 and len(names) == len(set(names))

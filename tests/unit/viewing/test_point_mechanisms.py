@@ -5,10 +5,11 @@ import pytest
 
 import mbdsl
 from mbdsl import parse
+from mbdsl.viewing.motion import motion
+from mbdsl.viewing.projection import drawing as flat_drawing
 from mbdsl.viewing.projection import projected
-from mbdsl.viewing.shapes import drawing as flat_drawing
-from mbdsl.viewing.space.motion import motion
-from mbdsl.viewing.space.shapes import drawing
+from mbdsl.viewing.shapes import outline
+from mbdsl.viewing.space.shapes import drawing, edge
 
 ROUNDING = 1e-17  # [m]: simulations displace the bodies from the point by this order
 
@@ -100,11 +101,13 @@ def test_without_any_length_symbols_have_the_size_of_one_metre(at_a_point):
 def test_films_show_cuboids_as_plates(at_a_point):
     """From above, the largest section of 0.3 x 0.2 m; the disc across x is a line."""
     found = projected(at_a_point(gyroscope()), "top")
-    ring, rotor = (np.stack([found.pose(s)[0, :2] for s in found.rims[name]]) for name in ("ring", "rotor"))
+    areas = {s.name: s.items[0].at for s in flat_drawing(found).shapes if s.name in ("ring", "rotor")}
+    ring = np.array(outline(found.places(areas["ring"], 0)[:, :2].tolist()))
+    rotor = found.places(areas["rotor"], 0)[:, :2]
     assert np.abs(ring) == pytest.approx(np.tile([0.15, 0.1], (4, 1)))
     # each edge is along an axis: neighbours differ in one coordinate
     assert np.sort(np.abs(ring - np.roll(ring, 1, axis=0)), axis=1)[:, 0] == pytest.approx(np.zeros(4), abs=1e-12)
-    assert np.abs(rotor).max(axis=0) == pytest.approx([0.0, 0.1], abs=1e-12)
+    assert np.abs(rotor).max(axis=0) == pytest.approx([0.004, 0.1], abs=1e-12)  # half the thickness: 4 % of the radius
 
 
 def test_modes_of_a_gyroscope_displace_its_edges():
@@ -113,13 +116,16 @@ def test_modes_of_a_gyroscope_displace_its_edges():
     modes = mbdsl.eigen(parse(gyroscope()))
     page = modes.animate()
     rest, shapes = page.shapes.rest, page.shapes
-    low, high = rest.extremes(rest.points)
-    diagonal = np.hypot(*(high.max(axis=0) - low.min(axis=0)))
-    assert 0.4 < diagonal < 2 * 0.2 * np.sqrt(2)  # of the projected ring of radius 0.2 m
+    corners = [place for s in drawing(rest).sized for place in edge(s)]
+    points = np.concatenate([rest.positions(place) for place in corners])
+    diagonal = np.linalg.norm(np.ptp(points, axis=0))
+    assert diagonal == pytest.approx(
+        np.linalg.norm([0.4, 0.4, 0.2]), rel=1e-3
+    )  # of a ring of radius 0.2 m and the cuboid
     assert shapes.largest == pytest.approx(np.full(len(modes), 0.1 * diagonal))
-    x0, y0, x1, y1 = page._drawing.bounds
-    assert diagonal <= np.hypot(x1 - x0, y1 - y0) <= 1.4 * diagonal + 1e-12
-    centres = [np.abs(shapes.tracks[:, rest.spots[f"{name}.c"].track, :2]).max() for name in ("ring", "rotor")]
+    low, high = page._drawing.bounds
+    assert diagonal <= np.linalg.norm(high - low) <= 1.4 * diagonal + 1e-12
+    centres = [np.abs(shapes.tracks[:, rest.spots[f"{name}.c"].track, :3]).max() for name in ("ring", "rotor")]
     assert max(centres) < 1e-9
 
 

@@ -9,7 +9,7 @@ import pytest
 import mbdsl
 from mbdsl.cli import main
 from mbdsl.errors import UsageError
-from mbdsl.viewing.projection import projected, shapes, view
+from mbdsl.viewing.projection import drawing, projected, view
 
 MODELS = Path(__file__).parents[3] / "models"
 SPACE = MODELS / "space"
@@ -31,10 +31,10 @@ def test_isometric_view(top):
 @pytest.mark.parametrize(("name", "columns"), [("front", "xz"), ("side", "yz"), ("top", "xy")])
 def test_principal_views(top, name, columns):
     motion = projected(top, name)
-    found = motion.pose(motion.spot_of("top.foot"))
-    centre = motion.pose(motion.spot_of("top"))
-    assert found[:, :2] == pytest.approx(np.zeros((len(top.t), 2)), abs=1e-12)  # it is held at the origin
-    assert centre[:, :2] == pytest.approx(np.stack([top[f"top.{i}"] for i in columns], axis=-1), abs=1e-12)
+    found = motion.positions(motion.spot_of("top.foot"))
+    centre = motion.positions(motion.spot_of("top"))
+    assert found == pytest.approx(np.zeros((len(top.t), 2)), abs=1e-12)  # it is held at the origin
+    assert centre == pytest.approx(np.stack([top[f"top.{i}"] for i in columns], axis=-1), abs=1e-12)
 
 
 def test_gravity_points_downwards():
@@ -48,14 +48,15 @@ def test_gravity_points_downwards():
 def test_bodies_are_bars_and_discs():
     run = mbdsl.simulate(SPACE / "bicycle.mbd", stop=0.02)
     motion = projected(run, "side")
-    drawn = [(shape.draw, shape.name) for shape in shapes(motion)]
-    assert {name for draw, name in drawn if draw == "disc"} == {"rear", "front"}
-    assert {name for draw, name in drawn if draw == "bar"} == {"rider", "fork"}
-    assert ("pin", "steer") in drawn
+    drawn = [(shape.draw, shape.name) for shape in drawing(motion).shapes]
+    assert {name for draw, name in drawn if draw == "wheel"} == {"rear", "front"}
+    assert {"rider", "fork"} <= {name for draw, name in drawn if draw == "bar"}
+    assert ("cylinder", "steer") in drawn
     # along the y axis, a wheel is a circle of its radius
     motion = projected(run, "front")
-    edge = np.stack([motion.pose(spot)[0, :2] for spot in motion.rims["front"]])
-    centre = motion.pose(motion.spot_of("front"))[0, :2]
+    wheel = next(shape for shape in drawing(motion).shapes if (shape.draw, shape.name) == ("wheel", "front"))
+    edge = motion.places(wheel.items[0].at, 0)[:, :2]
+    centre = motion.positions(motion.spot_of("front"))[0]
     assert np.hypot(*(edge - centre).T) == pytest.approx(0.35, abs=1e-4)
 
 
@@ -82,7 +83,7 @@ def test_every_model_has_a_picture_and_a_page(path):
     scene = mbdsl.load(path)
     run = mbdsl.simulate(scene, stop=0.01, interval=0.005)
     motion = projected(run)
-    assert any(shape.draw in ("bar", "disc", "mass") for shape in shapes(motion))
+    assert {c.name for c in scene.bodies()} <= {shape.name for shape in drawing(motion).shapes}
     assert np.isfinite(motion.poses).all()
     data = json.loads(run.animate().html.partition('id="data">')[2].partition("</script>")[0])
     for name, at in data["bodies"].items():

@@ -12,10 +12,11 @@ import pytest
 import mbdsl
 from mbdsl import load, parse
 from mbdsl.viewing import page
-from mbdsl.viewing.space.motion import motion, rotated
-from mbdsl.viewing.space.page import LIBRARY
+from mbdsl.viewing.motion import motion
+from mbdsl.viewing.page import LIBRARY
 from mbdsl.viewing.space.shapes import drawing
-from mbdsl.viewing.space.vectors import loads, vectors
+from mbdsl.viewing.tracks import rotated
+from mbdsl.viewing.vectors import loads, vectors
 
 SPACE = Path(__file__).parents[3] / "models" / "space"
 
