@@ -97,7 +97,7 @@ def test_short_steps_are_not_all_kept():
 def test_the_first_drop_of_a_long_run(monkeypatch):
     """Steps are folded when there are too many: the results remain, memory is bounded, and other signals say so."""
     scene = mbdsl.parse(OSCILLATOR)
-    given = {"stop": 30.0, "step": 2e-3, "interval": 0.7}  # a step is long enough that all ends are kept
+    given = {"stop": 30.0, "step": 1e-2, "interval": 0.7}  # a step is long enough that all ends are kept
     whole = mbdsl.simulate(scene, **given)
     monkeypatch.setattr(simulation, "MOST_KEPT", 3000)
     monkeypatch.setattr(simulation, "SLICE", 100)
@@ -107,7 +107,9 @@ def test_the_first_drop_of_a_long_run(monkeypatch):
         a, b = run.extremes(name)[name], whole.extremes(name)[name]
         assert a.of == b.of == "steps"
         assert (a.least, a.largest, a.mean, a.rms) == pytest.approx(
-            (b.least, b.largest, b.mean, b.rms), rel=1e-9, abs=1e-9
+            (b.least, b.largest, b.mean, b.rms),
+            rel=1e-8,
+            abs=1e-8,  # each fold has two more ends of quadrature
         )
         times = (a.time_of_least, a.time_of_largest)  # where a top is flat up to rounding
         assert times == pytest.approx((b.time_of_least, b.time_of_largest), abs=1e-5)
