@@ -181,6 +181,7 @@ def head(display: UnitsOfSignals) -> tuple[str, ...]:
     return "signal", "unit", "least", at, "largest", at, "mean", "rms"
 
 
+UNSURE = 1e-9  #: part of the rms below which a mean is displayed as 0
 #: least number of outputs before the known steps from which a mean is stated
 FEW_OUTPUTS = 50
 WIDTH, GAP = 80, "  "  #: columns of a table as text; what is between two of its columns
@@ -190,7 +191,7 @@ def cells(x: Extreme, display: UnitsOfSignals, digits: int = 4) -> tuple[str, ..
     """A row of a table."""
     unit, second = display.of(x.unit, x.signal), display.of("s", "time")
     numbers = [(x.least, unit), (x.time_of_least, second), (x.largest, unit), (x.time_of_largest, second)]
-    numbers += [(x.mean, unit), (x.rms, unit)]
+    numbers += [(0.0 if abs(x.mean) < UNSURE * x.rms else x.mean, unit), (x.rms, unit)]
     return x.signal, unit.symbol, *(f"{value / own.factor:.{digits}g}" for value, own in numbers)
 
 
