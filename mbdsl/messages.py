@@ -25,6 +25,14 @@ def few(names: Iterable[str], most: int = 6) -> str:
     return shown if len(names) <= most else f"{shown}, ... ({len(names)} in all)"
 
 
+def shortened(text: str, letters: int) -> str:
+    """The beginning and the end of a text that is longer than so many letters."""
+    if len(text) <= letters:
+        return text
+    half = (letters - 1) // 2
+    return f"{text[: letters - 1 - half]}…{text[-half:]}"
+
+
 def together(problems: Iterable[tuple[str, str]]) -> str:
     """Pairs (name, problem) as ``a, b: one problem; c: another``, each problem once."""
     whose: dict[str, dict[str, None]] = {}

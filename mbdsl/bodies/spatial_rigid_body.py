@@ -81,6 +81,8 @@ class SpatialRigid:
         """Entry of a frame's pose or rate, in world axes."""
         k = (VELOCITIES if key in VELOCITIES else POSITIONS).index(key)
         i = k % 3
+        if k < 3 and not any(pose[:3]):  # attitudes are costly
+            return (v if key in VELOCITIES else q)[:, i] + 0.0
         if key in VELOCITIES[:3]:
             return v[:, i] + (self._attitudes(q)[:, i] * np.cross(v[:, 3:6], pose[:3])).sum(axis=1)
         row = self._attitudes(q)[:, i]

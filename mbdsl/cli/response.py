@@ -18,9 +18,9 @@ COMMAND = Command(
     "diagram), and name its resonances.",
     """
     @model
-    --inputs, --input NAME,...  what oscillates: an input of the model, a force (push.fx), a driver (base.s), or
+    --input, --inputs NAME,...  what oscillates: an input of the model, a force (push.fx), a driver (base.s), or
         rotating(push.fx, push.fy); default: all inputs of the model
-    --signals, --output SIGNAL,...  outputs, such as pin.phi; default: coordinates
+    --output, --signals SIGNAL,...  outputs, such as pin.phi; default: coordinates
     --range F1:F2  frequencies, 0.1:100Hz or "1:600 rad/s"; default: those of the poles
     @at
     --amplitude {1,w,w^2,1/w,1/w^2}  how the amplitude of the input depends on the angular frequency: w^2 for an
@@ -31,8 +31,8 @@ COMMAND = Command(
     --out FILE ...  write the values (.csv, .json), tables (.md, .tex), a plot (.svg, .png, .pdf) or a page (.html);
         (.png and .pdf need the extra `plot`); repeatable
     """,
-    inputs={"dest": "input", "type": values.patterns},
-    signals={"dest": "output", "type": values.patterns},
+    input={"type": values.patterns},
+    output={"type": values.patterns},
     amplitude={"default": "1"},
 )
 

@@ -35,8 +35,9 @@ def _pattern(system: System) -> sparse_lu.Pattern:
     return sparse_lu.analyse(system.unknowns, *system.tables.pattern, system.elimination_order())
 
 
-#: quantity of numbers that the compiled loop records of steps which are kept without a search: they fit into the caches
-RECORDED = 20_000
+#: quantity of numbers that the compiled loop records of steps that are kept without a search: they fit into the caches,
+#: and need no new memory of the operating system
+RECORDED = 16_000
 
 
 #: mark of the fields that change during a run, without which it cannot be continued
@@ -194,17 +195,23 @@ class RunState:
                 self.layout[self.layout[self.layout[L.GAMMAS] + row - m] + 3] = 1
 
     def record(self, numbers: int, thin: bool) -> None:
-        """Let the compiled loop record the ends of steps, with room for so many ``numbers``; ``thin`` drops some."""
+        """Let the compiled loop record the ends of steps, with room for so many ``numbers``; ``thin`` drops some.
+
+        Behind the records, ``reals`` has the recent largest speeds and multipliers.
+        """
         width, integers = 1 + self.system.n + self.system.unknowns, self.integers
         integers[S.NOTED], integers[S.NOTES] = 0, max(16, numbers // width) if numbers else 0
         integers[S.THIN] = LEAST if thin else 0
-        self.reals = np.concatenate([self.reals[: S.REALS], np.zeros(integers[S.NOTES] * width)])
+        reals = np.zeros(S.REALS + integers[S.NOTES] * width + self.system.unknowns)
+        reals[: S.REALS] = self.reals[: S.REALS]
+        self.reals = reals
 
     @property
     def recorded(self) -> Array:
         """The records of the compiled loop: t, q, v, lam (N, 1 + n + unknowns), a view."""
-        rows = self.reals[S.REALS :].reshape(-1, 1 + self.system.n + self.system.unknowns)
-        return rows[: self.integers[S.NOTED]]
+        width = 1 + self.system.n + self.system.unknowns
+        end = S.REALS + self.integers[S.NOTED] * width
+        return self.reals[S.REALS : end].reshape(-1, width)
 
     def record_from(self, state: Array) -> None:
         """Begin the records with a state that is kept."""
@@ -218,9 +225,12 @@ class RunState:
             self.record_from(noted[-1])
 
     def keep_ends(self, rows: Array) -> None:
-        """Keep recorded states at the ends of steps."""
+        """Keep recorded states at the ends of steps. Short parts are joined, so that there are few of them."""
         if self.keeps and len(rows):
-            self.ends.append(rows.copy())
+            ends = self.ends
+            ends.append(rows.copy())
+            while len(ends) > 1 and len(ends[-2]) <= 2 * len(ends[-1]) and ends[-2].size + ends[-1].size <= RECORDED:
+                ends[-2:] = [np.concatenate(ends[-2:])]
 
     def keep_state(self) -> None:
         """Keep the present state: at the start, and behind a jump of forces."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.display_unit import OWN, UnitsOfSignals
-from mbdsl.simulation.extremes import ROWS, Extreme
+from mbdsl.simulation.extremes import OUTPUTS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
 
 CUT = 0.02  #: part of the range of a signal by which a peak is above the outputs
@@ -107,7 +107,7 @@ def outside(
     found, sizes = [], dict(sizes)
     for e in extremes:
         low, high = ends(e.signal)
-        if e.of == ROWS or low > high:
+        if e.of == OUTPUTS or low > high:
             continue
         sizes[e.unit] = max(sizes.get(e.unit, 0.0), -e.least, e.largest)
         for value, time, edge in ((e.largest, e.time_of_largest, high), (e.least, e.time_of_least, low)):

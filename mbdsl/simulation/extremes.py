@@ -15,7 +15,7 @@ from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.expressions.symbolic import walk
 from mbdsl.lang.asked_signals import AskedSignals
-from mbdsl.messages import count, few
+from mbdsl.messages import count, few, shortened
 from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.numerics.quadrature import weights
 from mbdsl.simulation.state_signals import StateSignals
@@ -25,9 +25,9 @@ from mbdsl.simulation.steps import Steps
 if TYPE_CHECKING:
     from mbdsl.plotting.figures import Table
 
-STEPS, ROWS = "steps", "rows"  #: what extremes are those of
+STEPS, OUTPUTS = "steps", "outputs"  #: what extremes are those of
 FOLDED, LEAST_FOLDED = 400_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
-REMARKS = {ROWS: "the rows, because the steps of the run are not known"}
+REMARKS = {OUTPUTS: "the outputs, because the steps of the run are not known"}
 
 
 class Extreme(NamedTuple):
@@ -44,7 +44,7 @@ class Extreme(NamedTuple):
     mean, rms : float
         Mean, and root of the mean square, over time.
     of : str
-        What is known: "steps", all steps; "rows", the rows of the result only; else a text such as "steps from 2 s".
+        What is known: "steps", all steps; "outputs", these only; else a text such as "steps from 2 s".
     """
 
     signal: str
@@ -181,17 +181,18 @@ def head(display: UnitsOfSignals) -> tuple[str, ...]:
     return "signal", "unit", "least", at, "largest", at, "mean", "rms"
 
 
-#: least number of rows before the known steps from which a mean is stated
-FEW_ROWS = 50
-LONG = 24  #: letters of a name up to which the others are aligned with it
+UNSURE = 1e-9  #: part of the rms below which a mean is displayed as 0
+#: least number of outputs before the known steps from which a mean is stated
+FEW_OUTPUTS = 50
+WIDTH, GAP = 80, "  "  #: columns of a table as text; what is between two of its columns
 
 
-def cells(x: Extreme, display: UnitsOfSignals) -> tuple[str, ...]:
+def cells(x: Extreme, display: UnitsOfSignals, digits: int = 4) -> tuple[str, ...]:
     """A row of a table."""
     unit, second = display.of(x.unit, x.signal), display.of("s", "time")
     numbers = [(x.least, unit), (x.time_of_least, second), (x.largest, unit), (x.time_of_largest, second)]
-    numbers += [(x.mean, unit), (x.rms, unit)]
-    return x.signal, unit.symbol, *(f"{value / own.factor:.4g}" for value, own in numbers)
+    numbers += [(0.0 if abs(x.mean) < UNSURE * x.rms else x.mean, unit), (x.rms, unit)]
+    return x.signal, unit.symbol, *(f"{value / own.factor:.{digits}g}" for value, own in numbers)
 
 
 def remarks(found: Iterable[Extreme]) -> list[str]:
@@ -201,17 +202,22 @@ def remarks(found: Iterable[Extreme]) -> list[str]:
 
 
 def lines(found: Iterable[Extreme], display: UnitsOfSignals = OWN) -> list[str]:
-    """A table as text; long names are in lines of their own."""
+    """A table as text of at most WIDTH columns; names that leave no room for the numbers are in lines of their own."""
     found = list(found)
-    rows = [head(display), *(cells(x, display) for x in found)]
-    wide = [max(len(row[k]) for row in rows if k or len(row[0]) <= LONG) for k in range(len(rows[0]))]
+    for digits in (4, 3):  # numbers such as -1.234e-05 may need too much room
+        rows = [head(display), *(cells(x, display, digits) for x in found)]
+        wide = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        room = WIDTH - sum(wide[1:]) - len(GAP) * (len(wide) - 1)
+        if room >= len(rows[0][0]):
+            break
+    first = max(len(row[0]) for row in rows if len(row[0]) <= max(room, len(rows[0][0])))
     shown = []
     for name, unit, *numbers in rows:
-        if len(name) > wide[0]:
-            shown.append(name)
+        if len(name) > first:
+            shown.append(shortened(name, WIDTH))
             name = ""
-        right = "".join(f"  {x:>{w}}" for x, w in zip(numbers, wide[2:], strict=True))
-        shown.append(f"{name:<{wide[0]}}  {unit:<{wide[1]}}{right}")
+        right = "".join(f"{GAP}{x:>{w}}" for x, w in zip(numbers, wide[2:], strict=True))
+        shown.append(f"{name:<{first}}{GAP}{unit:<{wide[1]}}{right}")
     return shown
 
 
@@ -232,7 +238,7 @@ def extremes(shown: StateSignals, names: Iterable[str]) -> Extremes:
     """Extremes of signals over the time of a trajectory, of all steps as far as they are known."""
     names, steps, t = [name for name in names if name != "time"], shown.steps, shown.t
     if not len(t):
-        return Extremes(_extreme(Range(), name, shown.unit(name), ROWS) for name in names)
+        return Extremes(_extreme(Range(), name, shown.unit(name), OUTPUTS) for name in names)
     first, last = float(t[0] if shown._since is None else shown._since), float(t[-1])
     near = 1e-9 * (last - first)
     known: dict[str, Range] = {}
@@ -248,7 +254,7 @@ def extremes(shown: StateSignals, names: Iterable[str]) -> Extremes:
 
 
 def _of(shown: StateSignals, name: str, known: Range | None, since: float, whole: bool) -> Extreme:
-    """The extreme of a signal from its range over the steps since a time, which are the ``whole`` run, and its rows."""
+    """The extreme of a signal from its range over the steps since a time, of the ``whole`` run or not, and outputs."""
     t, x, unit = shown.t, shown._signal(name), shown.unit(name)
     found, of = Range(), STEPS
     earlier = None if shown.gathered is None or not shown._from_start else shown.gathered.ranges.get(name)
@@ -262,12 +268,12 @@ def _of(shown: StateSignals, name: str, known: Range | None, since: float, whole
         if known is not None and len(before_t) and before_t[-1] < since:  # the time up to the first known step
             before_t, before_x = np.append(before_t, since), np.append(before_x, value_at(shown, name, since))
         found.add(before_t, before_x, weights(before_t))
-        before = ", rows before" if shown._since is None else ""
-        of = ROWS if known is None else f"steps from {since:.6g} s on{before}"
+        before = ", outputs before" if shown._since is None else ""
+        of = OUTPUTS if known is None else f"steps from {since:.6g} s on{before}"
     finite = np.isfinite(x)
     found.see(t[finite], x[finite])
     result = _extreme(found, name, unit, of)
-    unsure = of not in (STEPS, ROWS) and (t <= since).sum() < FEW_ROWS
+    unsure = of not in (STEPS, OUTPUTS) and (t <= since).sum() < FEW_OUTPUTS
     return result._replace(mean=np.nan, rms=np.nan) if unsure else result
 
 

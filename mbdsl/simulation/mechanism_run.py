@@ -579,22 +579,24 @@ class Motion:
 
         Its argument is a slice of the kept states (:meth:`blocks`).
         """
-        kept: list[Array] = []
+        parts: list[list[Array]] = []  # joined when they are needed
         for p in self.parts:
             run = p.integration
             if not isinstance(run, Integration) or not run.keeps:
                 return None
             run.flush()
-            kept.append(run.kept)
+            parts.append(run.ends[:])
         sizes, whole, together = [p.system.n for p in self.parts], self.whole, self._together
         precise = has_own_step(self.plan.method)
 
         def found(some: slice = slice(None)) -> Ends:
-            states = [_ordered(rows[some], n) for rows, n in zip(kept, sizes, strict=True)]
-            times, parts = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states], precise)
-            return times, *whole.state(times, parts, own=False)
+            for of_part in parts:
+                of_part[:] = [np.concatenate(of_part)] if len(of_part) > 1 else of_part
+            states = [_ordered(rows[some], n) for (rows,), n in zip(parts, sizes, strict=True)]
+            times, known = together([t for t, *_ in states], [(q, v, lam) for _, q, v, lam in states], precise)
+            return times, *whole.state(times, known, own=False)
 
-        return found if kept else None
+        return found if parts else None
 
     def blocks(self, rows: int) -> list[slice]:
         """Slices of about so many kept states, each with the last state of the one before; one of all, if they are

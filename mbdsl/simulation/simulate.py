@@ -345,14 +345,16 @@ def _steps_of(motion: Motion) -> Callable[..., Steps] | None:
 
 def _gather(motion: Motion, asked: Sequence[str] | None) -> None:
     """Fold the steps so far into ranges of signals; where angles depend on all earlier steps, keep no further ones."""
-    find = _steps_of(motion)
     tables = motion.system.tables
     if tables.angles or any(body.counter >= 0 for body in tables.models.values()):
         motion.forgo()
-    elif find is not None:
+    elif motion.ends_of_steps() is not None:
         if motion.gathered is None:
             motion.gathered = Gathered(AskedSignals(motion.system.scene), asked)
-        for some in motion.blocks(motion.gathered.rows):
+        blocks = motion.blocks(motion.gathered.rows)
+        find = _steps_of(motion)
+        assert find is not None
+        for some in blocks:
             steps = find(some)
             motion.gathered.add(steps)
         motion.release_steps(steps.ends.t[-1])

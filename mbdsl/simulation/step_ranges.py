@@ -28,7 +28,6 @@ FEW = 400  #: number of steps up to which all of them are evaluated between thei
 TOGETHER = 1_000_000  #: quantity of values of signals that are handled at once
 PLACES = 3  #: number of places where an extreme is sought
 PARTS = 6  #: points in each interval beside such a place
-BLOCK, BLOCKS = 32, 12  #: length, and largest number, of the blocks of values in which places are sought
 ALIKE = 3.0  #: ratio of successive second differences up to which a polynomial goes through five of the points
 NEWTON = 3  #: iterations for its top
 #: part of the range by which a value between ends of steps has to exceed those at the ends; next to the first and the
@@ -159,50 +158,51 @@ def _turns(angle: Array) -> Array:
 def _places(y: Array, sign: float) -> Indices:
     """The samples (k, PLACES), among values y (k, N), next to which the largest value of each row of sign y may lie.
 
-    They have neighbours: the first and the last one are replaced by those.
+    A parabola through a local maximum and its neighbours gives the height of the top beside it. Those that are too low
+    are replaced by the highest one. They have neighbours: the first and the last sample are replaced by those.
     """
     N = y.shape[1]
-    if N > BLOCK * BLOCKS:
-        starts = np.append(np.arange(0, N - BLOCK, BLOCK), N - BLOCK)
-        whole, last = y[:, : BLOCK * (len(starts) - 1)].reshape(len(y), -1, BLOCK), y[:, None, N - BLOCK :]
-        extreme = np.max if sign > 0.0 else np.min
-        tops = np.concatenate([extreme(whole, axis=2), extreme(last, axis=2)], axis=1)
-        blocks = starts[np.argpartition(sign * tops, -BLOCKS, axis=1)[:, -BLOCKS:]]
-        j = (blocks[:, :, None] + np.arange(BLOCK)).reshape(len(y), -1)
-    else:
-        j = np.broadcast_to(np.arange(N), y.shape)
-    around = (j, np.maximum(j - 1, 0), np.minimum(j + 1, N - 1))
-    now, before, behind = (sign * np.take_along_axis(y, k, axis=1) for k in around)
+    falls = y[:, 1:] < y[:, :-1] if sign > 0.0 else y[:, 1:] > y[:, :-1]
+    rises = y[:, 1:] > y[:, :-1] if sign > 0.0 else y[:, 1:] < y[:, :-1]
+    local = np.ones(y.shape, bool)
+    local[:, 1:] &= ~falls
+    local[:, :-1] &= ~rises
+    row, j = np.nonzero(local)
+    now, before, behind = (sign * y[row, i] for i in (j, np.maximum(j - 1, 0), np.minimum(j + 1, N - 1)))
     bend = 2.0 * now - before - behind
-    top = now + (behind - before) ** 2 / np.where(bend > 0.0, 8.0 * bend, np.inf)
-    top[(now < before) | (now < behind)] = -np.inf
-    best = np.argpartition(top, -min(PLACES, top.shape[1]), axis=1)[:, -PLACES:]
-    return np.take_along_axis(j, best, axis=1).clip(1, N - 2)
+    rise = (behind - before) ** 2 / np.where(bend > 0.0, 8.0 * bend, np.inf)
+    order = np.lexsort((-(now + rise), row))
+    first = np.searchsorted(row, np.arange(len(y)))
+    count = np.append(first[1:], len(row)) - first
+    best = order[first[:, None] + np.minimum(np.arange(PLACES), count[:, None] - 1)]
+    highest = np.maximum.reduceat(now, first)
+    low = now[best] + 2.0 * rise[best] < highest[:, None]
+    return np.where(low, j[best[:, :1]], j[best]).clip(1, N - 2)
 
 
 def _refine(steps: Steps, reactions: bool, t: Array, y: Array, names: Sequence[str], found: Sequence[Range]) -> None:
     """Add values near extremes to ranges; signals have values y (k, N) at times t (N,)."""
-    j = np.concatenate([_places(y, 1.0), _places(y, -1.0)], axis=1)
-    signal = np.repeat(np.arange(len(names)), j.shape[1])
-    j = j.ravel()
+    N = y.shape[1]
+    places = np.stack([_places(y, 1.0), _places(y, -1.0)]).reshape(2 * len(names), -1)
+    place = np.unique(np.arange(len(places))[:, None] * N + places)
+    signal, j = place // N % len(names), place % N
+    sign = np.where(place < N * len(names), 1.0, -1.0)
     times, points = _points(t, j)
     order = np.argsort(times, kind="stable")
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    states, rows = steps.at(times[order], reactions), place[points]
+    at = np.empty(len(order), np.int64)
+    at[order] = np.arange(len(order))
+    states, rows = steps.at(times[order], reactions), at[points]
     near, values = states.t[rows], states.signal_rows(names)[signal[:, None], rows]
     angles = np.array([states.unit(name) == "rad" for name in names])[signal]
     values[angles] += _turns(y[signal, j - 1] - values[:, 0])[angles, None]
     size = np.array([x.largest - x.least for x in found])[signal]
     good = np.abs(y[signal, j - 1] - values[:, 0]) <= SAME * size
     good &= np.abs(y[signal, j + 1] - values[:, -1]) <= SAME * size
-    for sign in (1.0, -1.0):
-        top_t, top = _tops(near, sign * values)
-        first = y.argmax(axis=1) if sign > 0.0 else y.argmin(axis=1)
-        margins = np.where((first == 0) | (first == len(t) - 1), BORDER, ROUNDED)[signal] * size
-        for k, time, value, margin, known in zip(signal.tolist(), top_t, sign * top, margins, good, strict=True):
-            if known:
-                found[k].see_one(float(time), float(value), float(margin))
+    top_t, top = _tops(near, sign[:, None] * values)
+    first = np.where(sign > 0.0, y.argmax(axis=1)[signal], y.argmin(axis=1)[signal])
+    margins = np.where((first == 0) | (first == N - 1), BORDER, ROUNDED) * size
+    for k in np.flatnonzero(good).tolist():
+        found[signal[k]].see_one(float(top_t[k]), float(sign[k] * top[k]), float(margins[k]))
 
 
 def _points(t: Array, j: Indices) -> tuple[Array, Indices]:

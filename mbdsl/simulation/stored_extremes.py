@@ -48,7 +48,7 @@ def _extreme(signal: object, unit: object, *rest: Any) -> Extreme:
 
 
 def cut_in_file(result: Result, names: Sequence[str]) -> list[CutPeak]:
-    """The peaks, among the extremes in a file, that its rows cut."""
+    """The peaks, among the extremes in a file, that its outputs cut."""
     stored = of_result(result)
     found = [stored[name] for name in names if name in stored]
     ends = {x.signal: (float("inf"), float("-inf")) for x in found}

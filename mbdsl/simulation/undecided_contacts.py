@@ -14,6 +14,7 @@ returns the whole velocity of the path at d = 0; conditions on velocities and re
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -66,20 +67,18 @@ def undecided(run: Run, before: Run, left_out: tuple[int, ...], speed: float, sp
         The duration of the run.
     """
     present: Sequence[Approach] = getattr(run, "approaches", ())
-    former: Sequence[Approach] = getattr(before, "approaches", ())
+    former = sorted(getattr(before, "approaches", ()), key=lambda y: y.t)
+    times = [y.t for y in former]
     found = []
     for x in present:
-        near = [abs(x.d - y.d) for y in former if _same(x, y, span)]
+        some = former[bisect_left(times, x.t - TOGETHER * span) : bisect_right(times, x.t + TOGETHER * span)]
+        near = [abs(x.d - y.d) for y in some if (x.number, x.side) == (y.number, y.side)]
         e = min(near, default=2.0 * abs(x.d)) + x.error
         if abs(x.d) <= MARGIN * e:
             found.append((x, abs(x.d) + e))
     found.sort(key=lambda pair: -pair[1] * pair[0].curvature)
     system = run.system
     return [Undecided(x.t, _effect(system, x, depth, left_out) / speed) for x, depth in found[:MOST]]
-
-
-def _same(x: Approach, y: Approach, span: float) -> bool:
-    return (x.number, x.side) == (y.number, y.side) and abs(x.t - y.t) <= TOGETHER * span
 
 
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:

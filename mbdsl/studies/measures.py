@@ -19,7 +19,7 @@ from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.functions import FUNCTIONS as LANGUAGE
 from mbdsl.messages import did_you_mean, few
 from mbdsl.results import selection
-from mbdsl.simulation.extremes import ROWS, Extreme, value_at
+from mbdsl.simulation.extremes import OUTPUTS, Extreme, value_at
 from mbdsl.studies import conditions
 from mbdsl.studies.conditions import When
 
@@ -196,7 +196,7 @@ class Measure:
             return OF_EXTREMES[self.function](run.extremes([self.signal])[self.signal])
         if np.isfinite(found) and self.function in WHERE:
             other = run.extremes([self.further[0]])[self.further[0]]
-            return found if other.of == ROWS else value_at(run, self.signal, WHERE[self.function](other))
+            return found if other.of == OUTPUTS else value_at(run, self.signal, WHERE[self.function](other))
         return found
 
     def value(self, t: Array, *xs: Array) -> float:

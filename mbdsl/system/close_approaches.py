@@ -191,9 +191,12 @@ class Approaches:
                     j = max(i - 1, 0)
                     curvature = side[i] * self._second(k, t[j], q[j], v[j]) if i and positions else bends[i]
                     if curvature > 0.0:
-                        rest = -slope[i] / curvature  # the time to the turning point
-                        d_i, off = side[i] * value[i] + 0.5 * slope[i] * rest, abs(jerks[i]) * rest**3 / 6.0
-                        found.append(_approach(k, t[j], side[i], d_i, curvature, off, [*q[j], *v[j]]))
+                        # at least so deep, if the third derivative, perhaps that of another contact, pushes back
+                        third = abs(jerks[i])
+                        rest = -2.0 * slope[i] / (curvature + np.sqrt(curvature**2 - 2.0 * third * slope[i]))
+                        d_i = side[i] * value[i] + rest * (slope[i] + rest * (0.5 * curvature + rest * third / 6.0))
+                        d_i = min(d_i, side[i] * y[i])
+                        found.append(_approach(k, t[j], side[i], d_i, curvature, 0.0, [*q[j], *v[j]]))
         if len(found) > 2 * self._most:
             found.sort(key=lambda x: abs(x.d) / past[4, x.number])
             del found[self._most :]

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from mbdsl.mechanism.graph import GROUND
+from mbdsl.messages import shortened
 from mbdsl.viewing.structure import Link, Structure
 
 WIDTH = 900.0  #: of the picture, as far as layers allow [px]
@@ -56,14 +57,6 @@ class Block:
     y: float = 0.0
 
 
-def shortened(text: str, letters: int = LETTERS) -> str:
-    """The beginning and the end of a long name."""
-    if len(text) <= letters:
-        return text
-    half = (letters - 1) // 2
-    return f"{text[: letters - 1 - half]}…{text[-half:]}"
-
-
 def layout(structure: Structure) -> list[Block]:
     """The parts of a mechanism with their places.
 
@@ -101,7 +94,7 @@ def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link])
 
     def add(node: Node, *ends: int) -> int:
         label = node.name if node.what != "ground" else structure.ground
-        size = LETTER * len(shortened(label))
+        size = LETTER * len(shortened(label, LETTERS))
         below = caption(node, structure)
         size = max(size, SMALL * len(shortened(below, LETTERS if node.what == "body" else LETTERS + 4)))
         node.width = max(62.0, size + 20.0) if node.what in ("body", "ground") else max(30.0, size)

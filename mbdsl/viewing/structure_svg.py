@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from mbdsl.mechanism.graph import GROUND
-from mbdsl.messages import count
+from mbdsl.messages import count, shortened
 from mbdsl.plotting.escaping import escape
 from mbdsl.viewing.structure import DRIVER, FORCE, JOINT, Link, Structure
-from mbdsl.viewing.structure_layout import BOX, GAP, LETTERS, WIDTH, Block, Node, caption, layout, shortened
+from mbdsl.viewing.structure_layout import BOX, GAP, LETTERS, WIDTH, Block, Node, caption, layout
 
 MARGIN = 14.0
 MARK = 8.0  #: radius of the symbol of a joint
@@ -179,13 +179,13 @@ class _Picture:
         body = self.structure.bodies[node.name]
         kind = "body moved" if body.moved else "body follows" if body.follows else "body"
         self.path(kind, _box(node.x, node.y, node.width, BOX, 7.0), f"{body.kind} {body.name}")
-        self.text("name inside", shortened(node.name), node.x, node.y - 2.0)
-        self.text("small", shortened(caption(node, self.structure)), node.x, node.y + 13.0)
+        self.text("name inside", shortened(node.name, LETTERS), node.x, node.y - 2.0)
+        self.text("small", shortened(caption(node, self.structure), LETTERS), node.x, node.y + 13.0)
 
     def ground(self, node: Node) -> None:
         name, half = self.structure.ground, node.width / 2
         self.path("ground", _box(node.x, node.y - 4.0, node.width, 28.0, 3.0), name)
-        self.text("name", shortened(name), node.x, node.y + 0.5)
+        self.text("name", shortened(name, LETTERS), node.x, node.y + 0.5)
         self.path("hatch", _hatch(node.x - half, node.y + 10.0, node.x + half, node.y + 10.0))
 
     def link(self, node: Node, down: bool) -> None:
@@ -208,10 +208,10 @@ class _Picture:
             self.text("number", str(link.loop), x, y + 4.0)
         below, said = "small warn" if link.redundant else "small", shortened(caption(node, self.structure), LETTERS + 4)
         if down:
-            self.text("name", shortened(link.name), x + BESIDE, y - 1.0, "start", link.name)
+            self.text("name", shortened(link.name, LETTERS), x + BESIDE, y - 1.0, "start", link.name)
             self.text(below, said, x + BESIDE, y + 12.0, "start")
         else:
-            self.text("name", shortened(link.name), x, y - 14.0, title=link.name)
+            self.text("name", shortened(link.name, LETTERS), x, y - 14.0, title=link.name)
             self.text(below, said, x, y + 23.0)
 
     def legend(self, top: float) -> float:

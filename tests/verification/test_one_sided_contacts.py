@@ -57,3 +57,26 @@ def test_a_point_bounces_off_a_slope():
     n, t = np.array([np.cos(normal), np.sin(normal)]), np.array([np.sin(normal), -np.cos(normal)])
     expected = e * across * n + speed * np.cos(normal) * t - np.array([0.0, 0.01 * G])
     assert [run["ball.vx"][-1], run["ball.vy"][-1]] == pytest.approx(expected, abs=3e-3)
+
+
+FALL = """model Fall "A crate falls onto a ramp: both corners touch at once, bounce, and slide against a block"
+  Ground ground(frames(ramp = {0, 0, 70 deg}, block = {0, 0, -20 deg}));
+  Body crate(m = 20 kg, I = 2 kg.m2, com = {-0.3, 0.3} m, frames(left = {-0.8, 0} m, right = {0, 0}));
+  FreeMotion free(ground, crate.right);
+  TranslationalStop left(ground.ramp, crate.left, s_min = 0 m, k = 1e5 N/m, e = 0.3, v_0 = 2.4 m/s);
+  TranslationalStop right(ground.ramp, crate.right, s_min = 0 m, k = 1e5 N/m, e = 0.3, v_0 = 2.4 m/s);
+  TranslationalStop block(ground.block, crate.right, s_max = 0 m, k = 1e5 N/m, e = 0.3, v_0 = 2.4 m/s);
+initial equation
+  free.phi = -20 deg; free.x = 0 m; free.y = 0.3 m;
+  annotation(experiment(StopTime = 0.5 s));
+end Fall;"""
+
+
+def test_a_contact_is_decided_while_another_one_pushes():
+    """A corner touches while the force of another one changes fast; the run reaches its tolerance all the same."""
+    scene = mbdsl.parse(FALL)
+    run = mbdsl.simulate(scene, method="radau5", tol=1e-4, interval=0.01)
+    fine = mbdsl.simulate(scene, method="radau5", step=1e-4, interval=0.01)
+    assert run.status == "done"
+    assert run["crate.phi"] == pytest.approx(fine["crate.phi"], abs=1e-4)
+    assert run["crate.y"] == pytest.approx(fine["crate.y"], abs=1e-4)

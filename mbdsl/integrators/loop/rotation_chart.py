@@ -148,3 +148,12 @@ def leave_chart(out, run):
         d, at = layout[layout[L.ROTATIONS] + 2 * i], layout[layout[L.ROTATIONS] + 2 * i + 1]
         p0, p1, p2, p3 = composed(run.numbers[at + BASE :], out[d], out[d + 1], out[d + 2])
         out[d], out[d + 1], out[d + 2] = logarithm(p0, p1, p2, p3)
+
+
+@kernel
+def attitudes(out, run):
+    """In the coordinates ``out``, replace psi = 0 at the start of a step, by the rotation vector of the attitude."""
+    layout = run.layout
+    for i in range(layout[L.N_ROTATIONS]):
+        d, base = layout[layout[L.ROTATIONS] + 2 * i], run.numbers[layout[layout[L.ROTATIONS] + 2 * i + 1] + BASE :]
+        out[d], out[d + 1], out[d + 2] = logarithm(base[0], base[1], base[2], base[3])

@@ -6,10 +6,10 @@ See :mod:`mbdsl.integrators.peak_zones`.
 from __future__ import annotations
 
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.rotation_chart import leave_chart
+from mbdsl.integrators.loop.rotation_chart import attitudes
 from mbdsl.integrators.loop.thinned_records import thin
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.kernels.marks import rare
+from mbdsl.kernels.marks import kernel, rare
 
 
 @rare
@@ -27,7 +27,7 @@ def until_zone(h, run):
     return h if reals[S.NOW] + h <= end else (1.0 - reals[S.WITHIN]) * start + reals[S.WITHIN] * end - reals[S.NOW]
 
 
-@rare
+@kernel
 def note(run):
     """Append the time and the state at the end of the step (POSITION0, VELOCITY0, UNKNOWN0) to the records.
 
@@ -39,7 +39,7 @@ def note(run):
     reals[o] = reals[S.STEP_END]
     for i in range(n):
         reals[o + 1 + i], reals[o + 1 + n + i] = vectors[L.POSITION0, i], vectors[L.VELOCITY0, i]
-    leave_chart(reals[o + 1 :], run)
+    attitudes(reals[o + 1 :], run)
     for i in range(n, size):
         reals[o + 1 + n + i] = vectors[L.UNKNOWN0, i]
     integers[S.NOTED] += 1

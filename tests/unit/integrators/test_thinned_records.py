@@ -22,12 +22,12 @@ def kept(q, v, lam, t, rotations=()):
     layout[[L.N_Q, L.N_ALL, L.N_ROTATIONS, L.ROTATIONS]] = n, n + lam.shape[1], len(rotations), 150
     layout[150 : 150 + 2 * len(rotations) : 2] = rotations
     run = SimpleNamespace(
-        reals=np.zeros(S.REALS + rows.size),
+        reals=np.zeros(S.REALS + rows.size + n + lam.shape[1]),
         integers=np.zeros(S.INTEGERS, np.int64),
         vectors=np.ones((L.SCALE + 1, n)),
         layout=layout,
     )
-    run.integers[S.THIN] = LEAST
+    run.integers[[S.THIN, S.NOTES]] = LEAST, len(rows)
     for step, row in enumerate(rows):
         at = S.REALS + run.integers[S.NOTED] * width
         run.reals[at : at + width] = row
@@ -36,7 +36,7 @@ def kept(q, v, lam, t, rotations=()):
         if step % run.integers[S.THIN] == 0:
             thin(run)
             assert LEAST <= run.integers[S.THIN] <= MOST
-    return run.reals[S.REALS :].reshape(-1, width)[: run.integers[S.NOTED]]
+    return run.reals[S.REALS : S.REALS + rows.size].reshape(-1, width)[: run.integers[S.NOTED]]
 
 
 def test_dropped_states_follow_from_the_others():

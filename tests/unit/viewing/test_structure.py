@@ -12,6 +12,7 @@ import pytest
 from mbdsl import load, parse
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.graph import GROUND, build
+from mbdsl.messages import shortened
 from mbdsl.viewing import structure_layout
 from mbdsl.viewing.structure import structure
 from mbdsl.viewing.structure_files import page, save
@@ -166,7 +167,7 @@ def test_the_picture_has_all_names(found):
     root = ElementTree.fromstring(svg(found))
     words = [element.text or element[0].tail for element in root.iter("{http://www.w3.org/2000/svg}text")]
     for name in (*found.bodies, *(link.name for link in found.links)):
-        shown = structure_layout.shortened(name)
+        shown = shortened(name, structure_layout.LETTERS)
         assert shown in words and len(shown) <= structure_layout.LETTERS
     titles = {element.text for element in root.iter("{http://www.w3.org/2000/svg}title")}
     assert f"Graph of {found.name}" in titles
