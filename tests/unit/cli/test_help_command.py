@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from mbdsl import cli
-from mbdsl.simulation.run_options import OPTIONS
 from mbdsl.cli.help import TOPICS
 from mbdsl.elements import kinds
+from mbdsl.simulation.run_options import OPTIONS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "command-line.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| `(\w+)` \| (.*?) \| `(mbdsl .*?)` \|$", PAGE, re.MULTILINE)
