@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -197,6 +197,26 @@ def check_table(args: argparse.Namespace) -> None:
         output_files.check([args.table], [args.model])
 
 
+def shown_file(args: argparse.Namespace, flag: str, ending: str, *suffixes: tuple[str, ...]) -> str | None:
+    """The file of a page or picture that a command makes with ``--flag``: its name, or that of the model + ``ending``.
+
+    Raises
+    ------
+    UsageError
+        If it has another suffix than these, or options of it are given without the flag.
+    """
+    if not getattr(args, flag):
+        given = next((name for name in ("out", "mode", "size") if getattr(args, name, None) is not None), None)
+        if given:
+            raise UsageError(f"--{given} belongs to --{flag}", hint=f"add --{flag}, or write numbers by --output")
+        return None
+    from mbdsl.viewing.saved_page import check_suffix
+
+    out = args.out or f"{stem(args)}-{ending}.html"
+    check_suffix(out, *suffixes)
+    return out
+
+
 def size_of(args: argparse.Namespace, out: str | None) -> tuple[int, int]:
     """The size of the film or picture ``out``.
 
@@ -245,6 +265,22 @@ def load_methods(args: argparse.Namespace) -> None:
         args.method = name(args.method)
     if getattr(args, "methods", None):
         args.methods = [name(given) for given in args.methods]
+
+
+def load_for(args: argparse.Namespace, outputs: Sequence[str | None]) -> Scene:
+    """The model of a command that writes files, which are checked before.
+
+    Raises
+    ------
+    UsageError
+        If a file cannot be written, or is one of those of the model.
+    """
+    from mbdsl.storage import output_files
+
+    output_files.check(outputs, [args.model])
+    scene = load_model(args)
+    output_files.check(outputs, scene.files)
+    return scene
 
 
 def load_model(args: argparse.Namespace) -> Scene:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
@@ -13,9 +12,6 @@ from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
-
-if TYPE_CHECKING:
-    from mbdsl.simulation.trajectory import Trajectory
 
 
 def _arrows(text: str) -> tuple[str, ...]:
@@ -52,47 +48,42 @@ COMMAND = Command(
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.reporting.views import check_ghost
-    from mbdsl.viewing.saved_page import check_suffix
+    from mbdsl.reporting.views import animate, check_ghost
+    from mbdsl.viewing.saved_page import PAGES, check_suffix
     from mbdsl.viewing.stored_result import is_result
 
     out = args.out or f"{values.stem(args)}.html"
     check_suffix(out)
-    values.size_of(args, out)
+    size = values.size_of(args, out)
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)
     check_ghost(args.ghost)
-    if stored and args.result:
-        raise UsageError(f"`{args.model}` and `{args.result}` are both results", hint="give the model and one result")
+    shown, failure = args.model, None
     if stored or args.result:
-        _refuse(args, stored)
-        trajectory, names = _stored(args, stored)
-        failure = None
+        if not (stored and args.result):
+            _refuse(args, stored)
+        if not stored:
+            shown = values.load_model(args)
     else:
-        trajectory, failure = of_arguments(args, out)
-        names = None
-    _write(args, trajectory, names, out)
+        shown, failure = of_arguments(args, out)
+    page = animate(
+        shown,
+        signals=values.patterns(args.signals) if args.signals else None,
+        traces=values.names(args.trace) if args.trace else (),
+        ghost=args.ghost,
+        arrows=args.arrows,
+        view=args.view,
+        result=args.result,
+        units=args.units,
+    )
+    page.save(out, size)
+    if not args.quiet:
+        motion = page.motion
+        frames = f"{count(len(motion.t), 'frame')} of " if Path(out).suffix.lower() in PAGES else ""
+        print(f"{visible(out, line=True)}: {values.file_size(out)}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
     if failure is not None:
         raise failure
     return 0
-
-
-def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | None, out: str) -> None:
-    from mbdsl.reporting.views import pale
-    from mbdsl.viewing.animation import animate
-    from mbdsl.viewing.saved_page import PAGES
-
-    patterns = values.patterns(args.signals) if args.signals else names
-    traces = values.names(args.trace) if args.trace else ()
-    page = animate(
-        trajectory.in_units(args.units), patterns, traces, pale(args.ghost, trajectory.scene), args.arrows, args.view
-    )
-    page.save(out, values.size_of(args, out))
-    if not args.quiet:
-        motion = page.motion
-        written = values.file_size(out)
-        frames = f"{count(len(motion.t), 'frame')} of " if Path(out).suffix.lower() in PAGES else ""
-        print(f"{visible(out, line=True)}: {written}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
 
 
 def _refuse(args: argparse.Namespace, stored: bool) -> None:
@@ -106,11 +97,3 @@ def _refuse(args: argparse.Namespace, stored: bool) -> None:
             f"--{given[0].partition('_')[0]} belongs to a simulation, and the result is computed already",
             hint="give the model alone to simulate it",
         )
-
-
-def _stored(args: argparse.Namespace, stored: bool) -> tuple[Trajectory, list[str] | None]:
-    from mbdsl.viewing.stored_result import stored_trajectory
-
-    if stored:
-        return stored_trajectory(args.model)
-    return stored_trajectory(args.result, values.load_model(args))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
@@ -47,14 +46,11 @@ COMMAND = Command(
 
 
 def run(args: argparse.Namespace) -> int:
-    out = _animation(args)
+    out = values.shown_file(args, "animate", "modes")
     size = values.size_of(args, out)
     if args.output:
-        output_files.check([args.output], [args.model])
-        if Path(args.output).suffix.lower() not in SUFFIXES:
-            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known suffixes are {', '.join(SUFFIXES)}")
-    scene = values.load_model(args)
-    output_files.check([args.output, out], scene.files)
+        output_files.suffix_of(args.output, SUFFIXES)
+    scene = values.load_for(args, [args.output, out])
 
     from mbdsl.analysis.eigenmodes import eigen
 
@@ -74,21 +70,6 @@ def run(args: argparse.Namespace) -> int:
         what = count(len(modes), "mode") if page else f"mode {shown.first + 1}"
         print(f"{visible(out, line=True)}: {values.file_size(out)}, {what}")
     return 0
-
-
-def _animation(args: argparse.Namespace) -> str | None:
-    """The file of the animation, checked."""
-    if not args.animate:
-        given = next((name for name in ("out", "mode", "size") if getattr(args, name) is not None), None)
-        if given:
-            raise UsageError(f"--{given} belongs to --animate", hint="add --animate, or write numbers by --output")
-        return None
-    from mbdsl.viewing.saved_page import check_suffix
-
-    out = args.out or f"{values.stem(args)}-modes.html"
-    check_suffix(out)
-    output_files.check([out, args.output], [args.model])
-    return out
 
 
 def write(modes: Modes, path: str) -> None:

@@ -10,7 +10,6 @@ from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
 from mbdsl.cli._streams import print_problem, verbatim
 from mbdsl.messages import visible
-from mbdsl.storage import output_files
 
 COMMAND = Command(
     "show which joints connect which bodies",
@@ -29,9 +28,7 @@ def run(args: argparse.Namespace) -> int:
         from mbdsl.viewing.structure_files import check_suffix
 
         check_suffix(args.out)
-        output_files.check([args.out], [args.model])
-    scene = values.load_model(args)
-    output_files.check([args.out], scene.files)
+    scene = values.load_for(args, [args.out])
 
     from mbdsl.mechanism.graph import build
     from mbdsl.viewing.structure import structure

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.errors import UsageError
-from mbdsl.storage.output_files import check, write_text, writing
+from mbdsl.storage.output_files import suffix_of, write_text, writing
 
 if TYPE_CHECKING:
     from mbdsl.analysis.linearisation import Linearisation
@@ -38,11 +37,8 @@ COMMAND = Command(
 
 def run(args: argparse.Namespace) -> int:
     if args.output:
-        check([args.output], [args.model])
-        if Path(args.output).suffix.lower() not in SUFFIXES:
-            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known suffixes are {', '.join(SUFFIXES)}")
-    scene = values.load_model(args)
-    check([args.output], scene.files)
+        suffix_of(args.output, SUFFIXES)
+    scene = values.load_for(args, [args.output])
 
     from mbdsl.analysis.linearisation import linearise
 

@@ -45,9 +45,7 @@ def run(args: argparse.Namespace) -> int:
             raise UsageError(f"--output {name}: expected signals", hint=f"files are written by --out {name}")
     for path in args.out:
         output_files.suffix_of(path, SUFFIXES)
-    output_files.check(args.out, [args.model])
-    scene = values.load_model(args)
-    output_files.check(args.out, scene.files)
+    scene = values.load_for(args, args.out)
 
     from mbdsl.analysis.frequency_response import response
 

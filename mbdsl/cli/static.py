@@ -9,9 +9,7 @@ from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
 from mbdsl.cli.simulate import check_signals
-from mbdsl.errors import UsageError
 from mbdsl.messages import visible
-from mbdsl.storage import output_files
 
 SUFFIXES = ", ".join(results.formats())  #: of result files
 COMMAND = Command(
@@ -32,13 +30,13 @@ COMMAND = Command(
 
 
 def run(args: argparse.Namespace) -> int:
-    out = _picture(args)
+    from mbdsl.viewing.saved_page import PAGES, PICTURES
+
+    out = values.shown_file(args, "show", "equilibrium", (*PAGES, *PICTURES))
     size = values.size_of(args, out)
     if args.output:
-        output_files.check([args.output], [args.model])
         results.format_of(args.output)
-    scene = values.load_model(args)
-    output_files.check([args.output, out], scene.files)
+    scene = values.load_for(args, [args.output, out])
     if args.signals:
         check_signals(scene, values.patterns(args.signals))
 
@@ -68,18 +66,3 @@ def run(args: argparse.Namespace) -> int:
         lines.append(f"{visible(out, line=True)}: {values.file_size(out)}")
     print("\n".join(lines))
     return 0
-
-
-def _picture(args: argparse.Namespace) -> str | None:
-    """The file of the picture, checked."""
-    if not args.show:
-        given = next((name for name in ("out", "size") if getattr(args, name) is not None), None)
-        if given:
-            raise UsageError(f"--{given} belongs to --show", hint="add --show, or write numbers by --output")
-        return None
-    from mbdsl.viewing.saved_page import PAGES, PICTURES, check_suffix
-
-    out = args.out or f"{values.stem(args)}-equilibrium.html"
-    check_suffix(out, (*PAGES, *PICTURES))
-    output_files.check([out, args.output], [args.model])
-    return out

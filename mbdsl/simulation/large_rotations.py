@@ -8,12 +8,12 @@ while neither the energy nor the constraints need to show an error.
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.simulation.run_symptoms import Symptom
 from mbdsl.system import System
 
 Array = NDArray[np.float64]
@@ -22,8 +22,10 @@ Array = NDArray[np.float64]
 RESOLVED = 0.3
 
 
-class LargeRotations:
+class LargeRotations(Symptom):
     """The largest rotation in a step in the outputs of a run; these are added block by block."""
+
+    KEPT = ("angle", "body", "since")
 
     def __init__(self, system: System, h: float) -> None:
         layout, self.h = system.tables.layout, h
@@ -50,11 +52,3 @@ class LargeRotations:
             f"t = {self.since:.6g} s: if its axis moves, the results are wrong; "
             f"try a step of {self.h * RESOLVED / self.angle:.1g} s, or a tolerance instead"
         )
-
-    def state(self) -> dict[str, Any]:
-        """The state for a checkpoint."""
-        return {"angle": self.angle, "body": self.body, "since": self.since}
-
-    def restore(self, known: dict[str, Any]) -> None:
-        """Continue from a state."""
-        self.angle, self.body, self.since = float(known["angle"]), str(known["body"]), float(known["since"])

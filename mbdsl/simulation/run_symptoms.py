@@ -20,7 +20,22 @@ KICK = 0.25
 PLACES = 8
 
 
-class EnergyGrowth:
+class Symptom:
+    """What is searched in the outputs of a run, which are added block by block."""
+
+    KEPT: tuple[str, ...]  #: names of the attributes that a checkpoint contains
+
+    def state(self) -> dict[str, Any]:
+        """The state for a checkpoint."""
+        return {name: getattr(self, name) for name in self.KEPT}
+
+    def restore(self, known: dict[str, Any]) -> None:
+        """Continue from a state."""
+        for name in self.KEPT:
+            setattr(self, name, type(getattr(self, name))(known[name]))
+
+
+class EnergyGrowth(Symptom):
     """The largest growth of the energy above its least value so far.
 
     Parameters
@@ -75,15 +90,6 @@ class EnergyGrowth:
         if E[least] < self.least:
             self.least, self.least_at = float(E[least]), float(t[least])
 
-    def state(self) -> dict[str, Any]:
-        """The state for a checkpoint."""
-        return {name: getattr(self, name) for name in self.KEPT}
-
-    def restore(self, known: dict[str, Any]) -> None:
-        """Continue from a state."""
-        for name in self.KEPT:
-            setattr(self, name, known[name])
-
 
 class Kick(NamedTuple):
     """A change of velocity between two outputs: state before it, and times of the outputs around it [s]."""
@@ -96,7 +102,7 @@ class Kick(NamedTuple):
     v: Array
 
 
-class Kicks:
+class Kicks(Symptom):
     """The largest changes of velocity between two outputs, in coordinates multiplied by ``scale`` (n,)."""
 
     def __init__(self, scale: Array) -> None:
@@ -137,12 +143,10 @@ class Kicks:
         self._found = sorted(self._found, key=lambda x: -x.size)[:PLACES]
 
     def state(self) -> dict[str, Any]:
-        """The state for a checkpoint."""
         tail = None if self._tail is None else list(self._tail)
         return {"found": [list(x) for x in self._found], "speed": self._speed, "row": self._row, "tail": tail}
 
     def restore(self, known: dict[str, Any]) -> None:
-        """Continue from a state."""
         self._found = [Kick(*x) for x in known["found"]]
         self._speed, self._row = float(known["speed"]), int(known["row"])
         self._tail = None if known["tail"] is None else tuple(known["tail"])  # type: ignore[assignment]

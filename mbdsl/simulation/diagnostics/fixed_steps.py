@@ -29,7 +29,7 @@ from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.large_rotations import LargeRotations
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion, Moving
-from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks
+from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks, Symptom
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -60,67 +60,59 @@ class Watch:
 
     def __init__(self, motion: Motion) -> None:
         self._motion, self._rows = motion, 0
-        fixed = motion.plan.tol is None
-        scene = motion.system.scene
+        scene, h = motion.system.scene, motion.plan.h
         self._energy: EnergyGrowth | None = None
-        self._kicks: list[tuple[Moving, Kicks] | None] = []
-        self._turns: list[LargeRotations | None] = []
-        if fixed and passive(scene):
+        self._kicks: dict[int, Kicks] = {}  #: by the number of the part
+        self._turns: dict[int, LargeRotations] = {}
+        if motion.plan.tol is not None:
+            return
+        if passive(scene):
             self._energy = EnergyGrowth([e for c in _by_law(scene) for e in law_expressions(c)])
-        for p in motion.parts:
-            looks = fixed and isinstance(p.integration, Integration) and p.method != KINEMATIC
-            self._turns.append(LargeRotations(p.system, motion.plan.h) if looks and scene.spatial else None)
-            looks = looks and bool(p.system.tables.switches)
-            self._kicks.append((p, Kicks(p.system.tables.scale)) if looks else None)
+        for k, p in enumerate(motion.parts):
+            if isinstance(p.integration, Integration) and p.method != KINEMATIC:
+                if scene.spatial:
+                    self._turns[k] = LargeRotations(p.system, h)
+                if p.system.tables.switches:
+                    self._kicks[k] = Kicks(p.system.tables.scale)
 
     def add(self, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> None:
         """Add the outputs that follow; ``states`` are q and v (N, n) of each part."""
         self._rows += len(trajectory.t)
         if self._energy is not None:
             self._energy.add(trajectory)
-        for looks, (q, v) in zip(self._kicks, states, strict=True):
-            if looks is not None:
-                looks[1].add(trajectory.t, q, v)
-        for turns, (_, v) in zip(self._turns, states, strict=True):
-            if turns is not None:
-                turns.add(trajectory.t, v)
+        for k, kicks in self._kicks.items():
+            kicks.add(trajectory.t, *states[k])
+        for k, turns in self._turns.items():
+            turns.add(trajectory.t, states[k][1])
 
     def doubts(self) -> list[str]:
         """Warnings about a run with fixed steps, or by a backend that does not search its steps for peaks of laws."""
         motion = self._motion
         peak = _first_peak(motion) if motion.plan.tol is None else None
         found = [_not_searched(motion), _given_up(motion)]
-        if motion.plan.tol is not None:
-            return [text for text in found if text]
-        scenes = [motion.system.scene, *(p.system.scene for p in motion.parts)]
-        found += [turns.warning() for turns in self._turns if turns is not None]
+        found += [turns.warning() for turns in self._turns.values()]
         if self._rows >= 3:
             found.append(None if self._energy is None else _growth(self._energy, motion))
-            found += [_kicked(motion, *looks) for looks in self._kicks if looks is not None]
+            found += [_kicked(motion, motion.parts[k], kicks) for k, kicks in self._kicks.items()]
         if peak is not None:
-            law = _law_within(scenes, peak.root)
+            law = _law_within([motion.system.scene, *(p.system.scene for p in motion.parts)], peak.root)
             if law is None or not any(text and text.startswith(f"{law.kind.name} {law.name} ") for text in found):
                 found.insert(0, _unseen(peak, law))
         return [text for text in found if text]
 
+    @property
+    def _symptoms(self) -> list[Symptom]:
+        return [*([self._energy] if self._energy is not None else []), *self._kicks.values(), *self._turns.values()]
+
     def state(self) -> dict[str, Any]:
         """The state for a checkpoint."""
-        energy = None if self._energy is None else self._energy.state()
-        kicks = [None if looks is None else looks[1].state() for looks in self._kicks]
-        turns = [None if looks is None else looks.state() for looks in self._turns]
-        return {"rows": self._rows, "energy": energy, "kicks": kicks, "turns": turns}
+        return {"rows": self._rows, "symptoms": [x.state() for x in self._symptoms]}
 
     def restore(self, known: dict[str, Any]) -> None:
         """Continue from a state."""
         self._rows = int(known["rows"])
-        if self._energy is not None:
-            self._energy.restore(known["energy"])
-        for looks, kept in zip(self._kicks, known["kicks"], strict=True):
-            if looks is not None:
-                looks[1].restore(kept)
-        for turns, kept in zip(self._turns, known["turns"], strict=True):
-            if turns is not None:
-                turns.restore(kept)
+        for symptom, kept in zip(self._symptoms, known["symptoms"], strict=True):
+            symptom.restore(kept)
 
 
 def warnings(run: ExaminedRun) -> list[str]:

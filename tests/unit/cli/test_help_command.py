@@ -9,6 +9,7 @@ import pytest
 from mbdsl import cli
 from mbdsl.cli.help import TOPICS
 from mbdsl.elements import kinds
+from mbdsl.simulation.run_options import OPTIONS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "command-line.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| `(\w+)` \| (.*?) \| `(mbdsl .*?)` \|$", PAGE, re.MULTILINE)
@@ -40,16 +41,17 @@ def test_examples_of_the_page_are_read(name, example):
     assert rest == [] and args is not None
 
 
-def test_the_page_lists_the_options_of_all_commands_that_read_a_model():
-    """As `signals` has them, which has one option of its own."""
-    options = {
-        (a.option_strings[0], a.metavar): a.help
-        for a in PARSERS["signals"][0]._actions
-        if a.option_strings and a.option_strings[0] not in ("-h", "--format", "--debug")
+def test_the_page_lists_the_options_of_all_commands_that_read_a_model_and_of_a_run():
+    """As `signals` has the first, which has one option of its own, and `simulate` both."""
+    every = {
+        name: {(a.option_strings[0], a.metavar): a.help for a in PARSERS[name][0]._actions if a.option_strings}
+        for name in ("signals", "simulate")
     }
     listed = re.findall(r"^\| `(--[\w-]+)(?: (.+?))?` \| (.*) \|$", PAGE, re.MULTILINE)
-    found = {(name, metavar or None): text.replace("`", "") for name, metavar, text in listed}
-    assert found == options
+    found = {(name, metavar or None): text for name, metavar, text in listed}
+    own = {key: text for key, text in every["signals"].items() if key[0] not in ("-h", "--format", "--debug")}
+    assert found.items() >= own.items() and found.items() <= every["simulate"].items()
+    assert {f"--{name}" for name in OPTIONS} <= {name for name, _ in found}
 
 
 def test_the_exit_codes_of_the_page_are_those_of_the_errors():
