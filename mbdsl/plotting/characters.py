@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import groupby
 
 from mbdsl.messages import visible, width
@@ -157,9 +157,9 @@ class _Panel:
                 row, column = self.height - 1 - y // 4, x // 2
                 dots[row][column] |= DOTS[3 - y % 4][x % 2]
                 owner[row][column] = k
-        if self.letters:
-            for k, drawn in enumerate(self.frame.drawn):
-                _put_letters(signs, k, drawn, size, self.height, dense=self.ascii)
+            if self.letters:
+                cells = dict.fromkeys((self.height - 1 - y // 4, x // 2) for x, y in visited)
+                _put_letters(signs, k, cells, size, dense=self.ascii)
         blank = "*" if self.ascii else ""
         return [
             "".join(
@@ -188,9 +188,10 @@ def _runs(owners: list[int]) -> Iterator[tuple[int, list[int]]]:
         yield k, list(run)
 
 
-def _put_letters(signs: dict[tuple[int, int], str], k: int, drawn: Drawn, size: int, height: int, dense: bool) -> None:
-    """Letters on the curve: on all of its cells, or some columns apart and shifted from curve to curve."""
-    cells = dict.fromkeys((height - 1 - y // 4, x // 2) for x, y in _dots(drawn, 2 * size, 4 * height))
+def _put_letters(
+    signs: dict[tuple[int, int], str], k: int, cells: Iterable[tuple[int, int]], size: int, dense: bool
+) -> None:
+    """Letters on the cells of a curve: on all of them, or some columns apart and shifted from curve to curve."""
     wanted = None
     for row, column in cells:
         if dense:

@@ -8,11 +8,9 @@ sheets whose selectors are an element, classes and ``:not(.class)``, of which th
 from __future__ import annotations
 
 import io
-import math
 import os
 import re
 from collections.abc import Iterator, Mapping
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
@@ -22,7 +20,7 @@ from mbdsl.storage.output_files import suffix_of, writing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.path import Path as Outline
+    from matplotlib.patches import Patch
 
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 150.0
@@ -32,7 +30,6 @@ LETTERS = 0.92  #: size of the letters over that in the style sheet: those of De
 RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 SELECTOR = re.compile(r"(\w*)((?:\.[\w-]+)*)((?::not\(\.[\w-]+\))*)")
 COMMAND = re.compile(r"([MLHVhvlmCZz])|(-?(?:\d+\.?\d*|\.\d+)(?:e-?\d+)?)")
-QUARTER = 0.5523  #: distance of the control points of a quarter of a circle, over its radius
 #: numbers of a command of a path
 NUMBERS = {"M": 2, "m": 2, "L": 2, "l": 2, "H": 1, "h": 1, "V": 1, "v": 1, "C": 6}
 SKIPPED = ("title", "desc", "style", "clipPath")
@@ -148,21 +145,38 @@ class _Drawing:
                 x, y = (float(p.get(name, 0.0)) for name in ("x", "y")) if tag == "svg" else (0.0, 0.0)
                 self.children(element, p, (at[0] + x, at[1] + y))
             else:
-                self.shape(_outline(tag, element.attrib, at, self.size), p, at)
+                self.shape(tag, p, at)
 
-    def shape(self, outline: Outline, p: Mapping[str, str], at: tuple[float, float]) -> None:
-        from matplotlib.patches import PathPatch, Rectangle
+    def shape(self, tag: str, p: Mapping[str, str], at: tuple[float, float]) -> None:
+        """A path, rectangle or circle; lengths may be parts of the size of the picture."""
+        from matplotlib.patches import Circle, PathPatch, Rectangle
+        from matplotlib.path import Path as Outline
 
         width = float(p.get("stroke-width", 1.0))
-        patch = PathPatch(
-            outline,
+        look: dict[str, Any] = dict(
             facecolor=_colour(p, "fill", "#000000"),
             edgecolor=_colour(p, "stroke", "none"),
             linewidth=width * 72.0 / INCH,
-            capstyle=p.get("stroke-linecap", "butt"),  # type: ignore[arg-type]
-            joinstyle=p.get("stroke-linejoin", "miter"),  # type: ignore[arg-type]
+            capstyle=p.get("stroke-linecap", "butt"),
+            joinstyle=p.get("stroke-linejoin", "miter"),
             zorder=self.order,
         )
+
+        def number(name: str, whole: float = 0.0) -> float:
+            text = p.get(name, "0")
+            return whole * float(text[:-1]) / 100.0 if text.endswith("%") else float(text)
+
+        patch: Patch
+        if tag == "rect":
+            corner = at[0] + number("x"), at[1] + number("y")
+            patch = Rectangle(corner, number("width", self.size[0]), number("height", self.size[1]), **look)
+        elif tag == "circle":
+            patch = Circle((at[0] + number("cx"), at[1] + number("cy")), number("r"), **look)
+        else:
+            points, codes = _points(p["d"])
+            if not points:
+                return
+            patch = PathPatch(Outline([(at[0] + x, at[1] + y) for x, y in points], codes), **look)
         if dash := p.get("stroke-dasharray"):
             patch.set_linestyle((0, [float(x) / width for x in dash.split()]))
         self.ax.add_patch(patch)
@@ -198,32 +212,6 @@ def _colour(p: Mapping[str, str], name: str, default: str) -> Any:
     if colour == "currentColor":
         colour = p.get("color", "#000000")
     return "none" if colour == "none" else (colour, float(p.get(f"{name}-opacity", 1.0)) * float(p.get("opacity", 1.0)))
-
-
-def _outline(tag: str, p: Mapping[str, str], at: tuple[float, float], size: tuple[float, float]) -> Outline:
-    """The path of an element, relative to a point; lengths may be parts of the size of the picture."""
-
-    def number(name: str, whole: float = 0.0) -> float:
-        text = p.get(name, "0")
-        return whole * float(text[:-1]) / 100.0 if text.endswith("%") else float(text)
-
-    from matplotlib.path import Path as Outline
-
-    if tag == "rect":
-        x, y, w, h = number("x"), number("y"), number("width", size[0]), number("height", size[1])
-        words = f"M{x} {y}h{w}v{h}h{-w}z"
-    elif tag == "circle":
-        x, y, r = number("cx"), number("cy"), number("r")
-        words, near = f"M{x + r} {y}", [(math.cos(k * math.pi / 2), math.sin(k * math.pi / 2)) for k in range(5)]
-        for (a, b), (c, d) in pairwise(near):
-            first, second = (a - QUARTER * b, b + QUARTER * a), (c + QUARTER * d, d - QUARTER * c)
-            words += "C" + " ".join(f"{x + r * u:.4f} {y + r * v:.4f}" for u, v in (first, second, (c, d)))
-    else:
-        words = p["d"]
-    points, codes = _points(words)
-    if not points:
-        return Outline([(math.nan, math.nan)])
-    return Outline([(at[0] + x, at[1] + y) for x, y in points], codes)
 
 
 def _points(words: str) -> tuple[list[tuple[float, float]], list[int]]:

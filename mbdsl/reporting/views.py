@@ -168,10 +168,7 @@ def graph(
         check_suffix(out)
     scene = as_scene(model, parameters, without)
     output_files.check([out], scene.files)
-    found = structure(build(scene), not quick, announce)
-    if out is not None:
-        found.save(out)
-    return found
+    return _saved(structure(build(scene), not quick, announce), out)
 
 
 def plot(
@@ -209,6 +206,7 @@ def plot(
         If the integration fails; the file shows the results until then.
     """
     from mbdsl.plotting.signal_plots import plot, suffix_of
+    from mbdsl.results.stored import of_trajectory
     from mbdsl.simulation.trajectory import Trajectory
 
     several = isinstance(results, Iterable) and not isinstance(results, (str, Trajectory))
@@ -220,24 +218,21 @@ def plot(
         output_files.check([out])
     asked(units)  # raises its errors before a run
     changes = _changes(run)
-    patterns = None if signals is None else [signals] if isinstance(signals, str) else list(signals)
+    patterns = _listed(signals)
     opened = [source(item, patterns, **changes) for item in given]
     if (changes or run) and not any(isinstance(item, Scene) for item in opened):
         raise _needs_no_run(changes | run)
     labels = [str(x) if isinstance(x, (str, PathLike)) else o.name if isinstance(o, Scene) else o.label
               for x, o in zip(given, opened, strict=True)]  # fmt: skip
     check_plotted(opened, labels, patterns, against, spectrum)
-    failures: list[IntegrationError] = []
-    shown = [_result(o, label, patterns, run, failures) if isinstance(o, Scene) else o
-             for o, label in zip(opened, labels, strict=True)]  # fmt: skip
-    for result in shown:
-        result.display = asked(units, result.display)
-    found = plot(shown, patterns, against=against, difference=difference, spectrum=spectrum)
-    if out is not None:
-        found.save(out)
-    if failures:
-        raise failures[0]
-    return found
+    shown, failure = list[Any](), None
+    for item, label in zip(opened, labels, strict=True):
+        if isinstance(item, Scene):
+            trajectory, failed = _simulated(item, run)
+            item, failure = of_trajectory(trajectory, label, patterns or ()), failure or failed
+        item.display = asked(units, item.display)
+        shown.append(item)
+    return _saved(plot(shown, patterns, against=against, difference=difference, spectrum=spectrum), out, failure)
 
 
 def source(
@@ -293,16 +288,6 @@ def _known(names: AskedSignals, patterns: Sequence[str] | None) -> list[str]:
     ]
 
 
-def _result(
-    scene: Scene, label: str, patterns: Sequence[str] | None, run: dict[str, Any], failures: list[IntegrationError]
-) -> Result:
-    from mbdsl.results.stored import of_trajectory
-
-    trajectory, failure = _simulated(scene, run)
-    failures += [] if failure is None else [failure]
-    return of_trajectory(trajectory, label, patterns or ())
-
-
 def report(
     model: Model | Trajectory,
     signals: str | Sequence[str] | None = None,
@@ -349,15 +334,10 @@ def report(
 
     if out is not None:
         check_suffix(out)
-    patterns = [signals] if isinstance(signals, str) else signals
+    patterns = _listed(signals)
     asked(units)
     trajectory, failure = _motion(model, out, patterns, (), {"announce": announce, **run})
-    found = page(trajectory.in_units(units), patterns, eigen, announce=announce)
-    if out is not None:
-        found.save(out)
-    if failure is not None:
-        raise failure
-    return found
+    return _saved(page(trajectory.in_units(units), patterns, eigen, announce=announce), out, failure)
 
 
 def animate(
@@ -415,7 +395,7 @@ def animate(
         check_suffix(out)
     check_ghost(ghost)
     asked(units)
-    patterns = None if signals is None else [signals] if isinstance(signals, str) else list(signals)
+    patterns = _listed(signals)
     stored = isinstance(model, (str, PathLike)) and is_result(model)
     failure = None
     if stored or result is not None:
@@ -431,11 +411,7 @@ def animate(
     else:
         trajectory, failure = _motion(model, out, patterns, [traces] if isinstance(traces, str) else traces, run)
     found = animate(trajectory.in_units(units), patterns, traces, pale(ghost, trajectory.scene), arrows, view)
-    if out is not None:
-        found.save(out, size)
-    if failure is not None:
-        raise failure
-    return found
+    return _saved(found, out, failure, size)
 
 
 def pale(ghost: Trajectory | str | PathLike | None, scene: Scene) -> Trajectory | None:
@@ -503,6 +479,19 @@ def _simulated(scene: Scene, run: dict[str, Any]) -> tuple[Trajectory, Integrati
         if problem.trajectory is None or not len(problem.trajectory):
             raise
         return problem.trajectory, problem
+
+
+def _saved(found: Any, out: str | PathLike | None, failure: IntegrationError | None = None, *more: Any) -> Any:
+    """What was found, written to a file if one is given; then the failure of its run is raised."""
+    if out is not None:
+        found.save(out, *more)
+    if failure is not None:
+        raise failure
+    return found
+
+
+def _listed(signals: str | Iterable[str] | None) -> list[str] | None:
+    return None if signals is None else [signals] if isinstance(signals, str) else list(signals)
 
 
 def _changes(run: dict[str, Any]) -> dict[str, Any]:
