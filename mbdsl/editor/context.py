@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from mbdsl.editor.repair import Statement, statements
@@ -58,6 +58,10 @@ class Context:
     given: frozenset[str] = frozenset()
     declared: str = ""
 
+    def but(self, expected: str, **values) -> Context:
+        """The context with something else expected."""
+        return replace(self, expected=expected, **values)
+
 
 def context(text: str, offset: int) -> Context:
     """The context of an offset."""
@@ -69,13 +73,12 @@ def context(text: str, offset: int) -> Context:
             return Context(NOTHING, offset)
         before, start = text[: tokens[-1].start], tokens[-1].start + 1
         found = _expected(before, start)
-        return Context(**{**vars(found), "expected": CHOICE if found.expected == VALUE else NOTHING})
+        return found.but(CHOICE if found.expected == VALUE else NOTHING)
     if unit := _UNIT.search(before) or _TOUCHING.search(before):
         began = unit.start(1) if unit[1] else offset
         # A digit alone is not a unit: nothing is offered while a number is typed.
         if unit[1] or before[-1:].isspace():
-            found = _expected(before[: unit.start()], began)
-            return Context(**{**vars(found), "expected": UNIT})
+            return _expected(before[: unit.start()], began).but(UNIT)
         return Context(NOTHING, offset)
     return _expected(text[:start], start)
 
@@ -109,10 +112,7 @@ def _section(tokens: list[Token]) -> tuple[str, str]:
 
 def _in_statement(tokens: list[Token], at: Context) -> Context:
     """The context after the tokens of an incomplete statement."""
-
-    def found(expected: str, **values) -> Context:
-        return Context(**{**vars(at), "expected": expected, **values})
-
+    found = at.but
     if not tokens:
         return found(STATEMENT if at.model else TOP)
     first, last = tokens[0], tokens[-1]
@@ -149,10 +149,7 @@ def _in_statement(tokens: list[Token], at: Context) -> Context:
 
 def _in_brackets(tokens: list[Token], brackets: list[int], at: Context) -> Context:
     """The context inside brackets: an argument, or a value."""
-
-    def found(expected: str, **values) -> Context:
-        return Context(**{**vars(at), "expected": expected, **values})
-
+    found = at.but
     calls = [k for k in brackets if tokens[k].text == "(" and _callee(tokens, k) >= 0]
     names = [tokens[_callee(tokens, k)].text for k in calls]
     inner = brackets[-1]

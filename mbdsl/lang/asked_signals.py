@@ -11,7 +11,7 @@ from mbdsl.errors import MbdslError, ModelError, SyntaxProblem, UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, expr, input_signal, is_const, leaves
 from mbdsl.lang import functions, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.evaluate import Budget, evaluate
+from mbdsl.lang.evaluate import Budget, Names, evaluate
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.unparse import write
@@ -169,8 +169,8 @@ def _is_angle(node: Expr, known: Mapping[Expr, str]) -> bool:
     return node.op in _KEEPING and all(_is_angle(x, known) for x in args)
 
 
-class _Scope:
-    """Names in an expression: signals and parameters by their full names."""
+class _Scope(Names):
+    """Signals and parameters by their full names, without warnings: a number in a result is written by its reader."""
 
     def __init__(
         self, operand: Callable[[str], Operand | None], names: Collection[str], where: str, constant: bool = False
@@ -196,23 +196,5 @@ class _Scope:
         parsed = units.parse(unit) if unit else None  # a unit that is not known fits every other one
         return Quantity(1.0 if self.constant else value, None if parsed is None else parsed.dimension)
 
-    def apply(self, reference: s.Reference, argument: Value) -> Value | None:
-        return None
-
     def with_locals(self, names: dict[str, Value]) -> _Scope:
         raise ModelError("an expression of signals has no loops")
-
-    def last(self) -> Value:
-        raise ModelError("`end` is an index, it has no value here")
-
-    def declared(self, name: str) -> str | None:
-        return None
-
-    def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
-        """No warning: a number in a result is written by its reader."""
-
-    def call(self, e: s.Call) -> Value | None:
-        return None
-
-    def function_names(self) -> list[str]:
-        return []

@@ -84,13 +84,17 @@ def resolved(name: str, importing: str, home: str) -> str:
     if not name.lower().endswith(SUFFIXES):
         raise DataError("its suffix is none of .csv and .npz", "CSV with units in the first line, or the npz of a run")
     path = os.path.normpath(os.path.join(os.path.dirname(importing), name))
-    try:
-        inside = os.path.commonpath([home, os.path.realpath(path)]) == home
-    except ValueError:  # another drive
-        inside = False
-    if not inside:
+    if not is_inside(path, home):
         raise DataError("it leads out of the folder of the model", "a file of a table is beside the model or below it")
     return path
+
+
+def is_inside(path: str, folder: str) -> bool:
+    """Whether a path leads into a folder, after all links are resolved."""
+    try:
+        return os.path.commonpath([folder, os.path.realpath(path)]) == folder
+    except ValueError:  # another drive
+        return False
 
 
 def read(path: str, x: str | None, y: str | None) -> Columns:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
@@ -30,34 +29,42 @@ class Budget:
             raise ModelError(f"evaluating the model takes more than {NODES} operations")
 
 
-class Names(Protocol):
-    """The meaning of names in an expression."""
+class Names:
+    """The meaning of names in an expression; where nothing else is said, there are values only."""
 
+    __slots__ = ()
     budget: Budget
 
     def value(self, reference: s.Reference) -> Value:
         """Value of a name; raises ModelError if it has none here."""
+        raise NotImplementedError
 
     def apply(self, reference: s.Reference, argument: Value) -> Value | None:
         """``reference`` as a table at ``argument``; None if it is not a table."""
+        return None
 
     def with_locals(self, names: dict[str, Value]) -> Names:
         """The same scope with additional names, as in a loop."""
+        raise NotImplementedError
 
     def last(self) -> Value:
         """The value of `end` in an index."""
+        raise ModelError("`end` is an index, it has no value here")
 
     def declared(self, name: str) -> str | None:
         """The unit of a parameter, variable or loop variable of this name, "" for none; None if there is none."""
+        return None
 
     def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
         """Warn if ``value`` is probably in degrees."""
 
     def function_names(self) -> list[str]:
         """Names of the tables and functions."""
+        return []
 
     def call(self, e: s.Call) -> Value | None:
         """The value of a function of the model; None if it has none of this name."""
+        return None
 
 
 def evaluate(e: s.Expression, scope: Names) -> Value:

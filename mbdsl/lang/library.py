@@ -170,21 +170,12 @@ class Library:
     def _parse(self, text: str, file: str) -> SourceUnit:
         unit = SourceUnit(parse(text, file), text)
         self.units[key_of(file)] = unit
-        seen: dict[str, s.Model] = {}
-        for model in unit.file.models:
-            if model.name in seen:
-                raise ModelError(
-                    f"a second model `{model.name}` in this file",
-                    span_of(model.at),
-                    notes=(("the first one is here", span_of(seen[model.name].at)),),
-                )
-            seen[model.name] = model
-        named: dict[str, s.Function] = {}
-        for f in unit.file.functions:
-            if f.name in named:
-                note = (("the first one is here", span_of(named[f.name].at)),)
-                raise ModelError(f"a second function `{f.name}` in this file", span_of(f.at), notes=note)
-            named[f.name] = f
+        for what, declared in (("model", unit.file.models), ("function", unit.file.functions)):
+            seen: dict[str, s.Model | s.Function] = {}
+            for x in declared:
+                if (first := seen.setdefault(x.name, x)) is not x:
+                    note = (("the first one is here", span_of(first.at)),)
+                    raise ModelError(f"a second {what} `{x.name}` in this file", span_of(x.at), notes=note)
         return unit
 
     def unit_of(self, file: str) -> SourceUnit:
@@ -241,13 +232,7 @@ class Library:
 
     def _refuse_outside(self, item: s.Import, path: str) -> None:
         """Called before the file is accessed, so that the message does not say whether it exists."""
-        if self._allowed is True:
-            return
-        try:
-            inside = os.path.commonpath([self._root, os.path.realpath(path)]) == self._root
-        except ValueError:  # another drive
-            inside = False
-        if not inside:
+        if self._allowed is not True and not data_files.is_inside(path, self._root):
             raise ModelError(
                 f'the import "{item.path}" leads out of the folder of the model',
                 span_of(item.at),

@@ -13,6 +13,7 @@ from mbdsl.lang import functions, modelica_names, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import NotConnected, PortNode
 from mbdsl.lang.entities import ComponentArray, Disabled, FrameMember, Many, Namespace, Slot, TableMember
+from mbdsl.lang.evaluate import Names
 from mbdsl.lang.flat_component import ACCELERATIONS, FlatComponent, is_body
 from mbdsl.lang.indices import element, positions
 from mbdsl.lang.mistakes import doubts, members
@@ -43,7 +44,7 @@ class SignalEntity:
         return self._make()
 
 
-class Scope:
+class Scope(Names):
     """A place in a model: a namespace, loop variables, and the component whose law is evaluated."""
 
     __slots__ = ("budget", "law", "locals", "namespace", "owner", "size", "varying")
@@ -135,9 +136,7 @@ class Scope:
         return ModelError(f"`{name}` varies in time, but this value must be known before the start")
 
     def last(self) -> Value:
-        if self.size is None:
-            raise ModelError("`end` is an index, it has no value here")
-        return values.literal(self.size)
+        return super().last() if self.size is None else values.literal(self.size)
 
     def declared(self, name: str) -> str | None:
         if name in self.locals:

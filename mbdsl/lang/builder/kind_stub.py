@@ -12,6 +12,7 @@ from textwrap import indent
 
 from mbdsl.elements.kind import Kind
 from mbdsl.lang.builder.kind_methods import documentation, known, missing, signature
+from mbdsl.lang.builder.spatial_builder import SpatialBuilder
 from mbdsl.storage.output_files import write_text
 
 PATH = Path(__file__).with_name("kind_methods.pyi")
@@ -43,22 +44,6 @@ from mbdsl.lang.builder.handles import Frames, Handle, Law, Number, Place, Place
 
 class SpatialBuilder(Builder):
     """Collects the components of a model in space and makes a ``Scene`` of them."""
-
-    def frame(  # type: ignore[override]
-        self,
-        name: str,
-        base: Place,
-        r: Vector = (0.0, 0.0, 0.0),
-        n: Vector | None = None,
-        phi: Number | None = None,
-        *,
-        n_x: Vector | None = None,
-        n_y: Vector | None = None,
-        angles: Vector | None = None,
-        sequence: Vector | None = None,
-        quaternion: Vector | None = None,
-        replace: bool = False,
-    ) -> Handle: ...
 '''
 
 
@@ -70,12 +55,19 @@ def stub() -> str:
 def stub_in_space() -> str:
     """The text of the stub of the methods in space."""
     none = "".join(f"    {name}: None  # type: ignore[assignment]\n" for name in missing(spatial=True))
-    return "\n".join([_HEAD_IN_SPACE + none, *(_method(name, kind) for name, kind in known(spatial=True).items())])
+    of_frame = inspect.signature(SpatialBuilder.frame), inspect.getdoc(SpatialBuilder.frame) or ""
+    methods = (_method(name, kind) for name, kind in known(spatial=True).items())
+    return "\n".join([_HEAD_IN_SPACE, _declared("frame", *of_frame, True), none, *methods])
 
 
 def _method(name: str, kind: Kind) -> str:
-    lines, named = [f"    def {name}({'  # type: ignore[override]' if kind.spatial else ''}"], False
-    for p in signature(kind).parameters.values():
+    return _declared(name, signature(kind), documentation(name, kind), kind.spatial)
+
+
+def _declared(name: str, signature: inspect.Signature, doc: str, overrides: bool) -> str:
+    """The declaration of a method that returns a handle."""
+    lines, named = [f"    def {name}({'  # type: ignore[override]' if overrides else ''}"], False
+    for p in signature.parameters.values():
         if p.kind is inspect.Parameter.VAR_POSITIONAL:
             lines.append(f"        *{p.name}: {p.annotation},")
             named = True
@@ -86,7 +78,7 @@ def _method(name: str, kind: Kind) -> str:
         annotation = "" if p.annotation is p.empty else f": {p.annotation}"
         default = "" if p.default is p.empty else " = " + repr(p.default).replace("'", '"')
         lines.append(f"        {p.name}{annotation}{default},")
-    doc = documentation(name, kind).replace("\\", "\\\\")
+    doc = doc.replace("\\", "\\\\")
     return "\n".join([*lines, "    ) -> Handle:", indent(f'"""{doc}\n"""', " " * 8), ""])
 
 

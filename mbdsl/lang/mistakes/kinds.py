@@ -16,44 +16,39 @@ from mbdsl.lang.unparse import write
 
 #: kinds in space -> their counterparts in the plane
 IN_PLANE = {"Spherical": "Revolute", "Universal": "Revolute", "Cylindrical": "Prismatic", "Gear": "GearPair"}
+#: kind here -> ends of names of kinds with the same parameters
+_SAME = {
+    "Force": "WorldForce",
+    "Torque": "WorldTorque",
+    "Revolute": "RevolutePlanarLoopConstraint Hinge Pin RevoluteJoint",
+    "FlexibleBeam": "Beam",
+    "Rod": "Link Bar",
+    "Spherical": "Ball BallJoint BallAndSocket SphericalJoint",
+    "Universal": "UniversalJoint Cardan CardanJoint Hooke",
+    "Cylindrical": "CylindricalJoint",
+    "Planar": "PlanarJoint",
+    "Screw": "ScrewJoint",
+    "Fixed": "FixedJoint Weld",
+    "Prismatic": "PrismaticJoint Slider Translational",
+    "RotationalDriver": "Motion Motor Rotational.Sources.Position",
+    "RotationalVelocityDriver": "Rotational.Sources.Speed",
+    "TranslationalDriver": "Translational.Sources.Position",
+    "TranslationalVelocityDriver": "Translational.Sources.Speed",
+}
 #: end of a name -> the kind here, and its parameters by the names there
 _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
+    **{name: (kind, {}) for kind, names in _SAME.items() for name in names.split()},
     "Spring": ("SpringDamper", {"c": "k", "s_unstretched": "s0"}),
     "Damper": ("SpringDamper", {"d": "c"}),
     "SpringDamperParallel": ("SpringDamper", {"c": "k", "d": "c", "s_unstretched": "s0"}),
-    "WorldForce": ("Force", {}),
-    "WorldTorque": ("Torque", {}),
-    "RevolutePlanarLoopConstraint": ("Revolute", {}),
     "IdealRolling": ("RollingDisc", {"R": "radius"}),
     "RollingWheel": ("RollingDisc", {"radius": "radius"}),
-    "Beam": ("FlexibleBeam", {}),
-    "Link": ("Rod", {}),
-    "Bar": ("Rod", {}),
     "RigidBody": ("Body", {"Izz": "I", "Jzz": "I", "mass": "m", "inertia": "I"}),
-    "Hinge": ("Revolute", {}),
-    "Pin": ("Revolute", {}),
-    **dict.fromkeys(("Ball", "BallJoint", "BallAndSocket", "SphericalJoint"), ("Spherical", {})),
-    **dict.fromkeys(("UniversalJoint", "Cardan", "CardanJoint", "Hooke"), ("Universal", {})),
-    "CylindricalJoint": ("Cylindrical", {}),
-    "PlanarJoint": ("Planar", {}),
-    "ScrewJoint": ("Screw", {}),
-    "FixedJoint": ("Fixed", {}),
-    "RevoluteJoint": ("Revolute", {}),
-    "PrismaticJoint": ("Prismatic", {}),
-    "Slider": ("Prismatic", {}),
-    "Translational": ("Prismatic", {}),
-    "Weld": ("Fixed", {}),
-    "Motion": ("RotationalDriver", {}),
-    "Motor": ("RotationalDriver", {}),
     **{
         f"{axis}.Components.{name}": (f"{axis}SpringDamper", {"c": "k", "d": "c", "s_rel0": "s0", "phi_rel0": "phi0"})
         for axis in ("Rotational", "Translational")
         for name in ("Spring", "Damper", "SpringDamper")
     },
-    "Rotational.Sources.Position": ("RotationalDriver", {}),
-    "Rotational.Sources.Speed": ("RotationalVelocityDriver", {}),
-    "Translational.Sources.Position": ("TranslationalDriver", {}),
-    "Translational.Sources.Speed": ("TranslationalVelocityDriver", {}),
 }
 _EXPRESSION = "there are no blocks: write the expression where its value is used, as in `tau = 3 N.m*sin(2*time)`"
 _FRICTION = "friction belongs to its joint, as in `Revolute pin(ground, rod.a, mu = 0.1, radius = 10 mm);`"
