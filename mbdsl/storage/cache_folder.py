@@ -1,4 +1,4 @@
-"""The cache folder: machine code and stored runs of studies, all of which can be computed again.
+"""The cache folder: machine code, tables of the parser and stored runs of studies. All can be computed again.
 
 ``MBDSL_CACHE_DIR`` names it; the default is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. Machine code is executed
 without further checks, so nobody else may be able to write it: the folder is used if its path is absolute, it belongs
