@@ -15,6 +15,7 @@ from mbdsl.lang.builder.draft import Draft
 from mbdsl.lang.builder.handles import Handle, Place
 from mbdsl.lang.builder.kind_methods import KindMethods, known
 from mbdsl.lang.calls import CallLine, Given
+from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import read_expression
 from mbdsl.lang.unparse import indices, write, write_argument
@@ -182,8 +183,8 @@ class Declarations(KindMethods):
         """Names of effects to leave out."""
         if not isinstance(without, str | Sequence):
             raise UsageError(f"without: found {without!r}, expected names of effects")
-        effects = (without,) if isinstance(without, str) else without
-        return s.ArrayNode(tuple(s.String(python_values.text(x, "without")) for x in effects))
+        effects = [python_values.text(x, "without") for x in ([without] if isinstance(without, str) else without)]
+        return s.ArrayNode(tuple(map(s.String, check_effects(effects))))
 
 
 def _rank(e: s.Expression | None) -> int:

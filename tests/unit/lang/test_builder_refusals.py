@@ -81,6 +81,7 @@ AT_ONCE = [
     (lambda b: b.initial("rod.w", 0, fixed=3), "fixed: found 3"),
     (lambda b: b.initial("rod.w", None), "no initial value was given for `rod.w`"),
     (lambda b: b.experiment(method=3), "method: found 3"),
+    (lambda b: b.experiment(without=["frction"]), "no effect `frction` to leave out"),
     # changes and new parameters
     (lambda b: b.remove("rodd"), "there is no `rodd` to remove\n  = did you mean `rod`?"),
     (lambda b: b.scene({"LL": 1}), "the model has no parameter `LL` to set\n  = did you mean `L`?"),
@@ -142,7 +143,6 @@ IN_SCENE = [
     (lambda b: b.experiment(stop="2 m"), "<stop>:1:1: `StopTime`: found a length [m]"),
     (lambda b: b.experiment(start=5), "StopTime 1 s is not after StartTime 5 s"),
     (lambda b: b.experiment(tolerance=-1), "`Tolerance` is -1"),
-    (lambda b: b.experiment(without=["frction"]), "no effect `frction` to leave out"),
     # changes and new parameters
     (lambda b: b.Rod("rod", m="1 m", length=1, replace=True), "found a length [m], expected a mass [kg]"),
 ]
