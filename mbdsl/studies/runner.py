@@ -14,9 +14,10 @@ import numpy as np
 from mbdsl.mechanism import graph
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, Setting
-from mbdsl.studies.compute import Deadline, compute, simulate_case
-from mbdsl.studies.run_order import Order
+from mbdsl.studies.compute import compute, simulate_case
+from mbdsl.studies.run_order import AsGiven, Order
 from mbdsl.studies.store import OUT_OF_TIME, Computed, Store
+from mbdsl.studies.time_limits import Deadline, TooLong
 from mbdsl.system import System, build
 
 #: seconds of work after which worker processes are started, which takes half a second
@@ -50,7 +51,8 @@ class Runner:
     """Computes the cases of one setting.
 
     ``budget`` [s] limits the time from now on, with compilation; a case beyond it gets a problem. ``reserved`` [s] is
-    the part of it that later phases need. ``tell`` is called with the progress, ``announce`` with a text before a phase
+    the part of it that later phases need. Runs are ``ordered`` by their expected times; those of a sweep, without a
+    common budget, need not be. ``tell`` is called with the progress, ``announce`` with a text before a phase
     that takes long.
     """
 
@@ -61,6 +63,7 @@ class Runner:
         *,
         workers: int | None = None,
         budget: float | None = None,
+        ordered: bool = True,
         tell: Callable[[StudyProgress], None] | None = None,
         announce: Callable[[str], None] | None = None,
     ) -> None:
@@ -73,7 +76,8 @@ class Runner:
         self.computed = self.found = 0
         self.kept: set[str] = set()  #: keys of the runs of this study that are in the store
         self.session = uuid4().hex
-        self.order = Order()
+        self.ordered = ordered
+        self.order = Order() if ordered else AsGiven()
 
     @property
     def left(self) -> float:
@@ -95,7 +99,7 @@ class Runner:
                 self.kept.add(key)
         self.found += len(done)
         waiting = [case for case in keys if case not in done]
-        for case in waiting:
+        for case in waiting if self.ordered else ():
             if seconds := self.store.spent(keys[case]):
                 self.order.add(_ended(case, seconds))
         total, begun = len(done) + len(waiting), perf_counter()
@@ -142,7 +146,8 @@ class Runner:
                 add(case, _ended(case, self.order.ended.get(case, 0.0)))
                 continue
             run = compute(self.setting, case, longest, self.announce, left, compiling)
-            self.store.put_spent(keys[case], run)
+            if self.ordered:
+                self.store.put_spent(keys[case], run)
             if run.lasting:
                 self.store.put(keys[case], run)
             add(case, run)
@@ -193,11 +198,10 @@ class Runner:
     def _timed(self, case: Case) -> float | None:
         """Seconds of the step loop of one run; None if the budget was spent first."""
         deadline = Deadline(math.inf, self.left)
-        found = simulate_case(self.setting, case, deadline.progress)
-        if found.status == "interrupted":
-            if deadline.late:
-                return None
-            raise KeyboardInterrupt
+        try:
+            found = deadline.run(lambda: simulate_case(self.setting, case, deadline))
+        except TooLong:
+            return None
         return found.stats["seconds"]["integrate"]
 
     def _times(self, cases: Sequence[Case], repeats: int) -> dict[Case, list[float]]:

@@ -37,9 +37,9 @@ from mbdsl.messages import count
 from mbdsl.studies.measures import Measure
 from mbdsl.studies.runner import StudyProgress
 from mbdsl.studies.store import Computed, Store
-from mbdsl.studies.sweep import check_files, setting, time_limit, with_unit
+from mbdsl.studies.sweep import setting, time_limit, with_unit
 from mbdsl.studies.sweep_results import Sweep
-from mbdsl.studies.sweep_runs import Point, SweepSetting, compute_all, times
+from mbdsl.studies.sweep_runs import Point, PointRunner, SweepSetting, times
 from mbdsl.studies.sweep_values import RANGES, Varied, number_text
 from mbdsl.studies.sweep_values import interval as range_of
 
@@ -313,17 +313,15 @@ def solve(
                          hint="each condition has one signal of its own")  # fmt: skip
     display = asked_units(units, of.scene.display)
     asked = [_condition(m, right, display) for m, (_, right) in zip(of.measures, sides, strict=True)]
-    kept = Store(store, fresh)
-    kept.prune()
-    runs = _Runs(
-        of, case, [with_unit(p, of.scene) for p in ranges], kept, time_limit(limit), workers, tell, announce, display
-    )
+    runner = PointRunner(of, Store(store, fresh), time_limit(limit), workers=workers, tell=tell, announce=announce)
+    runs = _Runs(of, runner, case, [with_unit(p, of.scene) for p in ranges], display)
     target = np.array([c.value for c in asked])
     roots, notes = (_one if len(ranges) == 1 else _two)(runs, target, asked)
-    finer = None
+    finer: PointRunner | None = None
     if plan is not None and roots:
         half = times(of, of.scene).get("interval")
-        finer = replace(of, times_asked={**of.times_asked, "interval": half / 2.0 if half else half})
+        halved = replace(of, times_asked={**of.times_asked, "interval": half / 2.0 if half else half})
+        finer = PointRunner(halved, runner.store, math.inf, workers=workers, tell=tell, announce=announce)
         case = replace(case, tol=plan.tol / 10.0) if plan.tol is not None else replace(case, step=plan.h / 2.0)
     answers = [_answer(runs, target, root, finer, case) for root in roots]
     return Solution(of.scene.name, runs.ranges, asked, sorted(answers, key=lambda x: x.values), runs.sweep(), notes)
@@ -366,20 +364,13 @@ class _Runs:
     def __init__(
         self,
         of: SweepSetting,
+        runner: PointRunner,
         case: Point,
         ranges: Sequence[Varied],
-        store: Store,
-        limit: float,
-        workers: int | None,
-        tell: Callable[[StudyProgress], None] | None,
-        announce: Callable[[str], None] | None,
         display: UnitsOfSignals,
     ) -> None:
-        self.display = display
-        self.of, self.case, self.ranges = of, case, tuple(ranges)
-        self._store, self._limit, self._workers, self._tell, self._announce = store, limit, workers, tell, announce
+        self.of, self.runner, self.case, self.ranges, self.display = of, runner, case, tuple(ranges), display
         self.done: dict[tuple[float, ...], Computed] = {}  #: by the values of the parameters
-        self.found = 0  #: runs from the store
 
     def values(self, u: Place) -> tuple[float, ...]:
         """The values of the parameters at a point of the unit square, in their units."""
@@ -393,19 +384,14 @@ class _Runs:
         """The measures (N, number of measures) at N points; nan where the run has failed."""
         wanted = {x: self.point(x, self.case) for x in map(self.values, us) if x not in self.done}
         if wanted:
-            runs, number = compute_all(
-                self.of, self._store, list(wanted.values()), self._limit, self._workers, self._tell, self._announce
-            )
-            check_files(runs.values())
-            self.found += number
+            runs = self.runner.runs(wanted.values())
             self.done |= {x: runs[point] for x, point in wanted.items()}
         return np.array([self._measures(self.done[self.values(u)]) for u in us])
 
-    def finer(self, u: Place, of: SweepSetting, case: Point) -> Array:
+    def finer(self, u: Place, runner: PointRunner, case: Point) -> Array:
         """The measures (number of measures,) at a point with other settings of the run."""
         point = self.point(self.values(u), case)
-        runs, _ = compute_all(of, self._store, [point], math.inf, self._workers, self._tell, self._announce)
-        return self._measures(runs[point])
+        return self._measures(runner.runs([point])[point])
 
     def _measures(self, run: Computed) -> Array:
         return np.array([run.stats["values"][str(m)] if run.done else math.nan for m in self.of.measures], float)
@@ -419,10 +405,8 @@ class _Runs:
             columns.append(Varied(p.name, texts, tuple(values), p.unit, p.log))
         indices = [(k,) * len(columns) for k in range(len(rows))]
         runs = [self.done[row] for row in rows]
-        of = self.of
-        return Sweep(
-            of.scene.name, columns, of.measures, indices, runs, True, self._limit, self.found, (), self.display
-        )
+        name, measures, runner = self.of.scene.name, self.of.measures, self.runner
+        return Sweep(name, columns, measures, indices, runs, True, runner.limit, runner.found, (), self.display)
 
     def check(self, y: Array) -> None:
         """Raise a UsageError if no run of the first points has a value."""
@@ -579,7 +563,7 @@ def _slopes(runs: _Runs, u: Array) -> Array:
 # -- answers -----------------------------------------------------------------------------------------------------------
 
 
-def _answer(runs: _Runs, target: Array, u: Array, finer: SweepSetting | None, case: Point) -> Answer:
+def _answer(runs: _Runs, target: Array, u: Array, finer: PointRunner | None, case: Point) -> Answer:
     """The values at a point, with their errors."""
     x, y = runs.values(u), runs(u)[0]
     off = np.abs(y - target)

@@ -31,9 +31,9 @@ from mbdsl.studies.followed_modes import notes as followed_notes
 from mbdsl.studies.followed_modes import values as followed_values
 from mbdsl.studies.measures import MODES, RUN, Measure
 from mbdsl.studies.runner import StudyProgress
-from mbdsl.studies.store import CHANGED, Computed, Store
+from mbdsl.studies.store import Computed, Store
 from mbdsl.studies.sweep_results import Sweep
-from mbdsl.studies.sweep_runs import Point, SweepSetting, compute_all, times
+from mbdsl.studies.sweep_runs import Point, PointRunner, SweepSetting, times
 from mbdsl.studies.sweep_values import FORMS, MOST, Varied, half, number_text, varied
 
 if TYPE_CHECKING:
@@ -130,35 +130,32 @@ def sweep(
     given |= {"interval": interval, "at": at, "options": options, "parameters": parameters, "without": without}
     of, case, _run = setting(model, points, asked, **given)
     longest = time_limit(limit)
-    kept = Store(store, fresh)
-    kept.prune()
+    runner = PointRunner(of, Store(store, fresh), longest, workers=workers, tell=tell, announce=announce)
     cases = [replace(case, values=values) for values in points]
-    runs, number = compute_all(of, kept, cases, longest, workers, tell, announce)
-    check_files(runs.values())
+    runs = runner.runs(cases)
     rows, notes = [runs[case] for case in cases], list[str]()
     if of.asks_for(MODES):
-        rows, notes = _followed(of, kept, cases[0], ranges, indices, rows, paired, longest, announce)
+        rows, notes = _followed(runner, of, cases[0], ranges, indices, rows, paired)
     shown = [with_unit(p, of.scene) for p in ranges]
     display, known = asked_units(units, of.scene.display), of.scene.descriptions
     notes += dict.fromkeys(
         f"{m.signal}: {known[m.signal].doc}." for m in of.measures if known.get(m.signal, Description()).doc
     )
-    return Sweep(of.scene.name, shown, of.measures, indices, rows, paired, longest, number, notes, display)
+    return Sweep(of.scene.name, shown, of.measures, indices, rows, paired, longest, runner.found, notes, display)
 
 
 def _followed(
+    runner: PointRunner,
     of: SweepSetting,
-    kept: Store,
     case: Point,
     ranges: Sequence[Varied],
     indices: Sequence[tuple[int, ...]],
     runs: Sequence[Computed],
     paired: bool,
-    limit: float,
-    announce: Callable[[str], None] | None,
 ) -> tuple[list[Computed], list[str]]:
     """The runs with the measures of modes in the order in which they are followed, and sentences about it."""
     modal = replace(of, measures=tuple(m for m in of.measures if m.of == MODES))
+    added = PointRunner(modal, runner.store, runner.limit, workers=1, announce=runner.announce)
 
     def place(row: Sequence[int]) -> tuple:
         return tuple(p.texts[j] if p.numbers is None else p.numbers[j] for p, j in zip(ranges, row, strict=True))
@@ -173,9 +170,7 @@ def _followed(
             for p, x in zip(ranges, middle, strict=True)
         ]
         point = replace(case, values=tuple(zip([p.name for p in ranges], texts, strict=True)))
-        found, _ = compute_all(modal, kept, [point], limit, 1, None, announce)
-        check_files(found.values())
-        return middle, found[point]
+        return middle, added.runs([point])[point]
 
     follower = Follower(max(int(m.signal) for m in modal.measures), between)
     shapes, uncertain = followed(follower, indices, [place(row) for row in indices], runs, paired)
@@ -257,12 +252,6 @@ def time_limit(given: float | str | None) -> float:
     if limit is not None and not limit > 0.0:
         raise UsageError(f"a time limit of {limit:g} s leaves no time for a run")
     return math.inf if limit is None else limit
-
-
-def check_files(runs: Iterable[Computed]) -> None:
-    """Raise a UsageError if the files of the model have changed between the runs."""
-    if any(found.problem == CHANGED for found in runs):
-        raise UsageError(f"{CHANGED}, so that its runs do not belong together", hint="run it again")
 
 
 def _by_name(vary: object) -> str:

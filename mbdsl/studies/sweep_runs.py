@@ -1,7 +1,5 @@
 """The runs of a sweep: one run a point, or its equilibrium or modes, of which only the measures are kept, in the store
 of the studies.
-
-Runs of a sweep are not compared with each other and have no common budget, so that they need no order by their times.
 """
 
 from __future__ import annotations
@@ -9,29 +7,26 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from time import perf_counter
 from typing import Any
 
 from mbdsl.analysis.eigenmodes import Modes, eigen
 from mbdsl.analysis.equilibria import static
 from mbdsl.analysis.operating_points import At
-from mbdsl.errors import MbdslError
+from mbdsl.errors import UsageError
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.provenance import code
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.studies import runner
 from mbdsl.studies.cases import Case, Setting
-from mbdsl.studies.compute import compute
+from mbdsl.studies.compute import attempted, compute
 from mbdsl.studies.followed_modes import with_modes
 from mbdsl.studies.measures import MODES, RUN, STATIC, Measure
-from mbdsl.studies.runner import StudyProgress
-from mbdsl.studies.store import CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of, method_code
-from mbdsl.studies.time_limits import TooLong, limited
-from mbdsl.studies.workers import cores, side_by_side
+from mbdsl.studies.runner import Runner
+from mbdsl.studies.store import CHANGED, Computed, Store, key_of, method_code
+from mbdsl.studies.time_limits import limited
 
 FURTHER = 8  #: number of modes above those of the measures, which may become lower ones along a sweep
 POINTS = 2000  #: number of output times of a run, unless an interval is given
@@ -133,31 +128,26 @@ def _(
     left: float = math.inf,
     compiling: float = 0.0,
 ) -> Computed:
-    limit = min(limit, left)
-    try:
+    def run() -> Computed:
         scene = scene_at(of, case)
         values, modes = _at_rest(of, scene, announce)
         stats: dict[str, Any] = {"values": values}
         if of.asks_for(RUN):
-            run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol}
+            asked: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol}
             names = AskedSignals(scene)
-            run["signals"] = [name for m in of.measures if m.of == RUN for name in m.signals if name in names]
-            trajectory = limited(scene, limit, announce=announce, options=dict(case.options), **run, **times(of, scene))
+            asked["signals"] = [name for m in of.measures if m.of == RUN for name in m.signals if name in names]
+            asked |= {"options": dict(case.options), "announce": announce, **times(of, scene)}
+            trajectory = limited(scene, min(limit, left), **asked)
             stats |= {key: trajectory.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
             stats["values"] |= measured(of, trajectory)
             stats["warnings"] = list(trajectory.stats.get("warnings", ()))
         found = Computed(case, stats=stats)
         return found if modes is None else with_modes(found, modes)
-    except TooLong:
-        return Computed(case, problem=OUT_OF_TIME)
+
+    try:
+        return attempted(case, run)
     except FilesChanged:
         return Computed(case, problem=CHANGED)
-    except MbdslError as problem:
-        return Computed(case, problem=problem.message)
-    except MemoryError:
-        return Computed(case, problem=OUT_OF_MEMORY)
-    except (ArithmeticError, ValueError) as problem:  # exceptions of third-party code
-        return Computed(case, problem=f"{type(problem).__name__}: {problem}")
 
 
 def times(of: SweepSetting, scene: Scene) -> dict[str, Any]:
@@ -207,50 +197,22 @@ def _at_rest(
     return values, modes
 
 
-def compute_all(
-    of: SweepSetting,
-    store: Store,
-    points: Sequence[Point],
-    limit: float = math.inf,
-    workers: int | None = None,
-    tell: Callable[[StudyProgress], None] | None = None,
-    announce: Callable[[str], None] | None = None,
-) -> tuple[dict[Point, Computed], int]:
-    """All runs, from the store or computed, and the number of those from the store.
+class PointRunner(Runner):
+    """Runs the points of a sweep, each within ``limit`` [s]."""
 
-    The first ones run in this process, so that code is compiled once.
-    """
-    begun, kept = perf_counter(), 0
-    done: dict[Point, Computed] = {}
-    for point in points:
-        if (run := store.get(store.key(of, point), point)) is not None:
-            done[point] = run
-    found = kept = len(done)
-    waiting: list[Case] = [point for point in dict.fromkeys(points) if point not in done]
-    total = len(done) + len(waiting)
+    def __init__(self, of: SweepSetting, store: Store, limit: float, **given: Any) -> None:
+        super().__init__(of, store, ordered=False, **given)
+        self.limit = limit
 
-    def say(point: Case) -> None:
-        if tell is not None:
-            tell(StudyProgress(len(done), total, str(point), perf_counter() - begun, kept))
+    def runs(self, points: Iterable[Point]) -> dict[Point, Computed]:
+        """All runs, from the store or computed.
 
-    def add(point: Case, run: Computed) -> None:
-        nonlocal kept
-        assert isinstance(point, Point)
-        done[point] = run
-        kept += run.lasting and store.has_claimed(store.key(of, point))
-        say(point)
-
-    helped = False
-    while waiting:
-        if not helped and len(waiting) > 1 and perf_counter() - begun > runner.ALONE:
-            helped, number = True, min(cores() if workers is None else workers, len(waiting))
-            if number > 1:
-                side_by_side(of, store, waiting, number, lambda _: (limit, math.inf, 0.0), add)
-                continue
-        point = waiting.pop(0)
-        say(point)
-        run = compute(of, point, limit, announce)
-        if run.lasting:
-            store.put(store.key(of, point), run)
-        add(point, run)
-    return done, found
+        Raises
+        ------
+        UsageError
+            If the files of the model have changed between the runs.
+        """
+        found = self.compute(list(dict.fromkeys(points)), limit=self.limit)
+        if any(run.problem == CHANGED for run in found.values()):
+            raise UsageError(f"{CHANGED}, so that its runs do not belong together", hint="run it again")
+        return found  # type: ignore[return-value]

@@ -1,4 +1,4 @@
-"""Runs with a time limit, for checks by other methods."""
+"""Runs with a time limit."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError
 from mbdsl.messages import duration
-from mbdsl.simulation.progress import Progress, Purpose
+from mbdsl.simulation.progress import Progress, Purpose, announce_phase
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.storage import cache_folder
 
 SHORTEST = 1e-6  #: seconds below which no run is started
 LEAST, TIMES = 10.0, 10.0  #: default limit of a check: least time [s], and time relative to that of the checked run
@@ -19,6 +20,91 @@ LEAST, TIMES = 10.0, 10.0  #: default limit of a check: least time [s], and time
 
 class TooLong(IntegrationError):
     """A run has exceeded its time limit; ``trajectory`` holds the results so far."""
+
+
+class Deadline:
+    """Ends a run when its time is over: it is the run's callback ``progress``.
+
+    Parameters
+    ----------
+    limit : float [s]
+        For the step loop, calibration runs included.
+    left : float [s]
+        From now on, compilation included.
+    compiling : float [s]
+        Expected time of a compilation: none is begun that would exceed ``left``.
+    shown : callable, optional
+        Another callback for the progress.
+
+    Attributes
+    ----------
+    spent : dict
+        Seconds of the step loop and of the compilation of a run that was ended; empty if its loop had not begun.
+    """
+
+    def __init__(
+        self,
+        limit: float,
+        left: float = math.inf,
+        compiling: float = 0.0,
+        shown: Callable[[Progress], None] | None = None,
+    ) -> None:
+        self.limit, self.end, self.compiling, self.shown = limit, perf_counter() + left, compiling, shown
+        self.begun, self.seconds, self.late = 0.0, 0.0, False
+        self.spent: dict[str, float] = {}
+
+    def __call__(self, now: Progress) -> None:
+        """Progress starts from zero in every calibration run."""
+        clock = perf_counter()
+        self.begun = self.begun or clock - now.seconds
+        self.seconds = clock - self.begun
+        self._check(self.seconds > self.limit or clock > self.end)
+        if self.shown is not None:
+            self.shown(now)
+
+    def phase(self, what: str) -> None:
+        announce_phase(self.shown, what)
+
+    def announcing(self, announce: Callable[[str], None] | None) -> Callable[[str], None]:
+        """``announce``, and a check before a compilation."""
+
+        def said(text: str) -> None:
+            self._check(text == cache_folder.compiling() and perf_counter() + self.compiling > self.end)
+            if announce is not None:
+                announce(text)
+
+        return said
+
+    def _check(self, over: bool) -> None:
+        if over:
+            self.late = True
+            raise KeyboardInterrupt
+
+    def run(self, simulate: Callable[[], Trajectory]) -> Trajectory:
+        """The trajectory of a run with this callback.
+
+        Raises
+        ------
+        TooLong
+            If it was ended.
+        KeyboardInterrupt
+            If it was interrupted.
+        """
+        error = TooLong("there was no time left for it")
+        try:
+            found = simulate()
+            if found.status != "interrupted":
+                return found
+            after = duration(min(self.limit, self.seconds))
+            error = TooLong(f"it was ended after {after}, at t = {found.t[-1]:.4g} s")
+            error.trajectory = found
+            self.spent = {"integrate": self.seconds, "compile": found.stats["seconds"]["compile"]}
+        except KeyboardInterrupt:
+            if not self.late:
+                raise
+        if not self.late:
+            raise KeyboardInterrupt
+        raise error
 
 
 def allowance(spent: float, budget: float | None, runs: float = 1.0) -> float:
@@ -46,26 +132,7 @@ def limited(
     MbdslError
         As :func:`mbdsl.simulate`.
     """
-    begun, late = 0.0, False
-    shown = None if progress is None else Purpose(progress, purpose)
-
-    def watch(p: Progress) -> None:
-        nonlocal begun, late
-        begun = begun or perf_counter() - p.seconds
-        late = perf_counter() - begun > limit
-        if late:
-            raise KeyboardInterrupt
-        if shown is not None:
-            shown(p)
-
-    watch.phase = getattr(shown, "phase", None)  # type: ignore[attr-defined]
     if limit <= SHORTEST:
         raise TooLong("there was no time left for it")
-    found = simulated(model, progress=watch, **given)
-    if found.status == "interrupted":
-        if late:
-            error = TooLong(f"it was ended after {duration(limit)}, at t = {found.t[-1]:.4g} s")
-            error.trajectory = found
-            raise error
-        raise KeyboardInterrupt
-    return found
+    deadline = Deadline(limit, shown=None if progress is None else Purpose(progress, purpose))
+    return deadline.run(lambda: simulated(model, progress=deadline, **given))

@@ -9,7 +9,6 @@ STEP = 1e-5  #: [s] for a step or an iteration of Newton's method, about their t
 CLOCKS = (
     "simulation.simulate",
     "studies.accuracy",
-    "studies.compute",
     "studies.reference_solution",
     "studies.runner",
     "studies.time_limits",

@@ -28,7 +28,7 @@ class World:
         monkeypatch.setattr(running, "perf_counter", lambda: self.now)
         monkeypatch.setattr(running, "compute", self.compute)
         monkeypatch.setattr(running, "simulate_case", self.simulate)
-        monkeypatch.setattr("mbdsl.studies.compute.perf_counter", lambda: self.now)
+        monkeypatch.setattr("mbdsl.studies.time_limits.perf_counter", lambda: self.now)
         monkeypatch.setattr(workers, "cores", lambda: 1)
 
     def cost(self, case):
@@ -58,7 +58,8 @@ class World:
             progress(types.SimpleNamespace(seconds=cost))
         except KeyboardInterrupt:
             status = "interrupted"
-        return types.SimpleNamespace(status=status, stats={"seconds": {"integrate": cost}})
+        seconds = {"integrate": cost, "compile": 0.0}
+        return types.SimpleNamespace(status=status, t=[0.0], stats={"seconds": seconds})
 
 
 @pytest.fixture

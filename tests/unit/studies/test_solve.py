@@ -124,7 +124,7 @@ class Given(solving._Runs):
     """Runs whose measures are those of functions; nan is a run that has failed."""
 
     def __init__(self, functions, *ranges):
-        self.functions, self.done, self.found, self.calls = functions, {}, 0, 0
+        self.functions, self.done, self.calls = functions, {}, 0
         self.ranges = [interval(f"x{k}", given) for k, given in enumerate(ranges)]
         self.measures = [Measure("final", f"s{k}", "m") for k in range(len(functions))]
 

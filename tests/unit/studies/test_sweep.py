@@ -29,7 +29,7 @@ from mbdsl.studies import store as storing
 from mbdsl.studies.measures import FUNCTIONS, Measure, read, split
 from mbdsl.studies.store import Computed
 from mbdsl.studies.sweep_results import Sweep
-from mbdsl.studies.sweep_runs import Point
+from mbdsl.studies.sweep_runs import Point, PointRunner
 from mbdsl.studies.sweep_values import MOST, varied
 from mbdsl.system import build
 
@@ -265,7 +265,7 @@ def test_parameters_share_compiled_code():
 
 def test_signals_that_only_some_points_have(tmp_path, monkeypatch):
     """The number of links is a parameter; the runs themselves are replaced."""
-    monkeypatch.setattr("mbdsl.studies.sweep.compute_all", lambda of, store, points, *rest: (_blank(of, points), 0))
+    monkeypatch.setattr(PointRunner, "runs", lambda self, points: _blank(self.setting, points))
     vary = {"N": "1:3:3"}
     found = mbdsl.sweep(MODELS / "chain.mbd", vary, "final(link[3].phi)", store=tmp_path)
     assert str(found.measures[0]) == "final(link[3].phi)" and len(found) == 3
