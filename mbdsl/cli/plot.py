@@ -160,7 +160,7 @@ def show(plot: Plot) -> None:
 
     stream, terminal = sys.stdout, sys.stdout.isatty()
     size = shutil.get_terminal_size((COLUMNS, 24)) if terminal else os.terminal_size((COLUMNS, 0))
-    shown = text(plot, size.columns, size.lines, coloured(stream), not _braille(stream.encoding))
+    shown = text(plot.page(), size.columns, size.lines, coloured(stream), not _braille(stream.encoding))
     getattr(stream, "write_raw", stream.write)(shown + "\n")  # names are escaped by ``text``
 
 

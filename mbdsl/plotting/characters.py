@@ -10,7 +10,7 @@ from itertools import groupby
 from mbdsl.messages import visible, width
 from mbdsl.plotting.axes import Axis, axis
 from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out
-from mbdsl.plotting.figures import Panels
+from mbdsl.plotting.figures import Figure, Page
 
 COLUMNS = 80  #: width where there is no terminal
 NARROWEST = 40
@@ -27,13 +27,13 @@ PLAIN = str.maketrans(
 )
 
 
-def text(plot: Panels, columns: int = COLUMNS, lines: int = 0, colour: bool = False, ascii_only: bool = False) -> str:
+def text(page: Page, columns: int = COLUMNS, lines: int = 0, colour: bool = False, ascii_only: bool = False) -> str:
     """The plot in characters.
 
     Parameters
     ----------
-    plot : Panels
-        The plot.
+    page : Page
+        The plot; its paragraphs are below the figures.
     columns : int, optional
         Width of the lines.
     lines : int, optional
@@ -49,21 +49,21 @@ def text(plot: Panels, columns: int = COLUMNS, lines: int = 0, colour: bool = Fa
         Lines, without a line end after the last.
     """
     columns = max(columns, NARROWEST)
-    height = TALLEST
+    height, figures = TALLEST, [item for item in page.items if isinstance(item, Figure)]
     if lines:
-        rest = lines - 2 - len(plot.notes) - 4 * len(plot.panels)
-        height = max(LOWEST, min(TALLEST, rest // max(len(plot.panels), 1)))
-    frames = [lay_out(panel, plot.looks) for panel in plot.panels if panel.cells is None]
+        rest = lines - 2 - len(page.paragraphs) - 4 * len(figures)
+        height = max(LOWEST, min(TALLEST, rest // max(len(figures), 1)))
+    frames = [lay_out(figure, page.looks) for figure in figures if figure.cells is None]
     drawn = [_Panel(frame, columns, height, colour, ascii_only) for frame in frames]
     margin = max((panel.margin for panel in drawn), default=0)
-    found = [_fitting(plot.title, columns)] if plot.title else []
+    found = [_fitting(page.title, columns)] if page.title else []
     for k, panel in enumerate(drawn):
         found += panel.lines(margin, last=k == len(drawn) - 1)
-    for panel in plot.panels:
-        if panel.cells is not None:
-            where = f", {panel.title}" if panel.title else ""
-            found.append(f"map of {panel.cells.label} over {panel.x_label} and {panel.y_label}{where}")
-    found += [line for note in plot.notes for line in textwrap.wrap(visible(note), columns)]
+    for figure in figures:
+        if figure.cells is not None:
+            where = f", {figure.title}" if figure.title else ""
+            found.append(f"map of {figure.cells.label} over {figure.x_label} and {figure.y_label}{where}")
+    found += [line for note in page.paragraphs for line in textwrap.wrap(visible(note), columns)]
     whole = "\n".join(line.rstrip() for line in found)
     return whole.translate(PLAIN).encode("ascii", "backslashreplace").decode() if ascii_only else whole
 

@@ -214,24 +214,3 @@ class Page:
     items: Sequence[Figure | Bars | Table] = field(default_factory=tuple)
     fine_print: Sequence[tuple[str, str]] = ()
     looks: Mapping[str, Look] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Panels:
-    """Figures with a shared horizontal axis, one below the other.
-
-    Attributes
-    ----------
-    title : str
-    panels : tuple of Figure
-        From the top.
-    looks : mapping
-        Name of a series -> its look.
-    notes : tuple of str
-        Sentences on what is shown.
-    """
-
-    title: str
-    panels: tuple[Figure, ...]
-    looks: Mapping[str, Look] = field(repr=False, default_factory=dict)
-    notes: tuple[str, ...] = ()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
@@ -13,8 +13,9 @@ from mbdsl.plotting import curves
 from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
-from mbdsl.plotting.figures import Page, Panels
+from mbdsl.plotting.figures import Figure, Page
 from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, of_variables, short_labels
+from mbdsl.plotting.series_styles import Look
 from mbdsl.plotting.signal_panels import Horizontal, panels, with_peaks
 from mbdsl.results.selection import matching, select, unknown
 from mbdsl.results.stored import Result
@@ -24,7 +25,8 @@ SUFFIXES = (".png", ".svg", ".pdf", ".html")
 WIDE, TALLEST = 780, 900  #: largest size of the page in a notebook, which scrolls further [px]
 
 
-class Plot(Panels):
+@dataclass(frozen=True)
+class Plot:
     """A plot: panels with a shared axis, one below the other.
 
     ``print(plot)`` shows it in characters, and a notebook as a page with the values under the cursor.
@@ -39,6 +41,11 @@ class Plot(Panels):
     notes : tuple of str
         Sentences on what is shown: decimation, interpolation, omitted signals.
     """
+
+    title: str
+    panels: tuple[Figure, ...]
+    looks: Mapping[str, Look] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the plot to a file.
@@ -80,7 +87,7 @@ class Plot(Panels):
     def __str__(self) -> str:
         from mbdsl.plotting.characters import text
 
-        return text(self)
+        return text(self.page())
 
     def _repr_html_(self) -> str:
         from mbdsl.plotting import html_tables, pages

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbdsl.messages import width
-from mbdsl.plotting.characters import DOTS, text
+from mbdsl.plotting import characters
+from mbdsl.plotting.characters import DOTS
 from mbdsl.plotting.signal_plots import plot
 from mbdsl.results.stored import of_columns
 
@@ -29,6 +30,10 @@ x [m]   a a.x   b b.x
   └┬─────────────────┬────────────────┬
    0                 1                2
                  time [s]"""
+
+
+def text(plot, *arguments, **named):
+    return characters.text(plot.page(), *arguments, **named)
 
 
 def made(patterns, columns=COLUMNS, **options):
