@@ -144,5 +144,5 @@ def test_a_step_calls_the_functions_of_its_list(calls):
 
 
 def test_stages_are_those_of_show():
-    (named,) = re.findall(r"--stage\s+([\w|]+)", PAGE)
+    (named,) = re.findall(r"--stage\s+(\w+\|[\w|]+)", PAGE)
     assert f"--stage {{{named.replace('|', ',')}}}  " in COMMAND.table
