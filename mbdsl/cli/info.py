@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
     if kept:
         print(f"over all steps of the run:\n{kept}")
     elif content.signals:
-        print("least and largest are those of the outputs; the file has no extremes of all steps")
+        print("least and largest are of the outputs; the file has no extremes of all steps")
     if not args.signals and len(result.names) > MOST:
         print(f"... {len(result.names) - MOST} more; --signals '*' lists all")
     return 0

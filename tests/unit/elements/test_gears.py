@@ -9,12 +9,14 @@ from mbdsl.elements import (
     cam,
     contact_law,
     gear_pair,
+    loaded,
     rack_and_pinion,
     rotational_cam,
 )
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import evaluate
 from mbdsl.kernels.columns import PLANE as C
+from mbdsl.system import row_kernels
 
 ROUNDING = 1e-13  #: of a few dozen operations on numbers of order 1
 R_A, R_B, PHI0 = 0.3, 0.8, 0.4
@@ -28,7 +30,7 @@ def pose(*rows):
 def g_and_rate(module, p, Z, rates, plain):
     """g, and its rate for the rates (2, 3) of the frames."""
     G = np.zeros((1, C.VALUE + 1))
-    plain(module.gradient)(Z, 0, 1, p, G)
+    plain(row_kernels.module(loaded(module.__name__)).gradient)(Z, 0, 1, p, G)
     return G[0, C.VALUE], G[0, :6] @ np.asarray(rates, float).ravel()
 
 
