@@ -28,8 +28,8 @@ def again(command, tmp_path_factory):
     """A folder with the files that the command writes with --quick; pictures, which take long, are empty except two."""
     folder, draw = tmp_path_factory.mktemp("paper"), command.draw
 
-    def some(figure, path, **options):
-        draw(figure, path, **options) if figure.key in ("figure03", "figure13") else path.touch()
+    def some(sheet, path, **options):
+        draw(sheet, path, **options) if path.stem in ("figure03", "figure13") else path.touch()
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(command, "draw", some)

@@ -23,12 +23,12 @@ ROOT = Path(__file__).parents[3]
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-def tested(path):
+def in_tests(path):
     """Films of docs/gallery/ have their own tests, tests/gallery/test_every_model.py; commands with output run here."""
     return path.parent.name != "gallery" or "```console" in path.read_text(encoding="utf-8")
 
 
-PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if tested(path))]
+PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if in_tests(path))]
 
 
 def run(command):
