@@ -18,7 +18,7 @@ from paper.page import MARKED, short, table
 import mbdsl
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.plotting.figures import Figure, Series
 from mbdsl.plotting.pictures import draw
@@ -51,7 +51,7 @@ def seconds(name: str, method: str, h: float) -> tuple[float, float]:
     system = build(scene, mechanism)
     s, least = initial_state(system, mechanism, 0.0), np.inf
     for _ in range(REPEATS):
-        run = Integration(system, method, h, 0.0, STOP, np.array([STOP]), {})
+        run = MethodRun(system, method, h, 0.0, STOP, np.array([STOP]), {})
         run.begin(s.q, s.v, s.a, s.lam, s.redundant)
         begun = time.process_time()
         status = run.advance()

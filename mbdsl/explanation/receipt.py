@@ -23,7 +23,7 @@ from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, ACCELERATIONS_IN_SPACE, SignalNames
 from mbdsl.messages import few
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.steady_start import settled
@@ -180,13 +180,13 @@ def explain(
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     scene, _ = settled(scene)
     asked = RunOptions(method=method, step=step, stop=stop, interval=stop - scene.experiment.start)
-    motion = Motion(scene, plan(scene, asked))
+    motion = MechanismRun(scene, plan(scene, asked))
     announce_compilation(announce, motion.uncompiled)
     motion.prepare()
     return _receipt(motion, measured, signals)
 
 
-def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> Receipt:
+def _receipt(motion: MechanismRun, measured: bool, signals: Sequence[str] | None) -> Receipt:
     scene, system = motion.system.scene, motion.system
     sizes = {key: (getattr(system, key), motion.sizes[key]) for key in ("n", "m", "p")}
     entries = list(_Effects(motion).entries())
@@ -204,7 +204,7 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
 # -- effects -------------------------------------------------------------------------------------
 
 
-def _solved(motion: Motion) -> list[Component]:
+def _solved(motion: MechanismRun) -> list[Component]:
     """Components that remain in some part."""
     return [c for p in motion.parts for c in p.system.scene.components.values()]
 
@@ -216,7 +216,7 @@ def _module(c: Component) -> str:
 class _Effects:
     """The effects of a motion, each with the components that have it and the compiled functions due to it."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: MechanismRun) -> None:
         self.motion, self.scene, self.solved = motion, motion.system.scene, _solved(motion)
         self.functions: list[tuple[str, str]] = []
         for p in motion.parts:
@@ -344,7 +344,7 @@ def _laws(c: Component) -> list[Expr]:
     return [x for x in (c.friction, *c.values.values()) if isinstance(x, Expr)]
 
 
-def _hoisted(motion: Motion) -> list[str]:
+def _hoisted(motion: MechanismRun) -> list[str]:
     kinds_ = {int(p.system.tables.layout[L.MASS_KIND]) for p in motion.parts}
     found = ["the mass matrix, constant and diagonal: one vector"] if 0 in kinds_ else []
     if 1 in kinds_:
@@ -361,7 +361,7 @@ def _hoisted(motion: Motion) -> list[str]:
     return found
 
 
-def _takes(motion: Motion, names: SignalNames, name: str) -> str:
+def _takes(motion: MechanismRun, names: SignalNames, name: str) -> str:
     """The computation that a signal requires."""
     scene = motion.system.scene
     key = name.rsplit(".", 1)[-1]
@@ -384,7 +384,7 @@ def _takes(motion: Motion, names: SignalNames, name: str) -> str:
 # -- costs ----------------------------------------------------------------------------------------------
 
 
-def _share(motion: Motion, receipt: Receipt) -> None:
+def _share(motion: MechanismRun, receipt: Receipt) -> None:
     """Fill in the shares of a step's time."""
     from mbdsl.explanation.statement_costs import measure
 
@@ -417,7 +417,7 @@ def _share(motion: Motion, receipt: Receipt) -> None:
             e.share = e.share / shares if e.share is not None else None
 
 
-def _rows(motion: Motion) -> dict[str, int]:
+def _rows(motion: MechanismRun) -> dict[str, int]:
     """Numbers of users of the loops and the tape: expressions by effect, and rows of linear forces."""
     found = dict.fromkeys(("forces by expression", "friction", "nonholonomic rows", "drivers", "moving frames"), 0)
     found["springs"] = 0

@@ -7,15 +7,15 @@ from time import perf_counter
 
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
-from mbdsl.simulation.mechanism_run import Motion, Moving
+from mbdsl.integrators.run import MethodRun
+from mbdsl.simulation.mechanism_run import MechanismRun, PartRun
 from mbdsl.system.emit import FACTORS, Line, load_repeated
 
 #: duration of the measurement of one statement and of one run [s]
 PATIENCE, RUN_PATIENCE = 0.01, 0.2
 
 
-def measure(motion: Motion) -> tuple[float, dict[tuple[str, str], float]]:
+def measure(motion: MechanismRun) -> tuple[float, dict[tuple[str, str], float]]:
     """Seconds of a step of all parts, and the seconds of a step for each statement, by (effect, function)."""
     total = 0.0
     spent: dict[tuple[str, str], float] = {}
@@ -28,9 +28,9 @@ def measure(motion: Motion) -> tuple[float, dict[tuple[str, str], float]]:
     return total, spent
 
 
-def _run(p: Moving) -> tuple[float, float, float]:
+def _run(p: PartRun) -> tuple[float, float, float]:
     """Seconds of a step, evaluations and tangents a step, from as many steps as the time limit allows."""
-    assert isinstance(p.integration, Integration)
+    assert isinstance(p.integration, MethodRun)
     integers, slice_, spent = p.integration.integers, 64, 0.0
     p.integration.advance(4)  # initial overhead
     start, least = integers.copy(), float("inf")
@@ -49,10 +49,10 @@ def _run(p: Moving) -> tuple[float, float, float]:
     return least, int(done[S.ITERATIONS]) / steps, matrices / steps
 
 
-def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
+def _lines(p: PartRun) -> Iterator[tuple[Line, float, bool]]:
     """Every statement of the part's code with its time, and whether it belongs to ``tangent``."""
     t, run = p.system.tables, p.integration
-    assert isinstance(run, Integration)
+    assert isinstance(run, MethodRun)
     repeated = load_repeated(t.blocks, t.has_tape, modules()[p.method].METHOD.sets)
     arrays = [x.copy() for x in (run.vectors, run.frames, run.gradients, run.numbers, run.layout, run.matrices[0])]
     for lines, tangent in ((repeated.evaluate, False), (repeated.tangent, True)):

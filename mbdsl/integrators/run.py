@@ -60,7 +60,7 @@ def longest_part(system: System, method: str) -> float:
     return LONGEST if system.tables.has_tape else declared(method).longest
 
 
-class Integration(RunState):
+class MethodRun(RunState):
     """One run of a compiled method from a consistent initial state."""
 
     def __post_init__(self) -> None:
@@ -72,7 +72,7 @@ class Integration(RunState):
 
     def anew(
         self, times: Array, tol: float | None, every: bool, longest: float, rows: OutputTimes | None = None
-    ) -> Integration:
+    ) -> MethodRun:
         """A copy of this run for the same System, before its start, with other output times and tolerance."""
         run = copy(self)
         run.times, run.tol, run.every, run.longest, run.pivoting_from = times, tol, every, longest, None

@@ -24,13 +24,13 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, method_files
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.saved_runs import checked, checked_events
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import seconds
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.extremes import Gathered
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.storage.output_files import check, writing
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class Keeper:
         damaged or belongs to another model.
     """
 
-    def __init__(self, checkpoint: Checkpoint, motion: Motion, stream: Stream | None = None) -> None:
+    def __init__(self, checkpoint: Checkpoint, motion: MechanismRun, stream: Stream | None = None) -> None:
         if backend(motion.plan.method) is not None:
             raise UsageError(
                 f"there are no checkpoints of {motion.plan.method}: its state is inside another package",
@@ -106,7 +106,7 @@ class Keeper:
         elif os.path.exists(checkpoint.path) and os.path.getsize(checkpoint.path):
             _load(checkpoint.path)  # raises an error, so that a file that is not a checkpoint is not overwritten
 
-    def begin(self, motion: Motion) -> int | None:
+    def begin(self, motion: MechanismRun) -> int | None:
         """At the start of a run, restore its state from the file, if any; return the status of a complete run."""
         if not self._ahead:
             return None
@@ -122,16 +122,16 @@ class Keeper:
         self.done.append(known)
         return int(known["status"])
 
-    def pause(self, motion: Motion) -> None:
+    def pause(self, motion: MechanismRun) -> None:
         """Between steps: write a checkpoint if it is due."""
         if perf_counter() - self._written >= self.checkpoint.every:
             self.write(motion)
 
-    def end(self, motion: Motion, status: int) -> None:
+    def end(self, motion: MechanismRun, status: int) -> None:
         """At the end of a run, add it to the complete runs."""
         self.done.append(_snapshot(motion, status))
 
-    def write(self, motion: Motion) -> None:
+    def write(self, motion: MechanismRun) -> None:
         """Write the complete runs and the state of the present one.
 
         If that fails, as on a full disk, the run continues, and ``problem`` is the reason.
@@ -144,7 +144,7 @@ class Keeper:
             self.problem = ""
         self._written = perf_counter()
 
-    def _write(self, motion: Motion) -> None:
+    def _write(self, motion: MechanismRun) -> None:
         from zipfile import ZIP_STORED, ZipFile
 
         runs = [*self.done, _snapshot(motion, None)]
@@ -233,7 +233,7 @@ def _versions() -> dict[str, Any]:
     return {"versions": versions(), "machine": there, "code": code()}
 
 
-def _plan(motion: Motion) -> str:
+def _plan(motion: MechanismRun) -> str:
     """A digest of the settings of the run and of its initial state."""
     plan = motion.plan
     said = [plan.method, plan.h, plan.start, plan.stop, sorted(plan.options.items()), plan.general]
@@ -251,12 +251,12 @@ def _plan(motion: Motion) -> str:
 # -- a motion as plain values ------------------------------------------------------------------------------------
 
 
-def _snapshot(motion: Motion, status: int | None) -> Snapshot:
+def _snapshot(motion: MechanismRun, status: int | None) -> Snapshot:
     """A copy of the complete state of a run; ``status`` is None for the present run."""
     parts = []
     for p in motion.parts:
         run = p.integration
-        assert isinstance(run, Integration)
+        assert isinstance(run, MethodRun)
         kept, there = run.saved("out"), run.written - run.released
         kept["out"] = run.out[:there].copy()
         if run.every:
@@ -268,7 +268,7 @@ def _snapshot(motion: Motion, status: int | None) -> Snapshot:
     return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken, "gathered": gathered}
 
 
-def _restore(motion: Motion, known: Snapshot) -> None:
+def _restore(motion: MechanismRun, known: Snapshot) -> None:
     motion._taken = int(known["taken"])
     if not 0 <= motion._taken <= sys.maxsize or len(known["parts"]) != len(motion.parts):
         raise ValueError("it has a different number of steps or parts")
@@ -277,7 +277,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
     motion.gathered = Gathered.of_state(AskedSignals(motion.system.scene), known["gathered"])
     for p, kept, numbers in zip(motion.parts, known["parts"], known["tables"], strict=True):
         run = p.integration
-        assert isinstance(run, Integration)
+        assert isinstance(run, MethodRun)
         _restore_run(run, kept["run"])
         ends = kept["ends"]
         if not isinstance(ends, np.ndarray) or (ends.dtype, ends.shape[1:]) != (np.float64, run.kept.shape[1:]):
@@ -297,7 +297,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
     motion.failed = None
 
 
-def _restore_run(run: Integration, kept: Mapping[str, Any]) -> None:
+def _restore_run(run: MethodRun, kept: Mapping[str, Any]) -> None:
     out, times = kept["out"], kept["times"]
     fits = all(isinstance(x, np.ndarray) and x.dtype == np.float64 for x in (out, times))
     if not fits or out.ndim != 2 or out.shape[1] != run.out.shape[1]:

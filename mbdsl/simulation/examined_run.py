@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.trajectory import Trajectory
 
@@ -27,7 +27,7 @@ class ExaminedRun:
     Attributes
     ----------
     options : RunOptions
-    motion : Motion
+    motion : MechanismRun
     rest : AtRest or None
         The equilibrium at which the run starts.
     stream : Stream or None
@@ -47,7 +47,7 @@ class ExaminedRun:
     """
 
     options: RunOptions
-    motion: Motion
+    motion: MechanismRun
     rest: AtRest | None = None
     stream: Stream | None = None
     keeper: Keeper | None = None

@@ -16,12 +16,12 @@ from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT, reads_reactions, sliding
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.result_checks import bending, failed, too_bent
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
@@ -34,7 +34,7 @@ FAR_TURN = 0.5
 OF_ITERATION = (S.SINGULAR, S.DIVERGED, S.NOT_FINITE, S.TOO_LARGE)
 
 
-def _indefinite(integration: Integration) -> str | None:
+def _indefinite(integration: MethodRun) -> str | None:
     """A body whose mass matrix has lost its definiteness at the last step or iterate."""
     tables, vectors = integration.system.tables, integration.vectors
     for name, body in tables.models.items():
@@ -83,7 +83,7 @@ REMEDIES = {
 }
 
 
-def _broken_law(integration: Integration) -> Broken | None:
+def _broken_law(integration: MethodRun) -> Broken | None:
     """The first law that is not finite, or has no finite derivative, at the last iterate or the start of the step."""
     system, vectors, n = integration.system, integration.vectors, integration.system.n
     for row, rate, time in (
@@ -111,13 +111,13 @@ def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     return error
 
 
-def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationError:
+def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> IntegrationError:
     """The error of a failed run: the reason, the time, the equations and a remedy."""
     assert motion.failed is not None
     integration = motion.failed.integration
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
-    assert isinstance(integration, Integration)
+    assert isinstance(integration, MethodRun)
     t, notes = integration.reals[S.STEP_END], ()
     if status == S.STIFF and _singular_pose(integration, t):
         status = S.DIVERGED  # accelerations that change by any amount are not those of a stiff force
@@ -137,7 +137,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     return failed(trajectory, message, span, hint, notes)
 
 
-def _remedy(motion: Motion, integration: Integration, status: int) -> str:
+def _remedy(motion: MechanismRun, integration: MethodRun, status: int) -> str:
     """What helps against the end of a step loop with this status."""
     system, hint = integration.system, REMEDIES[status]
     if status == S.DIVERGED and motion.plan.tol is None and system.tables.has_tape:
@@ -148,7 +148,7 @@ def _remedy(motion: Motion, integration: Integration, status: int) -> str:
     return hint
 
 
-def _cause(integration: Integration, status: int, t: float, hint: str) -> tuple[str, Span | None, str, bool]:
+def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[str, Span | None, str, bool]:
     """What ended the run and where, the place in the model, the remedy, and whether a law is the cause."""
     system = integration.system
     broken = _broken_law(integration) if status == S.NOT_FINITE else None
@@ -179,7 +179,7 @@ def _cause(integration: Integration, status: int, t: float, hint: str) -> tuple[
     return message, span, hint, law is not None
 
 
-def _of_bodies(trajectory: Trajectory, integration: Integration, hint: str) -> tuple[str, Span | None, str]:
+def _of_bodies(trajectory: Trajectory, integration: MethodRun, hint: str) -> tuple[str, Span | None, str]:
     """What bodies that deform have to do with a failure: a text, the place in the model, and the remedy."""
     if (bent := bending(trajectory)) is not None:
         reason, hint = too_bent(trajectory, *bent)
@@ -196,14 +196,14 @@ def _of_bodies(trajectory: Trajectory, integration: Integration, hint: str) -> t
     return "", None, hint
 
 
-def _without_mass(integration: Integration) -> InitialisationError | None:
+def _without_mass(integration: MethodRun) -> InitialisationError | None:
     """Bodies that can move without moving a mass at the beginning of the step; None if there are none."""
     system, vectors, n = integration.system, integration.vectors, integration.system.n
     q = system.out_of_charts(vectors[L.POSITION0, :n], integration.numbers)
     return singular_mass(system, float(integration.reals[S.NOW]), q, vectors[L.VELOCITY0, :n])
 
 
-def _largest_turn(integration: Integration) -> tuple[str, float] | None:
+def _largest_turn(integration: MethodRun) -> tuple[str, float] | None:
     """The body in space that turns most in the step, and its angle, if that is more than FAR_TURN [rad]."""
     tables, v = integration.system.tables, integration.vectors[L.VELOCITY0]
     of = {d: name for name, d in tables.coordinates.items()}
@@ -219,7 +219,7 @@ def _conditions(system: System, law: Component, switches: Sequence[Switch]) -> s
     return few((f"`{x[1:-1] if x.startswith('(') and x.endswith(')') else x}`" for x in found), 2)
 
 
-def _of_standstill(integration: Integration, hint: str) -> tuple[str, Span | None, str]:
+def _of_standstill(integration: MethodRun, hint: str) -> tuple[str, Span | None, str]:
     """What holds a run that stands still: a text, the place of the law, and the remedy."""
     stall, system = integration.standstill.found, integration.system
     assert stall is not None
@@ -234,7 +234,7 @@ def _of_standstill(integration: Integration, hint: str) -> tuple[str, Span | Non
     return so_far, None, "the motion may end there, as at a pole of a force; otherwise try a larger tolerance"
 
 
-def _of_stiffness(integration: Integration, hint: str) -> tuple[str, str]:
+def _of_stiffness(integration: MethodRun, hint: str) -> tuple[str, str]:
     """The product of step and largest eigenvalue, and the remedy."""
     found, stable = integration.reals[S.RADIUS], declared(integration.method).stable
     if integration.tol is None:
@@ -242,7 +242,7 @@ def _of_stiffness(integration: Integration, hint: str) -> tuple[str, str]:
     return f"h |lambda| = {found:.3g}, stable up to {stable:g}", hint
 
 
-def _worst_equations(integration: Integration) -> tuple[str, Span | None]:
+def _worst_equations(integration: MethodRun) -> tuple[str, Span | None]:
     """The equations with the largest residuals, and where the joint of the first constraint of them is written."""
     system, n = integration.system, integration.system.n
     names = system.names() + system.constraint_names()
@@ -262,7 +262,7 @@ def _worst_equations(integration: Integration) -> tuple[str, Span | None]:
     return where, system.scene.components[owner].span
 
 
-def _singular_pose(integration: Integration, t: float) -> str | None:
+def _singular_pose(integration: MethodRun, t: float) -> str | None:
     """How the pose is singular, at the start of the step or at the last iterate."""
     vectors, n = integration.vectors, integration.system.n
     start, last = (

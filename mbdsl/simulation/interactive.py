@@ -25,7 +25,7 @@ from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
-from mbdsl.integrators.run import MOST_OUTPUT, Integration
+from mbdsl.integrators.run import MOST_OUTPUT, MethodRun
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.model_argument import as_scene, blame_model
@@ -33,7 +33,7 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.input_values import Inputs
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
 from mbdsl.simulation.present_signals import PresentSignals, Values
 from mbdsl.simulation.reader import Reader
@@ -112,7 +112,7 @@ class Simulation:
         # no stop time: it lies 2^52 steps ahead
         plan = Plan(self._method, self._h, begin, begin + self._h * 2.0**52, np.array([]), options, asked.general)
         scene, _ = settled(scene, begin)
-        self._motion = motion = Motion(scene, plan)
+        self._motion = motion = MechanismRun(scene, plan)
         announce_compilation(None, motion.uncompiled)
         motion.prepare()
         self._system = self._motion.system
@@ -467,7 +467,7 @@ class Simulation:
     def _bind(self) -> None:
         """Set what depends on the buffers of the runs; called whenever one of them may have been replaced."""
         motion = self._motion
-        runs = [p.integration for p in motion.parts if isinstance(p.integration, Integration)]  # all of them
+        runs = [p.integration for p in motion.parts if isinstance(p.integration, MethodRun)]  # all of them
         tables = [p.system.tables for p in motion.parts]
         self._bends = any(model.deforms for own in tables for model in own.models.values())
         self._start = motion.plan.start
@@ -501,7 +501,7 @@ class Simulation:
         """Add rows to the record for ``count`` steps and some more."""
         for p in self._motion.parts:
             run = p.integration
-            assert isinstance(run, Integration)
+            assert isinstance(run, MethodRun)
             rows = run.written + max(count, ROWS, run.written // 2)
             if rows * run.out.shape[1] > MOST_OUTPUT:
                 raise UsageError(

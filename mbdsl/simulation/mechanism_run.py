@@ -23,7 +23,7 @@ from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step, loop_name
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Flattened, Note, Part, Reduction, reduce
@@ -65,7 +65,7 @@ Start = tuple[Solved, Array, Array]
 
 
 @dataclass
-class Moving:
+class PartRun:
     """A part with its equations."""
 
     part: Part
@@ -98,28 +98,28 @@ class Moving:
 
 @dataclass(frozen=True)
 class Kept:
-    """A complete or interrupted run, which :meth:`Motion.recall` makes the present one again."""
+    """A complete or interrupted run, which :meth:`MechanismRun.recall` makes the present one again."""
 
     plan: Plan
     integrations: list[Run]
-    failed: Moving | None
+    failed: PartRun | None
     failure: int
     gathered: Gathered | None
 
 
-class Motion:
+class MechanismRun:
     """The parts of a scene, assembled at the start.
 
     Attributes
     ----------
     system : System
         That of the scene as written, to which a trajectory refers. It is that of the only part if nothing was reduced.
-    parts : list of Moving
+    parts : list of PartRun
     assembled : list of (System, InitialState)
         The initial state of each part, or of the mechanism in space that parts solve in a plane or with gyrostats.
     whole : WholeScene
         The map from the states of the parts to that of the scene.
-    failed : Moving or None
+    failed : PartRun or None
         The part that failed.
     trial_steps : int
         Number of steps of the other calibration runs, which were made to estimate the error of this one.
@@ -145,11 +145,11 @@ class Motion:
         self._size = self.system.tables.size
         self._widens = True  #: whether the run may change the size: the first one
         self._systems, self._spaces = self._built()
-        self.parts: list[Moving] = []
+        self.parts: list[PartRun] = []
         self.assembled: list[tuple[System, InitialState]] = []
         self.trial_steps = 0
         self.purpose = ""
-        self.failed: Moving | None = None
+        self.failed: PartRun | None = None
         self.gathered: Gathered | None = None
         self._failure = S.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
@@ -232,10 +232,10 @@ class Motion:
         Called after ``prepare``, before the first step.
         """
         for p in self.parts:
-            if isinstance(p.integration, Integration):
+            if isinstance(p.integration, MethodRun):
                 p.integration.watch()
 
-    def _moving(self, part: Part, system: System, lap: Callable[[str], None], start: Start | None = None) -> Moving:
+    def _moving(self, part: Part, system: System, lap: Callable[[str], None], start: Start | None = None) -> PartRun:
         plan = self.plan
         method = KINEMATIC if part.kinematic else plan.method
         options = {} if part.kinematic else plan.options
@@ -249,7 +249,7 @@ class Motion:
             return self._moving(Part(part.dynamic), system, lap, start)
         integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
         lap("initialise")
-        return Moving(part, system, method, initial, integration)
+        return PartRun(part, system, method, initial, integration)
 
     def _initial(self, part: Part, system: System) -> InitialState:
         """The assembled state of a part."""
@@ -272,7 +272,7 @@ class Motion:
             if p.method not in (plan.method, KINEMATIC):
                 keeps = getattr(p.integration, "keeps", False)
                 p.method, p.integration = plan.method, _run(p.system, plan.method, plan, plan.options, keeps)
-            elif isinstance(p.integration, Integration):
+            elif isinstance(p.integration, MethodRun):
                 p.integration = p.integration.anew(plan.times, plan.tol, plan.every, plan.longest, plan.rows)
             else:
                 p.integration = _run(p.system, p.method, plan, plan.options)
@@ -397,7 +397,7 @@ class Motion:
             status = S.DONE if self._taken == self._steps else S.RUNNING
         return status
 
-    def _advance_to(self, most: int, parts: Sequence[Moving], status: int) -> int:
+    def _advance_to(self, most: int, parts: Sequence[PartRun], status: int) -> int:
         """Advance ``parts`` to step ``most`` or, if one fails, those behind it to its last step; a status."""
         for p in parts:
             found = p.integration.advance(max(0, most - p.integration.steps))
@@ -409,22 +409,22 @@ class Motion:
 
     def continued(self, k: int, status: int, most: int) -> int:
         """Continue to step ``most`` after calls of the parts' prepared step loops, of which that of part ``k`` returned
-        ``status`` (see :meth:`Integration.continued`), and those of the parts behind it were not called; a status."""
+        ``status`` (see :meth:`MethodRun.continued`), and those of the parts behind it were not called; a status."""
         p = self.parts[k]
-        assert isinstance(p.integration, Integration)
+        assert isinstance(p.integration, MethodRun)
         found = p.integration.continued(status, most)
         if found not in (S.RUNNING, S.DONE):
             self.failed, self._failure = p, found
             most = p.integration.steps
         return self._advance_to(most, self.parts[k + 1 :], found)
 
-    def copied(self) -> Motion:
+    def copied(self) -> MechanismRun:
         """A copy whose runs have buffers of their own, before their start; equations and compiled code are shared."""
         other = copy(self)
         other.parts = []
         for p in self.parts:
             run = p.integration
-            assert isinstance(run, Integration)
+            assert isinstance(run, MethodRun)
             own = run.anew(run.times, run.tol, run.every, run.longest)
             own.memory = run.memory.copy()
             if hasattr(run, "jumps"):  # it is in the middle of a search
@@ -449,10 +449,10 @@ class Motion:
             status = S.RUNNING if found == S.RUNNING else status
         return status
 
-    def _glanced(self, p: Moving, steps: int) -> int:
+    def _glanced(self, p: PartRun, steps: int) -> int:
         """As advance, for a part in the first run, whose displacements may exceed the size by far."""
         run = p.integration
-        if not isinstance(run, Integration):
+        if not isinstance(run, MethodRun):
             return run.advance(steps)
         status = run.advance(min(steps, GLANCE - run.steps % GLANCE))
         if status == S.RUNNING and run.steps % GLANCE == 0:
@@ -565,12 +565,12 @@ class Motion:
     def kept_numbers(self) -> int:
         """Quantity of numbers in the states that the parts keep at the ends of their steps."""
         runs = [p.integration for p in self.parts]
-        return sum(rows.size for run in runs if isinstance(run, Integration) for rows in run.ends)
+        return sum(rows.size for run in runs if isinstance(run, MethodRun) for rows in run.ends)
 
     def forgo(self) -> None:
         """Keep no further ends of steps."""
         for p in self.parts:
-            if isinstance(p.integration, Integration):
+            if isinstance(p.integration, MethodRun):
                 p.integration.forgo()
 
     def ends_of_steps(self) -> Callable[..., Ends] | None:
@@ -582,7 +582,7 @@ class Motion:
         parts: list[list[Array]] = []  # joined when they are needed
         for p in self.parts:
             run = p.integration
-            if not isinstance(run, Integration) or not run.keeps:
+            if not isinstance(run, MethodRun) or not run.keeps:
                 return None
             run.flush()
             parts.append(run.ends[:])
@@ -602,7 +602,7 @@ class Motion:
         """Slices of about so many kept states, each with the last state of the one before; one of all, if they are
         those of several parts, or not in order."""
         run = self.parts[0].integration
-        assert isinstance(run, Integration)
+        assert isinstance(run, MethodRun)
         times = run.kept[:, 0]
         if len(self.parts) > 1 or not (np.diff(times) > 0.0).all():
             return [slice(None)]
@@ -612,7 +612,7 @@ class Motion:
         """Forget the ends of steps before a time [s], but the last of each part."""
         for p in self.parts:
             run = p.integration
-            assert isinstance(run, Integration)
+            assert isinstance(run, MethodRun)
             rows = run.kept
             left = rows[-1:]
             if len(self.parts) > 1 or left[0, 0] != until:
@@ -642,4 +642,4 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         from mbdsl.integrators.backends import External
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows, keeps=keeps)
+    return MethodRun(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows, keeps=keeps)

@@ -23,7 +23,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial
-from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
+from mbdsl.simulation.mechanism_run import KINEMATIC, MechanismRun
 from mbdsl.simulation.plan import Plan, constrained
 from mbdsl.simulation.tolerance_calibration import Ladder
 from mbdsl.system.peaks_along_motion import OnTheWay
@@ -129,7 +129,7 @@ class Choice:
     """
 
     def __init__(
-        self, motion: Motion, tol: float, integrate: Callable[..., int], ready: Callable[[Plan], None]
+        self, motion: MechanismRun, tol: float, integrate: Callable[..., int], ready: Callable[[Plan], None]
     ) -> None:
         self._motion, self._ready, self.text = motion, ready, ""
         solved = sum(p.system.unknowns for p in motion.parts if p.method != KINEMATIC)
@@ -184,7 +184,7 @@ class Choice:
         return f"{one.method} was taken: {', '.join(said)}"
 
 
-def spent(motion: Motion) -> Cost:
+def spent(motion: MechanismRun) -> Cost:
     """The cost of the present run of a motion."""
     steps = events = 0.0
     for p in motion.parts:

@@ -18,14 +18,14 @@ from mbdsl.expressions.array_operations import table_value
 from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, rebuild, substitute, walk
 from mbdsl.initial.shared_loads import shares
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation import BASE
 from mbdsl.numerics.rotation_arrays import cross_matrix
 from mbdsl.simulation.gyrostat_states import Placed
-from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
+from mbdsl.simulation.mechanism_run import KINEMATIC, MechanismRun
 from mbdsl.simulation.planar_states import PlanarBody, PlanarStates
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.simulation.turn_counters import TurnCounter
@@ -50,7 +50,7 @@ class PresentSignals:
 
     Parameters
     ----------
-    motion : Motion
+    motion : MechanismRun
         A prepared motion with fixed steps.
     known : AskedSignals
         The signals of its scene.
@@ -66,7 +66,7 @@ class PresentSignals:
 
     def __init__(
         self,
-        motion: Motion,
+        motion: MechanismRun,
         known: AskedSignals,
         inputs: list[float],
         point: Callable[[], Trajectory],
@@ -80,7 +80,7 @@ class PresentSignals:
         self._names: dict[str, object] = {"u": inputs, "table": _table}
         for k, p in enumerate(motion.parts):
             run = p.integration
-            assert isinstance(run, Integration)
+            assert isinstance(run, MethodRun)
             n, vectors = p.system.n, run.vectors
             self._names[f"q{k}"] = vectors[L.POSITION0, :n].data
             self._names[f"v{k}"] = vectors[L.VELOCITY0, :n].data

@@ -12,7 +12,7 @@ from mbdsl.expressions.symbolic import coordinate, der, expr, substitute
 from mbdsl.integrators import declared
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.left_out_rows import violated, violations
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.bending import REMEDY, SMALL, first_bend
 from mbdsl.system.signals import values
@@ -38,7 +38,7 @@ def failed(
     return error
 
 
-def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
+def check_left_out(motion: MechanismRun, trajectory: Trajectory, states: list) -> None:
     """Raise an error if a constraint that was left out as redundant is violated: the motion is then not that of the
     model. The error has the results up to there."""
     for part, (every_q, every_v) in zip(motion.parts, states, strict=True):

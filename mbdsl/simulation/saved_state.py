@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.saved_runs import checked
 from mbdsl.mechanism.scene import Scene
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 
 Array = NDArray[np.float64]
 #: the records of a run are shared with the state; their rows up to that of the state do not change
@@ -69,12 +69,12 @@ class SavedState:
         return found
 
 
-def snapshot(motion: Motion) -> tuple[dict[str, Any], ...]:
+def snapshot(motion: MechanismRun) -> tuple[dict[str, Any], ...]:
     """A copy of the state of every run."""
     return tuple(p.integration.saved(*_SHARED) for p in motion.parts)  # type: ignore[attr-defined]
 
 
-def restore(motion: Motion, taken: int, runs: tuple[dict[str, Any], ...]) -> None:
+def restore(motion: MechanismRun, taken: int, runs: tuple[dict[str, Any], ...]) -> None:
     """Return to a state of the same motion, or of one with the same model and settings.
 
     Raises
@@ -89,12 +89,12 @@ def restore(motion: Motion, taken: int, runs: tuple[dict[str, Any], ...]) -> Non
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as problem:
         raise UsageError(f"the state is damaged: {problem}") from problem
     for p, kept, made in zip(motion.parts, runs, found, strict=True):
-        assert isinstance(p.integration, Integration)
+        assert isinstance(p.integration, MethodRun)
         _put_back(p.integration, kept, made)
     motion._taken, motion.failed, motion._failure = taken, None, S.DONE
 
 
-def _checked(run: Integration, kept: dict[str, Any]) -> dict[str, Any]:
+def _checked(run: MethodRun, kept: dict[str, Any]) -> dict[str, Any]:
     times, out = kept["times"], kept["out"]
     if not (out.dtype == times.dtype == np.float64 and times.ndim == 1 and out.shape[1:] == run.out.shape[1:]):
         raise ValueError("its rows do not have the size or type that this model needs")
@@ -104,7 +104,7 @@ def _checked(run: Integration, kept: dict[str, Any]) -> dict[str, Any]:
     return checked(run, kept, written)
 
 
-def _put_back(run: Integration, kept: dict[str, Any], made: dict[str, Any]) -> None:
+def _put_back(run: MethodRun, kept: dict[str, Any], made: dict[str, Any]) -> None:
     written = int(made["integers"][S.OUTPUT])
     if kept["out"] is not run.out or run.written != written:
         # rows after the state may belong to other states: the run continues in a record of its own

@@ -24,7 +24,7 @@ from mbdsl.simulation.extremes import Gathered
 from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.method_choice import Choice
 from mbdsl.simulation.plan import Plan, check_rounding, plan, width
 from mbdsl.simulation.progress import Progress, announce_phase
@@ -69,7 +69,7 @@ def simulated(
     model: Scene | Builder | str | PathLike,
     asked: RunOptions | None = None,
     *,
-    inspect: Callable[[Motion], None] | None = None,
+    inspect: Callable[[MechanismRun], None] | None = None,
     stream: Stream | None = None,
     **given: Unpack[GivenOptions],
 ) -> Trajectory:
@@ -119,7 +119,7 @@ def _prepared(
     if scene.experiment.tolerance is not None and settings.tol is None and announce is not None:
         announce(f"the model's Tolerance is not used: steps have a fixed size, {settings.h:g} s")
     scene, rest = settled(scene, settings.start, announce)
-    motion = Motion(scene, settings)
+    motion = MechanismRun(scene, settings)
     if stream is not None:
         stream.settle(motion)
     run = ExaminedRun(asked, motion, rest, stream if motion.plan.streamed else None)
@@ -183,7 +183,7 @@ def _examine(
     status: int,
     found: Found,
     clock: Stopwatch,
-    inspect: Callable[[Motion], None] | None,
+    inspect: Callable[[MechanismRun], None] | None,
 ) -> None:
     """Complete the results, or raise the error of a run that failed or is less accurate than it has to be."""
     motion, run.done = run.motion, status == S.DONE
@@ -214,7 +214,7 @@ def _examine(
         warned.append(f"{trajectory.message} (if the tolerance is given, this is an error)")
 
 
-def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None:
+def _announce_redundant(motion: MechanismRun, announce: Callable[[str], None]) -> None:
     if motion.redundant:
         follow, be = ("follows", "is") if len(motion.redundant) == 1 else ("follow", "are")
         announce(
@@ -329,7 +329,7 @@ def _collect(
     return trajectory, states
 
 
-def _steps_of(motion: Motion) -> Callable[..., Steps] | None:
+def _steps_of(motion: MechanismRun) -> Callable[..., Steps] | None:
     """A function that returns the steps which the present run keeps, or a slice of them; None if it keeps none."""
     ends, system, left_out = motion.ends_of_steps(), motion.system, motion.left_out
     own, precise = motion.own_reactions, has_own_step(motion.plan.method)
@@ -343,7 +343,7 @@ def _steps_of(motion: Motion) -> Callable[..., Steps] | None:
     return found
 
 
-def _gather(motion: Motion, asked: Sequence[str] | None) -> None:
+def _gather(motion: MechanismRun, asked: Sequence[str] | None) -> None:
     """Fold the steps so far into ranges of signals; where angles depend on all earlier steps, keep no further ones."""
     tables = motion.system.tables
     if tables.angles or any(body.counter >= 0 for body in tables.models.values()):

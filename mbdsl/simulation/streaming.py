@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import backend
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation.diagnostics.fixed_steps import Watch
-from mbdsl.simulation.mechanism_run import Motion, Rows
+from mbdsl.simulation.mechanism_run import MechanismRun, Rows
 from mbdsl.simulation.plan import in_memory, width
 from mbdsl.simulation.result_checks import check_bending, check_left_out, check_lines_of_centres, failed
 from mbdsl.simulation.tolerance_calibration import DENSE, MOST_COMPARED
@@ -83,7 +83,7 @@ class Stream:
         elif self.file is not None:
             self.file.remove()
 
-    def settle(self, motion: Motion) -> None:
+    def settle(self, motion: MechanismRun) -> None:
         """Decide whether the rows of a motion that is not prepared yet are streamed, and how many are in memory."""
         plan, tables = motion.plan, motion.system.tables
         columns = width(motion.system.scene)
@@ -99,13 +99,13 @@ class Stream:
             motion.plan = replace(plan, rows=replace(plan.rows, window=max(self._block, 4 * int(np.ceil(step)) + 8)))
 
     # -- while the run goes on ---------------------------------------------------------------------------------
-    def begin(self, motion: Motion) -> None:
+    def begin(self, motion: MechanismRun) -> None:
         """At the start of a run, which may be the repetition of another one."""
         if not self._restored:
             self._reset()
         self._restored = False
 
-    def pause(self, motion: Motion) -> None:
+    def pause(self, motion: MechanismRun) -> None:
         """Between steps: take the rows that all parts have reached."""
         while (rows := self._taken(motion)) is not None:
             self._pending.append(rows)
@@ -114,8 +114,8 @@ class Stream:
                 self._emit(motion, _cut(whole, 0, self._block))
                 self._pending = [_cut(whole, self._block, len(whole[0]))]
 
-    def end(self, motion: Motion, partial: bool) -> Rows:
-        """Write all rows that are left, and return them; ``partial`` as for ``Motion.output``."""
+    def end(self, motion: MechanismRun, partial: bool) -> Rows:
+        """Write all rows that are left, and return them; ``partial`` as for ``MechanismRun.output``."""
         if motion.plan.streamed:
             self.pause(motion)
             if partial and not motion.plan.every and (rows := self._last(motion)) is not None:
@@ -128,7 +128,7 @@ class Stream:
         self._emit(motion, found)
         return found
 
-    def _emit(self, motion: Motion, rows: Rows) -> None:
+    def _emit(self, motion: MechanismRun, rows: Rows) -> None:
         t, q, v, lam, states = rows
         own = lam if motion.own_reactions else None
         h = motion.plan.h if motion.plan.tol is None else None
@@ -152,7 +152,7 @@ class Stream:
                 self._wrong = problem.message, problem.span, problem.hint
         self.watched(motion).add(trajectory, states)
 
-    def watched(self, motion: Motion) -> Watch:
+    def watched(self, motion: MechanismRun) -> Watch:
         """The search for symptoms of too long steps in all rows so far."""
         if self._watch is None:
             self._watch = Watch(motion)
@@ -164,7 +164,7 @@ class Stream:
             raise failed(trajectory, *self._wrong)
 
     # -- rows of the parts -------------------------------------------------------------------------------------
-    def _taken(self, motion: Motion) -> Rows | None:
+    def _taken(self, motion: MechanismRun) -> Rows | None:
         """The rows that all parts have reached, and that were not taken before; the start first."""
         plan = motion.plan
         if plan.every and len(motion.parts) > 1:
@@ -181,7 +181,7 @@ class Stream:
         states, times = [], np.zeros(0)
         for p in motion.parts:
             run = p.integration
-            assert isinstance(run, Integration)
+            assert isinstance(run, MethodRun)
             times, rows = run.release(done - before)
             states.append(p.split(np.concatenate([p.first, rows]) if starts else rows))
         if plan.rows is not None:
@@ -191,7 +191,7 @@ class Stream:
         self._released = done
         return motion.rows(times, states)
 
-    def _between_steps(self, motion: Motion) -> Rows | None:
+    def _between_steps(self, motion: MechanismRun) -> Rows | None:
         """For parts with steps of their own: at the steps of all parts, up to the time that all have reached."""
         starts = self._released < 0
         if starts:
@@ -200,7 +200,7 @@ class Stream:
         known = []
         for p, bracket in zip(motion.parts, self._brackets, strict=True):
             run = p.integration
-            assert isinstance(run, Integration)
+            assert isinstance(run, MethodRun)
             t, rows = run.release(run.written - run.released)
             known.append(tuple(np.concatenate([a, b]) for a, b in zip(bracket, (t, *p.split(rows)), strict=True)))
         end, begin = min(own[0][-1] for own in known), self._reached if not starts else -np.inf
@@ -215,7 +215,7 @@ class Stream:
             self._brackets.append(tuple(x[k:].copy() for x in own))  # type: ignore[arg-type]
         return motion.rows(times, states) if len(times) else None
 
-    def _last(self, motion: Motion) -> Rows | None:
+    def _last(self, motion: MechanismRun) -> Rows | None:
         """The last step reached, if it is not an output time and all parts have reached it."""
         plan, reached = motion.plan, motion.time
         assert plan.rows is not None
@@ -225,7 +225,7 @@ class Stream:
         return motion.rows(np.array([reached]), [p.split(p.last) for p in motion.parts])
 
     # -- checkpoints -------------------------------------------------------------------------------------------
-    def state(self, motion: Motion) -> dict[str, Any]:
+    def state(self, motion: MechanismRun) -> dict[str, Any]:
         """The state for a checkpoint; the rows that were written are on the disk then."""
         if self.file is not None:
             self.file.flush()
@@ -242,7 +242,7 @@ class Stream:
             "watch": None if self._watch is None else self._watch.state(),
         }
 
-    def restore(self, motion: Motion, known: dict[str, Any]) -> None:
+    def restore(self, motion: MechanismRun, known: dict[str, Any]) -> None:
         """Continue from a state."""
         self._reset()
         self._released, self._brackets = int(known["released"]), [tuple(x) for x in known["brackets"]]  # type: ignore[misc]

@@ -35,7 +35,7 @@ from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
 from mbdsl.simulation.calibration_runs import COSTLY, SATURATED, Found, Trial, observed_order
 from mbdsl.simulation.error_growth import SAMPLES, Growth, along
-from mbdsl.simulation.mechanism_run import Kept, Motion
+from mbdsl.simulation.mechanism_run import Kept, MechanismRun
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.result_checks import TOO_MANY_STEPS
 from mbdsl.simulation.undecided_contacts import undecided
@@ -82,7 +82,7 @@ NO_CONVERGENCE = "runs with shorter steps do not converge"
 CONTACT = "the path comes so close to a condition of a law that its error decides whether the condition changes"
 
 
-def calibrated(motion: Motion, tol: float, integrate: Callable[..., int]) -> tuple[int, Found]:
+def calibrated(motion: MechanismRun, tol: float, integrate: Callable[..., int]) -> tuple[int, Found]:
     """Run ``motion`` so that its error is below ``tol``, or as small as possible; return a status and the estimate.
 
     ``integrate()`` runs the present plan to its end. The error is the largest over all outputs, in the norm of
@@ -111,7 +111,7 @@ class Ladder:
         Whether the last run was interrupted.
     """
 
-    def __init__(self, motion: Motion, tol: float, integrate: Callable[..., int], plan: Plan) -> None:
+    def __init__(self, motion: MechanismRun, tol: float, integrate: Callable[..., int], plan: Plan) -> None:
         self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, plan
         method = declared(plan.method)
         self.order, self.chance = max(1, method.order), CHANCE_OF_BACKENDS if method.searches else CHANCE

@@ -21,7 +21,7 @@ from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.error_norm import fastest
 from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.simulation.error_growth import along
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import DEFAULT_METHOD
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.tolerance_calibration import FINER, MOST_NUMBERS
@@ -102,7 +102,9 @@ class _Search:
         self.known: dict[tuple, Trajectory] = {}  #: complete runs; a check often needs a run of the comparison again
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
-        self.motions: dict[tuple[str, bool], Motion] = {}  #: the newest, by method and whether its steps are fixed
+        self.motions: dict[
+            tuple[str, bool], MechanismRun
+        ] = {}  #: newest, by method and whether steps are fixed
         self.stage, self.made, self.planned = "", 0, 0  #: purpose of the present runs, and their number if it is known
         self.rounding = 0.0  #: error due to amplified rounding, which all runs may have in common
 

@@ -38,7 +38,7 @@ import mbdsl
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -123,7 +123,7 @@ class Ours:
 
     def run(self, method: str, steps: int) -> Seen:
         times = np.linspace(0.0, self.stop, TIMES + 1)[1:]
-        run = Integration(self.system, method, self.stop / steps, 0.0, self.stop, times, {"alpha": ALPHA})
+        run = MethodRun(self.system, method, self.stop / steps, 0.0, self.stop, times, {"alpha": ALPHA})
         s = self.start
         run.begin(s.q, s.v, s.a, s.lam, s.redundant)
         run.advance(1)

@@ -37,7 +37,7 @@ from mbdsl.errors import MbdslError
 from mbdsl.integrators import available
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism import graph
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import plan
 from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.tolerance_calibration import calibrated
@@ -112,7 +112,7 @@ class Reference:
         return error if math.isfinite(error) else math.inf
 
 
-def to_the_end(motion: Motion) -> int:
+def to_the_end(motion: MechanismRun) -> int:
     """All steps of a run; a status."""
     status = S.RUNNING
     while status == S.RUNNING and not motion.invalid():
@@ -136,7 +136,7 @@ def mbdsl_run(reference: Reference, method: str, step: float | None, tol: float 
 def _measured(
     reference: Reference, scene: Any, mechanism: Any, method: str, step: float | None, tol: float | None
 ) -> tuple[float, float]:
-    motion = Motion(
+    motion = MechanismRun(
         scene, plan(scene, RunOptions(method=method, step=step, tol=tol, stop=STOP, times=reference.times)), mechanism
     )
     motion.prepare()

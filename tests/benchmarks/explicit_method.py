@@ -22,7 +22,7 @@ import numpy as np
 import mbdsl
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -56,7 +56,7 @@ class Case:
 
     def run(self, method: str, tol: float) -> tuple[np.ndarray | None, float]:
         """Positions at the outputs, None if the run failed, and seconds of processor time."""
-        run = Integration(self.system, method, self.stop, 0.0, self.stop, self.times, tol=tol)
+        run = MethodRun(self.system, method, self.stop, 0.0, self.stop, self.times, tol=tol)
         start, status = self.start, S.RUNNING
         run.begin(start.q, start.v, start.a, start.lam, start.redundant)
         begun = time.process_time()

@@ -21,7 +21,7 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
 import mbdsl
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 
 MODELS = Path(__file__).parents[2] / "models"
 #: model: settings of the run
@@ -36,18 +36,18 @@ CASES: dict[str, dict] = {
 WAYS = ("without", "kept", "notes", "extremes")
 
 
-def without_steps(motion: Motion) -> None:
-    """As ``Motion.watch``, but the ends of steps are not kept."""
+def without_steps(motion: MechanismRun) -> None:
+    """As ``MechanismRun.watch``, but the ends of steps are not kept."""
     watch(motion)
     motion.forgo()
 
 
-watch = Motion.watch
+watch = MechanismRun.watch
 
 
 def seconds(model: str, settings: dict, way: str, folder: str) -> tuple[float, int, int]:
     """Processor time of a run, and its numbers of steps and of signals; ``way`` is one of WAYS."""
-    Motion.watch = without_steps if way == "without" else watch  # type: ignore[method-assign]
+    MechanismRun.watch = without_steps if way == "without" else watch  # type: ignore[method-assign]
     try:
         clock = time.process_time()
         run = mbdsl.simulate(MODELS / f"{model.partition(',')[0]}.mbd", **settings)
@@ -58,7 +58,7 @@ def seconds(model: str, settings: dict, way: str, folder: str) -> tuple[float, i
             run.extremes()
         return time.process_time() - clock, run.stats["steps"], len(run.default_names)
     finally:
-        Motion.watch = watch  # type: ignore[method-assign]
+        MechanismRun.watch = watch  # type: ignore[method-assign]
 
 
 def table(repeats: int, cases: dict[str, dict] = CASES) -> str:

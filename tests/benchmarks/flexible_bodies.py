@@ -22,7 +22,7 @@ from dataclasses import dataclass
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
 import mbdsl
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import plan
 from mbdsl.simulation.run_options import RunOptions
 
@@ -74,7 +74,7 @@ def measure(how: str, method: str, steps: int, repeats: int) -> Cost:
     scene = parse_text(TEXT.format(how=how))
     least = math.inf
     for _ in range(repeats):
-        motion = Motion(scene, plan(scene, RunOptions(method=method, step=H, stop=steps * H, interval=steps * H)))
+        motion = MechanismRun(scene, plan(scene, RunOptions(method=method, step=H, stop=steps * H, interval=steps * H)))
         motion.prepare()
         begun = time.process_time()
         motion.advance(steps)

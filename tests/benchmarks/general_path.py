@@ -21,7 +21,7 @@ from statistics import median
 import mbdsl
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism.scene import Scene
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import plan
 from mbdsl.simulation.run_options import RunOptions
 
@@ -79,7 +79,7 @@ def measure(scene: Scene, repeats: int, method: str | None = None, steps: int | 
     for k in range(repeats + 1):
         for name in PATHS if k % 2 else reversed(PATHS):  # warm up again after the parameters have changed
             run = plan(scene, RunOptions(method=method, general=PATHS[name], interval=scene.experiment.stop))
-            motion = Motion(scene, run)
+            motion = MechanismRun(scene, run)
             motion.prepare()
             begun = time.process_time()
             status = motion.advance(steps or round((run.stop - run.start) / run.h))

@@ -34,7 +34,7 @@ import numpy as np
 import mbdsl
 from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -75,13 +75,13 @@ def assembled(model: str, n: int) -> tuple[System, InitialState]:
     return system, initial_state(system, mechanism, 0.0)
 
 
-def begun(system: System, start: InitialState, method: str) -> Integration:
-    run = Integration(system, method, STEP, 0.0, STEP * STEPS, np.array([]))
+def begun(system: System, start: InitialState, method: str) -> MethodRun:
+    run = MethodRun(system, method, STEP, 0.0, STEP * STEPS, np.array([]))
     run.begin(start.q, start.v, start.a, start.lam, start.redundant)
     return run
 
 
-def traffic(run: Integration, method: str) -> int:
+def traffic(run: MethodRun, method: str) -> int:
     """Bytes that an iteration with a kept matrix reads or writes, each counted once."""
     layout, N = run.layout, run.system.unknowns
     entries = int(layout[layout[L.SPARSE] + 2 * N])  # of a factor
@@ -177,7 +177,7 @@ def one(n: int, method: str) -> None:
     mechanism = graph.build(scene)
     system = stage(build(scene, mechanism))
     start = stage(initial_state(system, mechanism, 0.0))
-    run = stage(Integration(system, method, STEP, 0.0, STEP * STEPS, np.array([])))
+    run = stage(MethodRun(system, method, STEP, 0.0, STEP * STEPS, np.array([])))
     run.begin(start.q, start.v, start.a, start.lam, start.redundant)
     stage(run.advance(1))
     run.advance()

@@ -24,7 +24,7 @@ import mbdsl
 from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
 
@@ -108,7 +108,7 @@ def measure(case: Case, repeats: int, steps: int | None = None, names: Sequence[
     for k in range(repeats + 1):
         runs = {}
         for name in names:
-            runs[name] = run = Integration(system, name, case.h, 0.0, case.h * steps, np.array([]))
+            runs[name] = run = MethodRun(system, name, case.h, 0.0, case.h * steps, np.array([]))
             run.begin(start.q, start.v, start.a, start.lam, start.redundant)
             costs[name].us += [[]]
         for j, count in enumerate(np.diff(ends)):

@@ -20,7 +20,7 @@ import numpy as np
 import mbdsl
 from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.numerics.error_norm import distance
 from mbdsl.system import System, build
@@ -40,9 +40,9 @@ METHODS = ("radau5", "radau9", "radau13")
 STRICTEST = 3e-13
 
 
-def single(system: System, start: InitialState, method: str, tol: float, stop: float) -> tuple[float, Integration]:
+def single(system: System, start: InitialState, method: str, tol: float, stop: float) -> tuple[float, MethodRun]:
     """Seconds of processor time, and the run."""
-    run = Integration(system, method, stop, 0.0, stop, np.array([stop]), tol=tol)
+    run = MethodRun(system, method, stop, 0.0, stop, np.array([stop]), tol=tol)
     run.begin(start.q, start.v, start.a, start.lam)
     began, status = time.process_time(), S.RUNNING
     while status == S.RUNNING:
@@ -57,7 +57,7 @@ def of_single_runs(name: str, stop: float, tolerances: list[float], repeats: int
     system = build(scene, mechanism)
     start = initial_state(system, mechanism, 0.0)
 
-    def end(run: Integration) -> tuple[np.ndarray, np.ndarray]:
+    def end(run: MethodRun) -> tuple[np.ndarray, np.ndarray]:
         q, v, _ = run.state()
         return q[None].copy(), v[None].copy()
 

@@ -29,7 +29,7 @@ import mbdsl
 from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import linear_solve, sparse_lu
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -121,7 +121,7 @@ def compare(model: str, n: int, repeats: int) -> list[Cost]:
     order = system.elimination_order()
     rows, columns = system.tables.pattern
     pattern = sparse_lu.analyse(N, rows, columns, order)
-    run = Integration(system, "hht-i3", h, 0.0, h, np.array([]))
+    run = MethodRun(system, "hht-i3", h, 0.0, h, np.array([]))
     entries = M.tocoo()
     at = dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), pattern.slots.tolist(), strict=True))
     B = np.zeros(pattern.size)

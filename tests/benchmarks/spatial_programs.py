@@ -23,7 +23,7 @@ from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import coordinate
 from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
 from mbdsl.system.signals import values
@@ -108,7 +108,7 @@ class Case:
         """The point at the end, and seconds from the second step on."""
         system, s = self.prepared
         times = np.array([self.stop])
-        run = Integration(system, method, self.stop / steps, 0.0, self.stop, times, options)
+        run = MethodRun(system, method, self.stop / steps, 0.0, self.stop, times, options)
         run.begin(s.q, s.v, s.a, s.lam, s.redundant)
         run.advance(1)
         begun = time.process_time()

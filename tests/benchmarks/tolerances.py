@@ -29,7 +29,7 @@ from mbdsl.errors import MbdslError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import available
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism import graph
 from mbdsl.numerics.error_norm import distance
@@ -160,9 +160,9 @@ def steps_beside_fixed(method: str, tolerances: Sequence[float], repeats: int = 
         system, stop = build(scene, mechanism), scene.experiment.stop
         first, times = initial_state(system, mechanism, 0.0), np.linspace(0.0, stop, 201)[1:]
 
-        def run(h: float, tol: float | None, of=(system, stop, first, times)) -> tuple[float, Integration]:
+        def run(h: float, tol: float | None, of=(system, stop, first, times)) -> tuple[float, MethodRun]:
             system, stop, first, times = of
-            found = Integration(system, method, h, 0.0, stop, times, tol=tol)
+            found = MethodRun(system, method, h, 0.0, stop, times, tol=tol)
             found.begin(first.q, first.v, first.a, first.lam, first.redundant)
             begun = thread_time()
             while found.advance() == S.RUNNING:

@@ -15,7 +15,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled, modules
 from mbdsl.integrators.loop import linear_solve
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -56,7 +56,7 @@ def factorised(run, k):
 def matrices(crank, method, h):
     """The matrices of the fourth step, in dense form; A[0], and A[1] if the method has two systems."""
     _scene, system, start = crank
-    run = Integration(system, method, h, 0.0, 10 * h, np.array([]))
+    run = MethodRun(system, method, h, 0.0, 10 * h, np.array([]))
     run.use_solver(linear_solve.DENSE)
     run.begin(start.q, start.v, start.a, start.lam)
     assert run.advance(3) == S.RUNNING

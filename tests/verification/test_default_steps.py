@@ -6,7 +6,7 @@ import pytest
 from mbdsl import simulate
 from mbdsl.integrators import compiled, declared
 from mbdsl.lang.load import parse_text
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import plan
 from mbdsl.simulation.run_options import RunOptions
 
@@ -58,4 +58,4 @@ def test_what_is_taken_where_nothing_is_said(method):
 
 def test_without_time_there_is_nothing_to_control():
     assert plan(ball(), RunOptions(stop=0.0)).tol is None
-    assert Motion(ball(), plan(ball(), RunOptions(stop=0.0))).steps == 0
+    assert MechanismRun(ball(), plan(ball(), RunOptions(stop=0.0))).steps == 0

@@ -7,7 +7,7 @@ import mbdsl
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -55,7 +55,7 @@ def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
         mechanism = graph.build(scene)
         system = build(scene, mechanism)
         first = initial_state(system, mechanism, 0.0)
-        run = Integration(system, "hht-si2", 2.5e-3, 0.0, 1.0, np.array([1.0]))
+        run = MethodRun(system, "hht-si2", 2.5e-3, 0.0, 1.0, np.array([1.0]))
         run.begin(first.q, first.v, first.a, first.lam)
         for steps in stops:
             assert run.advance(steps) == S.RUNNING

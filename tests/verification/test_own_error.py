@@ -19,7 +19,7 @@ from mbdsl.errors import IntegrationError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.simulation import error_growth as perturbations
 from mbdsl.simulation import simulate
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 
 BLOCK = """
 model Block
@@ -175,8 +175,8 @@ def test_before_that_all_is_well():
 @pytest.mark.parametrize(("text", "tol", "needed"), [(PENDULUM.format(phi=1e-3, stop=3), 1e-5, 0), (ORBIT, 1e-4, 1)])
 def test_growth_is_refined_only_where_it_would_end_the_run(monkeypatch, text, tol, needed):
     runs, growths = [], []
-    restart, growth = Motion.restart, perturbations.growth
-    monkeypatch.setattr(Motion, "restart", lambda self, plan: (runs.append(plan.every), restart(self, plan))[1])
+    restart, growth = MechanismRun.restart, perturbations.growth
+    monkeypatch.setattr(MechanismRun, "restart", lambda self, plan: (runs.append(plan.every), restart(self, plan))[1])
     monkeypatch.setattr(perturbations, "growth", lambda *given: (growths.append(given[-1]), growth(*given))[1])
     found, reached = run(mbdsl.parse(text), "hht-si2", tol, interval=0.1)
     assert reached

@@ -63,8 +63,8 @@ def test_a_speed_that_jumps_at_the_stop_time(method):
 
 
 def test_a_finished_run_without_an_output_is_an_internal_error(monkeypatch):
-    from mbdsl.integrators.run import Integration
+    from mbdsl.integrators.run import MethodRun
 
-    monkeypatch.setattr(Integration, "_record_end", lambda *_: None)
+    monkeypatch.setattr(MethodRun, "_record_end", lambda *_: None)
     with pytest.raises(RuntimeError, match="has 1 of 2 outputs"):
         mbdsl.simulate(mbdsl.parse(text("if time < 4 s then 1 N.m else 0 N.m", False)), tol=1e-6, times=[4.0])

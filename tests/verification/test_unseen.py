@@ -299,13 +299,13 @@ def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     """Peaks are compared with the largest one so far, after different numbers of steps: the results have the same
     bits."""
     from mbdsl.integrators.loop import loop_state as S
-    from mbdsl.simulation.mechanism_run import Motion
+    from mbdsl.simulation.mechanism_run import MechanismRun
     from mbdsl.simulation.plan import plan
     from mbdsl.simulation.run_options import RunOptions
 
     scene = mbdsl.parse(GROWING)
     run = plan(scene, RunOptions(method="radau5", tol=3e-2, stop=4.0))
-    motion, found = Motion(scene, run), []
+    motion, found = MechanismRun(scene, run), []
     motion.prepare()
     for steps in (10**6, 10**6, 7):
         motion.restart(run)

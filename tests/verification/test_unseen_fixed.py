@@ -163,13 +163,13 @@ def test_what_was_found_before_a_checkpoint_is_said_after_it(tmp_path, monkeypat
 
 def test_without_such_laws_no_step_is_searched():
     from mbdsl.integrators.loop import loop_state as S
-    from mbdsl.simulation.mechanism_run import Motion
+    from mbdsl.simulation.mechanism_run import MechanismRun
     from mbdsl.simulation.plan import plan
     from mbdsl.simulation.run_options import RunOptions
 
     for force, records in (("100*s.s + 3*sin(6*time)", False), ("-3*tanh(s.v/0.01)", True)):
         scene = parse_text(TEXT.format(tables="", force=force, v=1.0))
-        motion = Motion(scene, plan(scene, RunOptions(step=STEP)))
+        motion = MechanismRun(scene, plan(scene, RunOptions(step=STEP)))
         motion.prepare()
         motion.watch()
         assert (motion.parts[0].integration.integers[S.THIN] == 0) == records

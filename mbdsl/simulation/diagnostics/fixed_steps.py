@@ -24,11 +24,11 @@ from mbdsl.integrators.backends import External
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.large_rotations import LargeRotations
-from mbdsl.simulation.mechanism_run import KINEMATIC, Motion, Moving
+from mbdsl.simulation.mechanism_run import KINEMATIC, MechanismRun, PartRun
 from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks, Symptom
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
@@ -58,7 +58,7 @@ ALONG = {"fx": "x", "fy": "y", "tau": "phi"}
 class Watch:
     """The search for symptoms of too long steps in the outputs of a run; they are added block by block."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: MechanismRun) -> None:
         self._motion, self._rows = motion, 0
         scene, h = motion.system.scene, motion.plan.h
         self._energy: EnergyGrowth | None = None
@@ -69,7 +69,7 @@ class Watch:
         if passive(scene):
             self._energy = EnergyGrowth([e for c in _by_law(scene) for e in law_expressions(c)])
         for k, p in enumerate(motion.parts):
-            if isinstance(p.integration, Integration) and p.method != KINEMATIC:
+            if isinstance(p.integration, MethodRun) and p.method != KINEMATIC:
                 if scene.spatial:
                     self._turns[k] = LargeRotations(p.system, h)
                 if p.system.tables.switches:
@@ -129,7 +129,7 @@ def warnings(run: ExaminedRun) -> list[str]:
 # -- between the ends of a step -----------------------------------------------------------------------------------
 
 
-def _not_searched(motion: Motion) -> str | None:
+def _not_searched(motion: MechanismRun) -> str | None:
     """A warning about a backend that may pass over peaks of laws; None if it searches or no law can have one."""
     plan = motion.plan
     own = backend(plan.method)
@@ -147,7 +147,7 @@ def _not_searched(motion: Motion) -> str | None:
     return None
 
 
-def _given_up(motion: Motion) -> str | None:
+def _given_up(motion: MechanismRun) -> str | None:
     """A warning about laws whose search for peaks has taken too many operations."""
     ends = [[float(p.integration.searched[GIVEN_UP]), *p.system.zones_end] for p in motion.parts]
     since = min((t for end in ends for t in end), default=inf)
@@ -160,9 +160,9 @@ def _given_up(motion: Motion) -> str | None:
     )
 
 
-def _first_peak(motion: Motion) -> Peak | None:
+def _first_peak(motion: MechanismRun) -> Peak | None:
     """The first peak of a law that steps have passed over."""
-    watched = [p.integration.overlooked for p in motion.parts if isinstance(p.integration, Integration)]
+    watched = [p.integration.overlooked for p in motion.parts if isinstance(p.integration, MethodRun)]
     peaks = [peak for x in watched if x is not None and (peak := x.peak()) is not None]
     return min(peaks, key=lambda peak: peak.start, default=None)
 
@@ -215,7 +215,7 @@ def _words(law: Component | None) -> tuple[str, str]:
 # -- energy ------------------------------------------------------------------------------------------------------
 
 
-def _growth(found: EnergyGrowth, motion: Motion) -> str | None:
+def _growth(found: EnergyGrowth, motion: MechanismRun) -> str | None:
     """A warning if energy grows without a source; None if it does not grow, or if the model is at rest."""
     h = motion.plan.h
     if found.count < 2 or not found.finite or found.speed * h <= AT_REST * min(1.0, motion.system.tables.size):
@@ -292,7 +292,7 @@ def _leaves_without(root: Expr, stop: set[Expr]) -> bool:
 # -- contacts ----------------------------------------------------------------------------------------------------
 
 
-def _kicked(motion: Motion, p: Moving, kicks: Kicks) -> str | None:
+def _kicked(motion: MechanismRun, p: PartRun, kicks: Kicks) -> str | None:
     """A warning if a law acts for a few steps only and changes velocities much; these steps are repeated."""
     h, plan = motion.plan.h, motion.plan
     numbers = p.system.tables.numbers.copy()
@@ -306,7 +306,7 @@ def _kicked(motion: Motion, p: Moving, kicks: Kicks) -> str | None:
             stop = first + steps * h
             due = first + h * np.arange(1.0, steps + 1)
             due[-1] = stop
-            again = Integration(p.system, p.method, h, first, stop, due, plan.options)
+            again = MethodRun(p.system, p.method, h, first, stop, due, plan.options)
             again.begin(kick.q, kick.v, a, lam, p.initial.redundant)
             if again.advance() != S.DONE:
                 continue

@@ -13,7 +13,7 @@ from mbdsl.integrators.loop.compiled_loop import loop_name
 from mbdsl.lang.load import load
 from mbdsl.simulation import code_preparation
 from mbdsl.simulation.code_preparation import Code, codes, prepare
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import plan
 from mbdsl.simulation.run_options import RunOptions
 from mbdsl.storage import cache_folder
@@ -90,7 +90,7 @@ def test_a_run_of_a_prepared_model_needs_nothing_else(model):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(code_cache, "is_compiled", lambda name: needed.add(name) or True)
         for method in compiled():
-            Motion(scene, plan(scene, RunOptions(method=method, step=1e-3, stop=0.1))).uncompiled()
+            MechanismRun(scene, plan(scene, RunOptions(method=method, step=1e-3, stop=0.1))).uncompiled()
     assert needed and needed <= names
 
 

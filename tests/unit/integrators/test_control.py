@@ -12,7 +12,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import available, compiled, modules
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import controls_locally
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -36,7 +36,7 @@ def started(scene, method, h, stop, tol=None):
     mechanism = graph.build(scene)
     system = build(scene, mechanism)
     first = initial_state(system, mechanism, 0.0)
-    run = Integration(system, method, h, 0.0, stop, np.array([]), tol=tol)
+    run = MethodRun(system, method, h, 0.0, stop, np.array([]), tol=tol)
     run.begin(first.q, first.v, first.a, first.lam)
     return system, run
 

@@ -15,7 +15,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.methods import dop853_coefficients as table
 from mbdsl.integrators.methods import dop853_stages
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -78,7 +78,7 @@ def run(model, stop, steps=1, tol=None):
     mechanism = graph.build(scene)
     system = build(scene, mechanism)
     start = initial_state(system, mechanism, 0.0)
-    found = Integration(system, "dop853", stop / steps if tol is None else stop, 0.0, stop, np.array([]), tol=tol)
+    found = MethodRun(system, "dop853", stop / steps if tol is None else stop, 0.0, stop, np.array([]), tol=tol)
     found.begin(start.q, start.v, start.a, start.lam, start.redundant)
     return system, found
 

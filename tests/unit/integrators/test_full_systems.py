@@ -19,7 +19,7 @@ import mbdsl
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.methods.nstiff import S
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -270,7 +270,7 @@ def integration(model, method):
     mechanism = graph.build(scene)
     system, h = build(scene, mechanism), STEPS[model]
     start = initial_state(system, mechanism, 0.0)
-    run = Integration(system, method, h, 0.0, 1000 * h, np.array([]))
+    run = MethodRun(system, method, h, 0.0, 1000 * h, np.array([]))
     run.reals[loop_state.VELOCITY_TOL] = run.reals[loop_state.RELATIVE_TOL] = 0.0
     run.begin(start.q, start.v, start.a, start.lam)
     return system, run

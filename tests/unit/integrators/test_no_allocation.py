@@ -16,7 +16,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import loop_name
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -34,7 +34,7 @@ def running(model, method, tol=None):
     system, h = build(mechanism.scene, mechanism), STEPS[model]
     steps = 2 * MANY
     start = initial_state(system, mechanism, 0.0)
-    run = Integration(system, method, h, 0.0, steps * h, 10 * h * np.arange(1, steps // 10 + 1), tol=tol)
+    run = MethodRun(system, method, h, 0.0, steps * h, 10 * h * np.arange(1, steps // 10 + 1), tol=tol)
     run.begin(start.q, start.v, start.a, start.lam, start.redundant)
     for count in (FEW, FEW):
         run.advance(count)

@@ -19,7 +19,7 @@ from mbdsl.integrators.loop import loop_state, sparse_lu
 from mbdsl.integrators.methods import radau13
 from mbdsl.integrators.methods.radau5 import SCHEME
 from mbdsl.integrators.methods.radau_coefficients import ERROR, ERROR2, METRIC, QB, RATES, VB
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -111,7 +111,7 @@ def begun(model, h, stop=None, tol=None, times=()):
     system = build(scene, mechanism)
     start = initial_state(system, mechanism, 0.0)
     stop = 1000 * h if stop is None else stop
-    run = Integration(system, "radau5", h if tol is None else stop, 0.0, stop, np.array(times), tol=tol)
+    run = MethodRun(system, "radau5", h if tol is None else stop, 0.0, stop, np.array(times), tol=tol)
     run.begin(start.q, start.v, start.a, start.lam)
     return system, run
 

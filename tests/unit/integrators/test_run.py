@@ -13,7 +13,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
 from mbdsl.integrators.options import check_options
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -235,7 +235,7 @@ def begun(method, scene=None, h=1e-3, stop=10.0):
     scene = scene if scene is not None else pendulum()
     mechanism = graph.build(scene)
     system = build(scene, mechanism)
-    run = Integration(system, method, h, 0.0, stop, np.array([stop]))
+    run = MethodRun(system, method, h, 0.0, stop, np.array([stop]))
     s = initial_state(system, mechanism, 0.0)
     run.begin(s.q, s.v, s.a, s.lam)
     return run
@@ -307,7 +307,7 @@ def test_a_drive_beyond_reach(method):
 
 def test_interruption_keeps_the_results(monkeypatch):
     calls = []
-    advance = Integration.advance
+    advance = MethodRun.advance
 
     def interrupted(self, steps):
         calls.append(steps)
@@ -315,7 +315,7 @@ def test_interruption_keeps_the_results(monkeypatch):
             raise KeyboardInterrupt
         return advance(self, min(steps, 50))
 
-    monkeypatch.setattr(Integration, "advance", interrupted)
+    monkeypatch.setattr(MethodRun, "advance", interrupted)
     with pytest.raises(mbdsl.Interrupted, match=r"interrupted at t = 0\.1 s") as caught:
         mbdsl.simulate(pendulum(), step=1e-3, stop=1.0, interval=0.01)
     assert isinstance(caught.value, KeyboardInterrupt)  # it must end a loop over runs, as any Ctrl-C does

@@ -19,7 +19,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, run_data, split_correction
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -81,7 +81,7 @@ class Step:
 
     def __init__(self, path, name, h, at_rest):
         scene, system, start = prepared(path)
-        self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
+        self.run = MethodRun(system, name, h, 0.0, 1.0, np.array([1.0]))
         self.run.use_solver(linear_solve.DENSE)  # a solver that finds any pivot
         self.run.begin(start.q, start.v, start.a, start.lam)
         self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.unknowns

@@ -17,7 +17,7 @@ from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import linear_solve, run_data
 from mbdsl.integrators.methods import radau_stages
 from mbdsl.integrators.methods.radau5 import SCHEME as R
-from mbdsl.integrators.run import Integration
+from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -37,7 +37,7 @@ class Stages:
         mechanism = graph.build(scene)
         system = build(scene, mechanism)
         start = initial_state(system, mechanism, 0.0)
-        self.run = run = Integration(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
+        self.run = run = MethodRun(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
         run.use_solver(linear_solve.DENSE)  # a solver that finds any pivot
         run.begin(start.q, start.v, start.a, start.lam)
         radau_stages.set_metric(run.data())

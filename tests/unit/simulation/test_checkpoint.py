@@ -130,9 +130,9 @@ def test_a_start_that_is_not_zero(model):
 def test_where_pivots_are_searched_for(model, monkeypatch):
     """The other solver has other buffers."""
     from mbdsl.integrators.loop import linear_solve
-    from mbdsl.integrators.run import Integration
+    from mbdsl.integrators.run import MethodRun
 
-    begin = Integration.begin
+    begin = MethodRun.begin
 
     def pivoting(self, *given, **named):
         if named.get("t") is None:
@@ -140,7 +140,7 @@ def test_where_pivots_are_searched_for(model, monkeypatch):
         begin(self, *given, **named)
 
     with monkeypatch.context() as other:
-        other.setattr(Integration, "begin", pivoting)
+        other.setattr(MethodRun, "begin", pivoting)
         whole = simulate(model, step=1e-3)
         part(simulate, model, step=1e-3, checkpoint="run.cp", progress=Until(2))
     assert written(resume("run.cp"), "a.npz") == written(whole, "b.npz")

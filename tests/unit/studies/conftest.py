@@ -2,7 +2,7 @@
 
 import pytest
 
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.studies import workers
 
 STEP = 1e-5  #: [s] for a step or an iteration of Newton's method, about their time
@@ -21,7 +21,7 @@ def work_clock(monkeypatch):
 
     Studies run in this process, because workers have the clock of the system.
     """
-    now, advance = 0.0, Motion.advance
+    now, advance = 0.0, MechanismRun.advance
 
     def work(motion):
         return STEP * (motion.steps + motion.count("iterations"))
@@ -33,7 +33,7 @@ def work_clock(monkeypatch):
         now += max(STEP, work(motion) - before)
         return status
 
-    monkeypatch.setattr(Motion, "advance", counted)
+    monkeypatch.setattr(MechanismRun, "advance", counted)
     monkeypatch.setattr(workers, "cores", lambda: 1)
     for module in CLOCKS:
         monkeypatch.setattr(f"mbdsl.{module}.perf_counter", lambda: now)

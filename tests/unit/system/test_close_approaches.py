@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.undecided_contacts import undecided
 from mbdsl.system.close_approaches import Approaches
@@ -33,7 +33,7 @@ end Stop;
 
 def run(law, tol=1e-7, method="radau5"):
     """The integration of the only part, run to its end."""
-    found: list[Motion] = []
+    found: list[MechanismRun] = []
     simulated(model(law), method=method, tol=tol, inspect=found.append)
     return found[0].parts[0].integration
 
