@@ -6,7 +6,7 @@ A long run folds its steps into the ranges of the signals that were asked for, w
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 STEPS, OUTPUTS = "steps", "outputs"  #: what extremes are those of
 FOLDED, LEAST_FOLDED = 400_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
+#: error of values between the kept ends of steps, relative to the largest: that of velocities in a thinned record
+INTERPOLATED = 2e-5
 REMARKS = {OUTPUTS: "the outputs, because the steps of the run are not known"}
 
 
@@ -270,8 +272,14 @@ def _of(shown: StateSignals, name: str, known: Range | None, since: float, whole
         found.add(before_t, before_x, weights(before_t))
         before = ", outputs before" if shown._since is None else ""
         of = OUTPUTS if known is None else f"steps from {since:.6g} s on{before}"
-    finite = np.isfinite(x)
+    finite, top = np.isfinite(x), replace(found)
     found.see(t[finite], x[finite])
+    # an output that exceeds a flat top by less than an error of interpolation does not have its time
+    error = INTERPOLATED * max(abs(found.least), abs(found.largest))
+    if found.least > top.least - error:
+        found.time_of_least = top.time_of_least
+    if found.largest < top.largest + error:
+        found.time_of_largest = top.time_of_largest
     result = _extreme(found, name, unit, of)
     unsure = of not in (STEPS, OUTPUTS) and (t <= since).sum() < FEW_OUTPUTS
     return result._replace(mean=np.nan, rms=np.nan) if unsure else result

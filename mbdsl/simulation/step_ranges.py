@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-FEW = 400  #: number of steps up to which all of them are evaluated between their ends
+FEW = 300  #: number of steps up to which all of them are evaluated between their ends
 TOGETHER = 1_000_000  #: quantity of values of signals that are handled at once
 PLACES = 3  #: number of places where an extreme is sought
 PARTS = 6  #: points in each interval beside such a place

@@ -102,9 +102,7 @@ class _Search:
         self.known: dict[tuple, Trajectory] = {}  #: complete runs; a check often needs a run of the comparison again
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
-        self.motions: dict[
-            tuple[str, bool], MechanismRun
-        ] = {}  #: newest, by method and whether steps are fixed
+        self.motions: dict[tuple[str, bool], MechanismRun] = {}  #: newest, by method and whether steps are fixed
         self.stage, self.made, self.planned = "", 0, 0  #: purpose of the present runs, and their number if it is known
         self.rounding = 0.0  #: error due to amplified rounding, which all runs may have in common
 

@@ -175,7 +175,7 @@ def test_a_result_file_contains_them(tmp_path, monkeypatch, capsys):
     assert cli.main(["convert", "o.npz", "--out", "o.csv"]) == 0
     capsys.readouterr()
     assert cli.main(["info", "o.csv"]) == 0
-    assert "least and largest are those of the outputs" in capsys.readouterr().out
+    assert "least and largest are of the outputs" in capsys.readouterr().out
     page = mbdsl.report(mbdsl.simulate("o.mbd", stop=10.0, interval=0.7, signals=["p.v"])).html
     assert page.index("Extremes over all steps") < page.index("Mechanism")
 

@@ -64,7 +64,7 @@ def test_boom_cylinder():
     agree("boom-cylinder", r"Its largest value is # N, at # s", largest, when)
     agree("boom-cylinder", r"pushes with # kN at most, after # s, and", largest / 1e3, when)
     agree("boom-cylinder", r"takes # kW", v * largest / 1e3)
-    agree("boom-cylinder", r"oil.power W # 8 # # ", v * push(2.2), v * largest, when)
+    agree("boom-cylinder", r"oil.power W # 8 # ", v * push(2.2), v * largest)  # its top is flat: no digits of its time
 
 
 def test_cam_spring():
