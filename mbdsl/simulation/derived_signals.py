@@ -25,9 +25,15 @@ Numbers = Mapping[int, Array]
 
 
 def motion(
-    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers
+    system: System,
+    t: Array,
+    q: Array,
+    v: Array,
+    left_out: tuple[int, ...],
+    numbers: Numbers,
+    least: int | None = None,
 ) -> tuple[Array, Array, list[float]]:
-    """Accelerations and multipliers that satisfy the equations of motion at N states.
+    """Accelerations and multipliers that satisfy the equations of motion at N states; at ``least`` so many together.
 
     Returns
     -------
@@ -39,7 +45,7 @@ def motion(
         Times of the singular poses, at which there is no solution or more than one.
     """
     N, undetermined = len(t), []
-    known = sampled(system, t, q, v, left_out, numbers)
+    known = sampled(system, t, q, v, left_out, numbers, least)
     if known is not None:
         a, lam, done = known
     else:

@@ -63,6 +63,7 @@ class StateSignals:
             None  #: start of the run, if earlier rows than those of ``t`` were written to a file
         )
         self._from_start = True  #: whether the first state is that of the run
+        self._together: int | None = None  #: least number of states whose equations of motion are solved together
 
     @property
     def scene(self) -> Scene:
@@ -333,7 +334,9 @@ class StateSignals:
     @with_one_thread
     def _motion(self) -> tuple[Array, Array]:
         """Accelerations (N, n) and multipliers (N, m + p) that satisfy the equations of motion at each (t, q, v)."""
-        a, lam, undetermined = derived_signals.motion(self.system, self.t, self.q, self.v, self.left_out, self._numbers)
+        a, lam, undetermined = derived_signals.motion(
+            self.system, self.t, self.q, self.v, self.left_out, self._numbers, self._together
+        )
         self.undetermined += undetermined
         return a, lam
 

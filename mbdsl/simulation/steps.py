@@ -18,6 +18,8 @@ from mbdsl.numerics.hermite import between
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.state_signals import StateSignals
 
+TOGETHER = 16  #: least number of states whose equations are solved together: a sweep does so thousands of times
+
 if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
@@ -50,7 +52,7 @@ class Steps:
         a = self._solved[0] if self.precise else None
         q, v, lam = between(t, ends.t, ends.q, ends.v, known, system.tables.rotations[:, 0], a)
         found = StateSignals(system, t, q, v, None, ends.stats, (), ends.left_out)
-        found._names = ends._names
+        found._names, found._together = ends._names, TOGETHER
         if own is not None and reactions:
             linear, deviation = lam[:, : own.shape[1]], found._motion[1] - lam[:, own.shape[1] :]
             found._lam = np.where(np.isfinite(deviation), linear + deviation, linear)
@@ -72,5 +74,7 @@ class Steps:
         if not len(k):
             return
         numbers = {at: x[k] for at, x in ends._numbers.items()}
-        a, lam, _ = derived_signals.motion(ends.system, ends.t[k], ends.q[k], ends.v[k], ends.left_out, numbers)
+        a, lam, _ = derived_signals.motion(
+            ends.system, ends.t[k], ends.q[k], ends.v[k], ends.left_out, numbers, TOGETHER
+        )
         self._solved[0][k], self._solved[1][k], self._done[k] = a, lam, True

@@ -129,14 +129,20 @@ def sample({arguments}):
 
 
 def sampled(
-    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Mapping[int, Array]
+    system: System,
+    t: Array,
+    q: Array,
+    v: Array,
+    left_out: tuple[int, ...],
+    numbers: Mapping[int, Array],
+    least: int | None = None,
 ) -> tuple[Array, Array, NDArray[np.bool_]] | None:
     """a (N, n) and lam (N, m + p) at states (N,), (N, n), (N, n), and a mask (N,) of the states that have them.
 
-    ``numbers`` are values (N,) by their offset in the tables. None if there are few states, or if they have to be
-    evaluated one by one: large models, and frames that move as a function of time.
+    ``numbers`` are values (N,) by their offset in the tables. None if there are fewer states than ``least`` (``MANY``),
+    or if they have to be evaluated one by one: large models, and frames that move as a function of time.
     """
-    if len(t) < MANY or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
+    if len(t) < (MANY if least is None else least) or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
         return None
     states = _States(system, left_out, numbers)
     if states.clock.carried:
