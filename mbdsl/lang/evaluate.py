@@ -60,6 +60,10 @@ class Names(ABC):
         """Warn if ``value`` is probably in degrees; where nothing else is said, do not."""
         return
 
+    def rate(self, value: Quantity) -> Quantity | None:
+        """The derivative of a state of the model; None of other values."""
+        return None
+
     def function_names(self) -> list[str]:
         """Names of the tables and functions."""
         return []
@@ -245,6 +249,8 @@ def _der(arguments: list[s.Expression], scope: Names) -> Value:
     dimension = None
     if inner.dimension is not None:
         dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
+    if (found := scope.rate(inner)) is not None:
+        return found
     try:
         rate = symbolic.der(symbolic.expr(inner.value))  # type: ignore[arg-type]
     except ValueError as problem:

@@ -26,6 +26,7 @@ from mbdsl.lang.scene_components import components_of
 from mbdsl.lang.scene_values import values_of
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, placed, span_of
+from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -80,6 +81,7 @@ class Assembly:
         self.plain: dict[Kind, tuple[dict, dict, set[str]]] = {}
         self.frames: list[FrameMember | PortNode] = []
         self.slots: list[Slot] = []
+        self.states = States(spatial)
         self.ground: FlatComponent | None = None
         self.without: tuple[str, ...] = ()  #: effects to leave out
         self.library: Library | None = None  #: the files of a model that was read from a text
@@ -328,6 +330,10 @@ class Assembly:
             elif frame is not None:
                 aliases[member.name] = frame.name
         initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
+        if self.states:
+            components |= self.states.components(self.ground.frames["c"])
+            frames |= self.states.frames()
+            initial = (*initial, *self.states.initial({x.name: x for x in initial}))
         if self._steady is not None:
             check_steady(self._steady, initial)
         self._doubt_names()

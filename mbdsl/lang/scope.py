@@ -104,6 +104,12 @@ class Scope(Names):
         if unit is not None and not driver and value.dimension in (None, units.dimension(unit)):
             doubts.hidden_signal(self.namespace.assembly.warn, name, owner.name, reference.at)
 
+    def rate(self, value: Quantity) -> Quantity | None:
+        """The derivative of a state of the model; None of other values."""
+        states = self.namespace.assembly.states
+        state = states.of(value)
+        return None if state is None else states.rate(state)
+
     def value_of(self, entity: Entity, reference: s.Reference) -> Value:
         if isinstance(entity, SignalEntity):
             if not self.varying:

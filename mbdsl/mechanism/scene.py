@@ -30,6 +30,8 @@ from mbdsl.messages import did_you_mean
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
 
+STATE = "state"  #: the variant of kinds of states
+
 
 @dataclass(frozen=True)
 class Table:
@@ -410,7 +412,27 @@ class Scene:
         Returns
         -------
         list of Component
-            In the order of their declaration, without the ground.
+            In the order of their declaration, without the ground and without states.
+        """
+        return [c for c in self.with_coordinates() if c.kind.variant != STATE]
+
+    def states(self) -> list[Component]:
+        """Variables with a derivative, `der(x) = f`.
+
+        Returns
+        -------
+        list of Component
+            In the order of their declaration.
+        """
+        return [c for c in self.components.values() if c.kind.variant == STATE]
+
+    def with_coordinates(self) -> list[Component]:
+        """Bodies and states, which have the coordinates of the equations.
+
+        Returns
+        -------
+        list of Component
+            In the order of their declaration.
         """
         return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
 

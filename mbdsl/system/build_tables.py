@@ -33,7 +33,7 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
 
     ``size`` is that of the mechanism [m], by which translations are scaled; default: the size of the scene.
     """
-    bodies = scene.bodies()
+    bodies = scene.with_coordinates()
     blocks = find_blocks(scene, general)
     coordinates: dict[str, int] = {}
     n = 0
@@ -205,7 +205,7 @@ def _of_start(scene: Scene) -> float:
     """The largest initial position [m]; 0 if it is rounding beside the radii of gyration of bodies, as the positions of
     bodies that only turn are at the end of a run from which another one begins."""
     far = max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0)
-    inertias = [(np.abs(c.values.get("I") or 0.0).max(), c.values.get("m")) for c in scene.bodies()]
+    inertias = [(np.abs(c.values.get("I") or 0.0).max(), c.values.get("m")) for c in scene.with_coordinates()]
     radius = max((float(np.sqrt(I / m)) for I, m in inertias if m), default=0.0)
     return far if far > COINCIDENT * radius else 0.0
 
