@@ -94,7 +94,7 @@ def declaring(kind: Kind) -> Declared:
 
 
 @cache
-def of_variant(name: str, spatial: bool = True) -> Declared:
+def of_variant(name: str, spatial: bool) -> Declared:
     """A variant of a kind: of its own file, or of a joint in space with its first rows in other axes."""
     base = name.removesuffix("_in_axes")
     if base == name:
