@@ -113,11 +113,27 @@ class EventSet:
         self._was = self._truth(t, q, v, left_out)
         return self._act(t, q, v, left_out, [INITIAL, *due])
 
-    def act(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
-        """The event at time t in the state q, v (n,); the velocities behind it."""
-        return self._act(t, q, v, left_out, self._due(t))
+    def ticks_by(self, t: float) -> bool:
+        """Whether a clock ticks up to time t that has not yet acted."""
+        return any(clock.tick(k) <= t for clock, k in zip(self.events.clocks, self._ticks, strict=True))
 
-    def _act(self, t: float, q: Array, v: Array, left_out: tuple[int, ...], pulses: Sequence[str]) -> Array:
+    def act(self, t: float, q: Array, v: Array, left_out: tuple[int, ...], put: bool = True) -> Array:
+        """The event at time t in the state q, v (n,); the velocities behind it, ``v`` itself if they do not change.
+
+        ``put``: whether the numbers of the System are set.
+        """
+        self._undone = (dict(self.values), self._was, list(self._ticks), len(self.history), len(self.acted))
+        return self._act(t, q, v, left_out, self._due(t), put)
+
+    def undo(self) -> None:
+        """Take the last event back."""
+        self.values, self._was, self._ticks, histories, acted = self._undone
+        del self.history[histories:], self.acted[acted:]
+        self.ended, self.failed, self.endless = "", None, []
+
+    def _act(
+        self, t: float, q: Array, v: Array, left_out: tuple[int, ...], pulses: Sequence[str], put: bool = True
+    ) -> Array:
         acted: list[Branch] = []
         for name in pulses:
             if name in self.values:
@@ -142,7 +158,8 @@ class EventSet:
             if name in self.values:
                 self.values[name] = 0.0
         self._remember()
-        self._put()
+        if put:
+            self._put()
         if pulses:
             self._was = self._truth(t, q, v, left_out)
         if acted:
