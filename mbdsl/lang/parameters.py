@@ -13,6 +13,7 @@ from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import placed, span_of
+from mbdsl.lang.states import refuse_no_state
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
@@ -57,7 +58,9 @@ def make_slot(
         assembly, full, lambda: _evaluate(slot, d, scope, given, attributes, unit, namespace), d.at, d.doc, unit
     )
     slot.constant = constant
-    slot.derived = derived and not constant and d.value is None and not valued
+    slot.derived = derived and d.value is None and not valued and "input" not in d.prefixes
+    if derived:
+        refuse_no_state(slot, d)
     assembly.slots.append(slot)
     return slot
 
@@ -127,11 +130,8 @@ def _state(slot: Slot, d: s.Declaration, start: Value, attributes: Modifiers, di
     size = None
     if nominal is not None and nominal.value is not None:
         with placed(nominal.value.at):
-            what = f"`nominal` of `{slot.name}`"
-            size = argument_checks.number(argument_checks.fit(nominal.evaluate(), dimension, what, ""), what)  # type: ignore[arg-type]
-            if not size > 0.0:
-                raise ModelError(f"{what} is {size:g}, it must be positive")
-    kept = fixed is None or bool(getattr(fixed.evaluate(), "value", True))
+            size = argument_checks.fit(nominal.evaluate(), dimension, f"`nominal` of `{slot.name}`")
+    kept = None if fixed is None or fixed.value is None else bool(getattr(fixed.evaluate(), "value", True))
     return slot.assembly.states.make(slot.name, start, size, kept, d.doc, d.at)
 
 

@@ -12,7 +12,7 @@ from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import Expr, call, const, coordinate
 from mbdsl.mechanism import sections, wrenches
 from mbdsl.mechanism.energies import energies
-from mbdsl.mechanism.scene import ENERGIES, Component, Description, Scene
+from mbdsl.mechanism.scene import ENERGIES, STATE, Component, Description, Scene
 from mbdsl.messages import did_you_mean, few
 from mbdsl.results.selection import matching
 
@@ -172,7 +172,7 @@ class SignalNames:
 
         def named(name: str) -> bool:
             owner = components.get(name.rpartition(".")[0])
-            return owner is None or isinstance(owner.kind, BodyKind)
+            return owner is None or (isinstance(owner.kind, BodyKind) and owner.kind.variant != STATE)
 
         return {name: name for name in self.scene.frames if named(name)} | dict(self.scene.aliases)
 
@@ -185,7 +185,7 @@ class SignalNames:
         """
         found = {}
         for c in self.scene.components.values():
-            if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+            if isinstance(c.kind, BodyKind) and c.kind.coordinates and c.kind.variant != STATE:
                 found |= {f"{c.name}.{key}": unit for key, unit in accelerations(c.kind).items()}
                 found[f"{c.name}.a"] = ACCELERATIONS["ax"]
                 if c.kind.spatial and len(c.kind.coordinates) > 3:
