@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.dependent_rows import redundant_rows
-from mbdsl.messages import few
 from mbdsl.mechanism.scene import Component
+from mbdsl.messages import few
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.system import System
 

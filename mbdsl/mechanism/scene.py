@@ -432,9 +432,10 @@ class Scene:
         Returns
         -------
         list of Component
-            In the order of their declaration.
+            In the order of their declaration, the states last.
         """
-        return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        found = [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        return sorted(found, key=lambda c: c.kind.variant == STATE)
 
     def signals(self) -> dict[str, Expr]:
         """Signals of all components, and the variables; those of frames are not listed.
