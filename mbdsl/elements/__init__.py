@@ -93,13 +93,9 @@ def declaring(kind: Kind) -> Declared:
     return found
 
 
-def of_variant(name: str, spatial: bool = True) -> Declared:
-    """A variant of a kind: of its own file, or of a joint in space with its first rows in other axes."""
-    return _of_variant(name, spatial)
-
-
 @cache
-def _of_variant(name: str, spatial: bool) -> Declared:
+def of_variant(name: str, spatial: bool) -> Declared:
+    """A variant of a kind: of its own file, or of a joint in space with its first rows in other axes."""
     base = name.removesuffix("_in_axes")
     if base == name:
         from mbdsl.elements import sliding_friction

@@ -208,7 +208,7 @@ class Kind:
         )
 
 
-def _variant(file: str, spatial: bool = True) -> Kind:
+def _variant(file: str, spatial: bool) -> Kind:
     from mbdsl.elements import of_variant
 
     return of_variant(file, spatial).KIND  # type: ignore[no-any-return]

@@ -18,6 +18,7 @@ from mbdsl.lang.connections import NotConnected, PortNode, connect
 from mbdsl.lang.display_units import declare
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget
+from mbdsl.lang.events import EventsOfModel
 from mbdsl.lang.flat_component import FlatComponent, is_body
 from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
 from mbdsl.lang.mistakes import doubts
@@ -82,6 +83,7 @@ class Assembly:
         self.frames: list[FrameMember | PortNode] = []
         self.slots: list[Slot] = []
         self.states = States(spatial)
+        self.events = EventsOfModel(self.states)
         self.ground: FlatComponent | None = None
         self.without: tuple[str, ...] = ()  #: effects to leave out
         self.library: Library | None = None  #: the files of a model that was read from a text
@@ -362,6 +364,7 @@ class Assembly:
             warnings=tuple(self._warnings.values()),
             spatial=self.spatial,
             steady=self._steady is not None,
+            events=self.events.finished(),
             display=declare(display | declared_display.of_signals(self.parts.values())),
         )
 

@@ -18,6 +18,7 @@ from mbdsl.lang.component_template import Template
 from mbdsl.lang.connections import PortNode
 from mbdsl.lang.entities import ComponentArray, Disabled, Entity, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop
+from mbdsl.lang.events import assigned
 from mbdsl.lang.flat_component import FlatComponent
 from mbdsl.lang.flat_model import Assembly, Positional
 from mbdsl.lang.frame_declarations import declared_frame
@@ -66,6 +67,7 @@ class Instance:
         self.looped = {name for item in blocks for name in declared_names(item)}
         self._derivatives: list[tuple[s.Relation, Scope]] = []
         self._derived = derived(self.content.equations)
+        self._set = assigned(self.content.equations)
 
     def build(self) -> None:
         """Make all entities that the model declares."""
@@ -156,7 +158,9 @@ class Instance:
             self._enter(d, looped, scope, lambda name, c, i: Disabled(name, d.at))
             return
         if kind == "value":
-            slot = make_slot(self.assembly, self.namespace, d, scope, given, self.level, d.name in self._derived)
+            slot = make_slot(
+                self.assembly, self.namespace, d, scope, given, self.level, d.name in self._derived, d.name in self._set
+            )
             self.namespace.members[d.name] = slot
             return
         if "outer" in d.prefixes:
@@ -373,6 +377,8 @@ class Instance:
         if isinstance(item, s.Connect):
             doubts.misplaced_experiment(self.assembly.warn, item.notes, "the connection")
             self.assembly.connect(item.first, item.second, scope, item.at)
+        elif isinstance(item, s.When):
+            self.assembly.events.enter(item, scope)
         elif isinstance(item, s.Relation):
             if target_of(item) is not None:
                 self._derivatives.append((item, scope))

@@ -30,9 +30,10 @@ def make_slot(
     given: Modifier | None,
     level: int,
     derived: bool = False,
+    set_: bool = False,
 ) -> Slot:
     """The entity for a declared value; ``given`` is its modifier from outside the model. An equation gives its
-    derivative if it is ``derived``."""
+    derivative if it is ``derived``, a when-equation its value if it is ``set_``."""
     constant = bool(d.prefixes & {"parameter", "constant"})
     positional, own = bind(d.arguments, scope, level)
     if positional:
@@ -58,7 +59,8 @@ def make_slot(
         assembly, full, lambda: _evaluate(slot, d, scope, given, attributes, unit, namespace), d.at, d.doc, unit
     )
     slot.constant = constant
-    slot.derived = derived and d.value is None and not valued and "input" not in d.prefixes
+    free = not constant and d.value is None and not valued and "input" not in d.prefixes
+    slot.derived, slot.discrete = free and derived, free and (set_ or "discrete" in d.prefixes)
     if derived:
         refuse_no_state(slot, d)
     assembly.slots.append(slot)
@@ -105,15 +107,17 @@ def _evaluate(
         value, at = attributes["start"].evaluate(), attributes["start"].value.at
         if "input" in d.prefixes:
             value, comes_in = attributes["start"].pick(value, len(sizes), namespace.contexts), True
-        elif slot.derived:
+        elif slot.derived or slot.discrete:
             value = attributes["start"].pick(value, len(sizes), namespace.contexts)
-    elif "input" in d.prefixes or slot.derived:
+    elif "input" in d.prefixes or slot.derived or slot.discrete:
         value, at, comes_in = None, d.at, "input" in d.prefixes
     else:
         word = "parameter" if slot.constant else "variable"
         raise ModelError(f"{word} {what} has no value", span_of(d.at), f"write `{d.name} = ...`")
     with placed(at):
-        if comes_in or slot.derived:
+        if value is None and d.type == "Boolean":
+            value = values.boolean(False)
+        if comes_in or slot.derived or slot.discrete:
             value = starts(value, dimension, sizes)
         assert value is not None
         value = _check(value, d, what, dimension, unit, sizes, attributes, e, slot.assembly)
@@ -121,6 +125,8 @@ def _evaluate(
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
         elif slot.derived:
             value = _state(slot, d, value, attributes, dimension)
+        elif slot.discrete:
+            value = slot.assembly.events.make(slot.name, d.type, value, slot.unit, d.doc, d.at)
     return value
 
 

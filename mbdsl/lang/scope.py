@@ -169,7 +169,10 @@ class Scope(Names):
         return [*own, *(name for name, member in self.namespace.members.items() if isinstance(member, TableMember))]
 
     def call(self, e: s.Call) -> Value | None:
-        library = self.namespace.assembly.library
+        assembly = self.namespace.assembly
+        if (event := assembly.events.call(e, self)) is not None:
+            return event
+        library = assembly.library
         if library is None or e.function.at is None:
             return None
         found = library.unit_of(e.function.at[0].file).function(write(e.function))

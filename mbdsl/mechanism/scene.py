@@ -23,6 +23,7 @@ from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der,
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
+from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.messages import did_you_mean
@@ -246,6 +247,8 @@ class Scene:
         Units and documentation of variables.
     inputs : mapping of str to Input
         Inputs.
+    events : Events
+        Discrete variables and when-equations.
     without : mapping of str to tuple of str
         Effects that are left out, and the components that would have them.
     aliases : mapping of str to str
@@ -275,6 +278,7 @@ class Scene:
     variables: Mapping[str, Expr] = field(default_factory=dict)
     descriptions: Mapping[str, Description] = field(default_factory=dict, compare=False)
     inputs: Mapping[str, Input] = field(default_factory=dict)
+    events: Events = field(default_factory=Events)
     without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Mapping[str, tuple[DrawnShape, ...]] = field(default_factory=dict)
@@ -312,6 +316,12 @@ class Scene:
         from mbdsl.mechanism.scene_tables import of_scene
 
         return of_scene(self)
+
+    @property
+    def number_starts(self) -> dict[str, float]:
+        """Inputs and discrete variables -> their values at the start."""
+        starts = {name: x.start for name, x in self.inputs.items()}
+        return starts | {name: x.start for name, x in self.events.variables.items()}
 
     @cached_property
     def _content(self) -> str:

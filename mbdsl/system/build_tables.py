@@ -75,6 +75,8 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
                     used[c.ports[port]] = None
             for root in expressions(block, c):
                 used |= dict.fromkeys(frames_in(root))
+    for root in scene.events.conditions:
+        used |= dict.fromkeys(frames_in(root))
     body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
     position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
     ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
@@ -103,7 +105,7 @@ def _fill(tables: Tables, size: float | None) -> None:
         tables.outgrown_from = 1.0 / COINCIDENT if parts else FAR
     tables.resize(size or parts or _extent(scene, Z[:ground]) or _of_start(scene) or 1.0)
 
-    starts = {name: x.start for name, x in scene.inputs.items()}
+    starts = scene.number_starts
     tables.multipliers = _multipliers(tables)
     tape = Tape(frames, scene.spatial, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
@@ -127,6 +129,8 @@ def _fill(tables: Tables, size: float | None) -> None:
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
+    for x in scene.events.conditions:
+        tape.add(x)
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
