@@ -342,7 +342,7 @@ class Assembly:
             frames |= self.states.frames()
             initial = (*initial, *self.states.initial({x.name: x for x in initial}))
         if self._steady is not None:
-            check_steady(self._steady, initial)
+            check_steady(self._steady, initial, {self.states.value(x) for x in self.states})
         self._doubt_names()
         self._note_passed()
         components = turned_by_joints(components, frames)

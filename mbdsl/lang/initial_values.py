@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
 
 from mbdsl.display_unit import DisplayUnit
@@ -43,8 +43,9 @@ def is_steady(item: s.Initial) -> bool:
     return STATES[value]
 
 
-def check_steady(item: s.Initial, given: Iterable[InitialValue]) -> None:
-    """Check that a model that starts at its equilibrium has no initial values that contradict it.
+def check_steady(item: s.Initial, given: Iterable[InitialValue], states: Collection[symbolic.Expr] = ()) -> None:
+    """Check that a model that starts at its equilibrium has no initial values that contradict it; those of ``states``
+    are where the search for the equilibrium begins.
 
     Raises
     ------
@@ -52,6 +53,8 @@ def check_steady(item: s.Initial, given: Iterable[InitialValue]) -> None:
         If a position is fixed, or a velocity is not zero.
     """
     for x in given:
+        if x.target in states:
+            continue
         if symbolic.is_velocity_level(x.target):
             wrong = x.value != 0.0
             message, hint = f"`{x.name}` is {x.value:g}, and the model is at rest where it starts", "omit this velocity"

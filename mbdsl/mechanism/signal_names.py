@@ -212,13 +212,14 @@ class SignalNames:
 
     @property
     def defaults(self) -> list[str]:
-        """Names of the coordinates and velocities of all bodies."""
-        bodies = self.scene.bodies()
+        """Names of the coordinates and velocities of all bodies, and of the states."""
+        bodies, states = self.scene.bodies(), [c.name for c in self.scene.states()]
         if self.scene.spatial:
-            return [f"{b.name}.{key}" for keys in ("position", "velocity") for b in bodies for key in _spatial(b, keys)]
+            both = ("position", "velocity")
+            return [f"{b.name}.{key}" for keys in both for b in bodies for key in _spatial(b, keys)] + states
         keys = {"x": "vx", "y": "vy", "phi": "w"}
         found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
-        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
+        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates] + states
 
     @property
     def elastic(self) -> list[str]:
