@@ -225,5 +225,5 @@ def lowest(
         values, shapes = [complex(s) for s in found], list(x[:n, finite].T)
     values, shapes = one_of_each(values, [normalised(system, s) for s in shapes])
     zero = [k for k, s in enumerate(values) if s == 0.0][: system.tables.states]  # of the integrals of states
-    values, shapes = ([x for k, x in enumerate(found) if k not in zero] for found in (values, shapes))
-    return values[:count], shapes[:count], None
+    kept = [k for k in range(len(values)) if k not in zero][:count]
+    return [values[k] for k in kept], [shapes[k] for k in kept], None

@@ -124,13 +124,13 @@ def _evaluate(
         if comes_in:
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
         elif slot.derived:
-            value = _state(slot, d, value, attributes, dimension)
+            value = _state(slot, value, attributes, dimension)
         elif slot.discrete:
             value = slot.assembly.events.make(slot.name, d.type, value, slot.unit, d.doc, d.at)
     return value
 
 
-def _state(slot: Slot, d: s.Declaration, start: Value, attributes: Modifiers, dimension: Dimension | None) -> Value:
+def _state(slot: Slot, start: Value, attributes: Modifiers, dimension: Dimension | None) -> Value:
     """The value of a state, from its start and its attributes."""
     nominal, fixed = attributes.get("nominal"), attributes.get("fixed")
     size = None
@@ -138,7 +138,7 @@ def _state(slot: Slot, d: s.Declaration, start: Value, attributes: Modifiers, di
         with placed(nominal.value.at):
             size = argument_checks.fit(nominal.evaluate(), dimension, f"`nominal` of `{slot.name}`")
     kept = None if fixed is None or fixed.value is None else bool(getattr(fixed.evaluate(), "value", True))
-    return slot.assembly.states.make(slot.name, start, size, kept, d.doc, d.at)
+    return slot.assembly.states.make(slot.name, start, size, kept, slot)
 
 
 def _attributes(slot: Slot, attributes: Modifiers, unit: str) -> str:

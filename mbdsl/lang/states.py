@@ -39,6 +39,7 @@ class State:
     fixed: bool | None  #: None if nothing is written
     doc: str
     at: At
+    unit: str = ""
     equation: s.Relation | None = None
     scope: Scope | None = None
     index: int = 0  #: of an array that an equation defines as a whole, its element from 1; else 0
@@ -92,7 +93,7 @@ class States:
     def __iter__(self) -> Iterator[State]:
         return iter(self._states.values())
 
-    def make(self, name: str, start: Value, nominal: Value | None, fixed: bool | None, doc: str, at: At) -> Value:
+    def make(self, name: str, start: Value, nominal: Value | None, fixed: bool | None, slot: Slot) -> Value:
         """The value of a declared state, an expression; arrays have one state for each element."""
         if isinstance(start, tuple):
             stem = f"{name[:-1]}," if name.endswith("]") else f"{name}["
@@ -100,13 +101,13 @@ class States:
             if len(sizes) != len(start):
                 raise ModelError(f"`nominal` of `{name}`: found {len(sizes)} values, expected {len(start)}")
             each = enumerate(zip(start, sizes, strict=True), 1)
-            return tuple(self.make(f"{stem}{i}]", x, size, fixed, doc, at) for i, (x, size) in each)
+            return tuple(self.make(f"{stem}{i}]", x, size, fixed, slot) for i, (x, size) in each)
         what, size = f"`nominal` of `{name}`", None
         if nominal is not None:
             size = argument_checks.number(values.numeric(nominal, what), what)
             if not size > 0.0:
                 raise ModelError(f"{what} is {size:g}, it must be positive")
-        state = State(name, start, size, fixed, doc, at)
+        state = State(name, start, size, fixed, slot.doc, slot.at, slot.unit)
         self._states[state.frame] = state
         return Quantity(self.value(state), start.dimension or units.NUMBER)
 
@@ -200,6 +201,7 @@ class States:
         for state in self:
             rate = symbolic.expr(self.rate(state).value)  # type: ignore[arg-type]
             unit = unit_text(per_second(state.start.dimension))
+            unit = "1/s" if unit == "rad/s" and state.unit != "rad" else unit
             yield f"der({state.name})", rate, Description(unit, f"rate of {state.name}")
 
     def initial(self, given: Mapping[str, InitialValue]) -> Iterator[InitialValue]:

@@ -138,6 +138,11 @@ class Component:
         return isinstance(self.kind, BodyKind) and self.kind.coordinates_of is not None
 
 
+def is_state(component: Component) -> bool:
+    """Whether a component with a coordinate is a state, and not a body."""
+    return component.kind.variant == STATE
+
+
 @dataclass(frozen=True)
 class InitialValue:
     """``target`` = ``value`` at the start: exactly if ``fixed``, else as a guess that the assembly may change."""
