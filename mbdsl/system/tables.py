@@ -86,6 +86,11 @@ class Tables:
         """Names of the bodies that deform."""
         return tuple(name for name, body in self.models.items() if body.deforms)
 
+    @cached_property
+    def states(self) -> int:
+        """The number of states, whose coordinates are the last ones."""
+        return len(self.scene.states())
+
     @property
     def pair_rows(self) -> int:
         """Rows of the gradient table."""
