@@ -627,7 +627,7 @@ def _inconsistent(
     alike = np.abs(without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
     wrong: list[tuple[float, str, Span | None]] = []
     where: dict[str, tuple[str, str, slice]] = {}
-    ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]  # type: ignore[attr-defined]
+    ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]
     if velocity is not None:
         for name, row in system.tables.velocity_rows.items():
             ranges.append((name, row, len(system.scene.components[name].velocity_constraints)))

@@ -44,11 +44,11 @@ def number(q: Quantity, what: str) -> float:
     """A finite float that is known before the start."""
     value = q.value
     if isinstance(value, symbolic.Expr) and symbolic.is_const(value):
-        value = value.value  # type: ignore[assignment]
+        value = value.value
     if isinstance(value, symbolic.Expr):
         raise ModelError(f"{what} must be known before the start; it depends on time or signals")
     try:
-        result = float(value)  # type: ignore[arg-type]
+        result = float(value)
     except OverflowError:  # a large integer
         result = math.inf
     if not math.isfinite(result):

@@ -141,7 +141,7 @@ def read(
         # a number before a signal may have any unit in a law; before a constant it has none, as in `2*L`
         with suppress(ModelError):
             value.dimension = evaluate(tree, _Scope(operand, names, where, constant=True)).dimension  # type: ignore[union-attr]
-    root = expr(value.value)  # type: ignore[arg-type]
+    root = expr(value.value)
     if not leaves(root):
         raise UsageError(f"`{text}` contains no signal", hint=did_you_mean(text, names, "signals"))
     return root, _unit(root, value, scope.units)

@@ -25,8 +25,9 @@ from mbdsl.lang.paths import path_of
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism import poses_in_space, signals, wrenches
+from mbdsl.mechanism import signals, wrenches
 from mbdsl.mechanism.frozen_dict import FrozenDict
+from mbdsl.mechanism.poses import SpatialPose
 from mbdsl.mechanism.scene import Frame, SpatialFrame
 from mbdsl.mechanism.signal_names import accelerations
 
@@ -206,7 +207,7 @@ class FlatComponent:
         axes = self.kind.axes(self.values).get(port) if self.kind.spatial else None
         if axes is None or axes == SpatialFrame.axes:
             return base
-        pose = poses_in_space.composed(base.pose, (0.0, 0.0, 0.0, *axes))
+        pose = base.pose @ SpatialPose.of_axes(axes)
         return frame_at(f"{self.name}.{port}", base.body, pose, span_of(self.at), base.phi)
 
     def port_frame(self, port: str) -> Frame:

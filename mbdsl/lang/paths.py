@@ -88,7 +88,7 @@ def path_of(part: FlatComponent, over: Modifier | None) -> Path:
         return part.assembly.coordinate(frame, key).value  # type: ignore[return-value]
 
     at: list[Callable[[str], Expr]] = [partial(coordinate, frame) for frame in frames]
-    return part.kind.path(part.values, at, part.assembly.spatial)  # type: ignore[attr-defined, no-any-return]
+    return part.kind.path(part.values, at, part.assembly.spatial)  # type: ignore[attr-defined]
 
 
 def spans(part: FlatComponent, over: Modifier | None) -> list[Component]:

@@ -202,7 +202,7 @@ def power(a: Value, b: Value) -> Value:
     elif isinstance(b.value, Expr):
         raise ModelError(f"a power of {describe(a)} takes a constant exponent")
     else:
-        dimension = units.power(a.dimension, Fraction(b.value).limit_denominator(12))  # type: ignore[arg-type]
+        dimension = units.power(a.dimension, Fraction(b.value).limit_denominator(12))
     return Quantity(compute("pow", _power, a, b), dimension, a.literal and b.literal)
 
 

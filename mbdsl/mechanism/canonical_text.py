@@ -82,7 +82,7 @@ class _Lines:
         for n in walk(root):
             if n not in self.numbers:
                 # constants of 0 and -0 are one node
-                value = n.value + 0.0 if n.op == "const" else n.value  # type: ignore[operator]
+                value = n.value + 0.0 if n.op == "const" else n.value
                 payload = "" if value is None else f" {self.text(value)}"
                 own = f"%{len(self.numbers)}"  # after the operations of an expression in the payload
                 self.lines.append(f"{own} = {n.op}{payload}{''.join(f' {self.numbers[a]}' for a in n.args)}")

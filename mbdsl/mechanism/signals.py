@@ -77,9 +77,9 @@ class Formulas:
 
         def own(leaf: Expr) -> Expr | None:
             if leaf.op == "coordinate":
-                return self.coordinate(*leaf.value)  # type: ignore[misc]
+                return self.coordinate(*leaf.value)
             if leaf.op == "multiplier":
-                return multiplier(self.name, leaf.value[1])  # type: ignore[index]
+                return multiplier(self.name, leaf.value[1])
             if leaf.op == "input":
                 name, _, index = str(leaf.value).partition("[")
                 return expr(self.element(name, int(index[:-1])) if index else self.value(name))

@@ -216,7 +216,7 @@ def _of_start(scene: Scene) -> float:
 
 def _is_length(root: Expr) -> bool:
     """Whether a position has the unit of a length: angles depend on angles alone."""
-    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}  # type: ignore[index]
+    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}
     return not is_velocity_level(root) and ("x" in keys or "y" in keys)
 
 

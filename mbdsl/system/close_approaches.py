@@ -78,9 +78,9 @@ def arguments(system: System) -> list[Expr]:
 
 def _corners(node: Expr) -> list[Expr]:
     """The argument of a table less the knots of its narrow cells, which steps can pass over."""
-    if node.op != "table" or node.value[0].extrapolation == "periodic":  # type: ignore[index]
+    if node.op != "table" or node.value[0].extrapolation == "periodic":
         return []
-    u = np.asarray(node.value[0].u)  # type: ignore[index]
+    u = np.asarray(node.value[0].u)
     narrow = np.diff(u) < NARROW * (u[-1] - u[0])
     knots = u[np.append(narrow, False) | np.append(False, narrow)]
     return [node.args[0] - float(x) for x in knots] if len(knots) <= MOST_KNOTS else []
@@ -107,7 +107,7 @@ def _is_position(x: Expr) -> bool:
 def of_positions(g: Expr) -> bool:
     """Whether an argument depends on positions and time alone."""
     variables = [x for x in leaves(g) if x.op != "time"]
-    return all(x.op == "coordinate" and x.value[1] in (*POSITIONS, "z", *AXES) for x in variables)  # type: ignore[index]
+    return all(x.op == "coordinate" and x.value[1] in (*POSITIONS, "z", *AXES) for x in variables)
 
 
 class Approaches:

@@ -66,7 +66,7 @@ class Tape:
                 self.angles[node] = len(self.registers)
                 self.registers.append(0.0)
             self._where[node] = target = len(self.registers)
-            self.registers.append(float(node.value) if node.op == "const" else 0.0)  # type: ignore[arg-type]
+            self.registers.append(float(node.value) if node.op == "const" else 0.0)
             if node.op == "const":
                 continue
             if node.op == "start":
@@ -77,14 +77,14 @@ class Tape:
                 self.inputs[name], self.registers[target] = target, self.starts[name]
                 continue
             if node.op == "multiplier":
-                self.code.append((OPCODE["multiplier"], target, self.multipliers[node.value], 0, 0))  # type: ignore[index]
+                self.code.append((OPCODE["multiplier"], target, self.multipliers[node.value], 0, 0))
                 continue
             if node.op == "coordinate":
-                frame, key = node.value  # type: ignore[misc]
+                frame, key = node.value
                 self.code.append((LOAD, target, self.frames[frame], self.columns.index(key), 0))
                 continue
             if node.op == "table":
-                table, order = node.value  # type: ignore[misc]
+                table, order = node.value
                 if table not in self.tables:
                     self.tables.append(table)
                 self.code.append((TABLE, target, self._where[node.args[0]], self.tables.index(table), order))

@@ -137,7 +137,7 @@ def _function(
 
 def _leaf(n: Expr) -> str:
     """The name of a number that is read: ``a_xx`` of frame_a, ``s_0``."""
-    return f"{n.value[0][-1]}_{n.value[1]}" if n.op == "coordinate" else str(n.value).replace("[", "_").rstrip("]")  # type: ignore[index]
+    return f"{n.value[0][-1]}_{n.value[1]}" if n.op == "coordinate" else str(n.value).replace("[", "_").rstrip("]")
 
 
 def _term(n: Expr, known: Mapping[Expr, str], inside: bool = True) -> str:

@@ -549,7 +549,7 @@ class System:
             return const(self.tables.first_angles.get(x, 0.0))
         if x.op != "coordinate":
             return None
-        name, key = x.value  # type: ignore[misc]
+        name, key = x.value
         frame = self.scene.frames[name]
         if frame.body in self.tables.models or frame.motion is not None:
             return None

@@ -235,7 +235,7 @@ class _Writer:
                 if n in self.angles:
                     self.angles[n] = replace(self.angles[n], needed=True)
             elif n.op == "coordinate":
-                new[n] = self._coordinate(*n.value)  # type: ignore[misc]
+                new[n] = self._coordinate(*n.value)
             elif n.op == "multiplier":
                 raise NotPlanar(c, "its law reads reactions")
             elif n.op == "angle":
@@ -246,7 +246,7 @@ class _Writer:
 
     def _frame_angle(self, c: Component, node: Expr) -> Expr:
         """The signal phi of a frame, its angle about the z axis of the world."""
-        frame = node.args[0].value[0] if node.args[0].op == "coordinate" else None  # type: ignore[index]
+        frame = node.args[0].value[0] if node.args[0].op == "coordinate" else None
         if frame is None or node is not named(frame, "phi") or self.plane.normal != (0.0, 0.0, 1.0):
             raise NotPlanar(c, "its law reads an angle about another axis")
         if hypot(*self.at[frame].k[1:]) <= 0.1:

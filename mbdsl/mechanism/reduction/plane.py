@@ -22,7 +22,7 @@ from mbdsl.elements.row_derivatives import freedom
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
-from mbdsl.mechanism.poses_in_space import turned
+from mbdsl.mechanism.poses import turned
 from mbdsl.mechanism.scene import Frame, SpatialFrame
 
 Vector = tuple[float, ...]
