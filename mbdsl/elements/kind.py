@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from mbdsl.elements.row import Row, Rows
 
@@ -40,7 +40,7 @@ class Parameter:
 
     name: str
     unit: str = "1"
-    default: object = REQUIRED
+    default: Any = REQUIRED
     doc: str = ""
     shape: tuple[int, ...] = ()
     or_shapes: tuple[tuple[int, ...], ...] = ()  #: other shapes that are accepted

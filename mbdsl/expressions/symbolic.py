@@ -439,10 +439,10 @@ def rebuild(node: Expr, args: list[Expr]) -> Expr:
 
 def evaluate(
     roots: Iterable[Expr],
-    leaf: Callable[[Expr], object],
+    leaf: Callable[[Expr], Any],
     operations: dict[str, Callable] = OPERATIONS,
-    table: Callable[[object, int, object], object] | None = None,
-    angle: Callable[[Expr, object, object, object], object] | None = None,
+    table: Callable[[Any, int, Any], Any] | None = None,
+    angle: Callable[..., Any] | None = None,
 ) -> list:
     """Values of ``roots`` given the value of every leaf; works on arrays with array ``operations``.
 

@@ -139,9 +139,9 @@ def pose(
     wrong = next((value for key in ("sequence", "n_y") if key in given and (value := modifiers[key].value)), None)
     with placed(wrong.at if wrong is not None else at):
         axes = _axes(what, given)
-    n = given.get("n", PARAMETERS["n"].default)
+    n = given["n"] if "n" in given else PARAMETERS["n"].default
     about_z = given.get("phi", 0.0) * n[2] / abs(n[2]) if n[0] == n[1] == 0.0 else 0.0
-    return (*given.get("r", PARAMETERS["r"].default), *axes), about_z
+    return (*(given["r"] if "r" in given else PARAMETERS["r"].default), *axes), about_z
 
 
 def _one_way(what: str, given: dict[str, Any], modifiers: Modifiers, at: At) -> None:

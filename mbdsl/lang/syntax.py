@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import collections.abc
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.lang.source import At
 from mbdsl.lang.units import Unit
@@ -187,7 +187,7 @@ class Argument(Node):
 class Literal(Expression):
     """A value that the Builder inserts into the tree; text never creates one."""
 
-    value: object
+    value: Any
 
 
 @node

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from numbers import Real
+from typing import Any
 
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions.symbolic import Expr, walk
@@ -90,5 +91,5 @@ class _Lines:
         return self.numbers[root]
 
 
-def _content(x: object) -> list[tuple[str, object]]:
-    return [(f.name, getattr(x, f.name)) for f in fields(x) if f.compare]  # type: ignore[arg-type]
+def _content(x: Any) -> list[tuple[str, object]]:
+    return [(f.name, getattr(x, f.name)) for f in fields(x) if f.compare]

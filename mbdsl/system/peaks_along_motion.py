@@ -257,6 +257,11 @@ class OnTheWay:
         return None
 
 
+def _in_joint(n: Expr) -> Expr:
+    """A leaf in place of an expression in joint coordinates."""
+    return Expr("coordinate", (), (n, JOINT))
+
+
 def _in_joint_coordinates(law: Expr) -> Expr:
     """``law`` with leaves in place of angles between axes, their rates, and polynomials with components of axes."""
     new: dict[Expr, Expr] = {}
@@ -272,7 +277,7 @@ def _in_joint_coordinates(law: Expr) -> Expr:
         )
     for n in order:
         if joint[n]:
-            new[n] = coordinate(n, JOINT)  # type: ignore[arg-type]
+            new[n] = _in_joint(n)
         elif n.args and any(new[a] is not a for a in n.args):
             new[n] = rebuild(n, [new[a] for a in n.args])
         else:
@@ -285,7 +290,7 @@ def _with_counted_angles(law: Expr) -> Expr:
     new: dict[Expr, Expr] = {}
     for n in walk(law):
         same = all(new[a] is a for a in n.args)
-        new[n] = coordinate(n, JOINT) if n.op == "angle" else n if same else rebuild(n, [new[a] for a in n.args])  # type: ignore[arg-type]
+        new[n] = _in_joint(n) if n.op == "angle" else n if same else rebuild(n, [new[a] for a in n.args])
     return new[law]
 
 

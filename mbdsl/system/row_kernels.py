@@ -32,13 +32,13 @@ def module(of: Declared) -> ModuleType:
     if not of.made:
         return of.file
     name = f"{PREFIX}{'in_space_' if of.KIND.spatial else ''}{of.name}"
-    return code_cache.import_text(name, text(of.KIND, of.name))  # type: ignore[arg-type]
+    return code_cache.import_text(name, text(of.pair, of.name))
 
 
 def texts_of(blocks: Iterable[Block]) -> list[str]:
     """The texts of the kernels of a structure that are made from rows."""
     declared = dict.fromkeys(b.module for b in blocks if isinstance(b.module, Declared) and b.module.made)
-    return [text(x.KIND, x.name) for x in declared]  # type: ignore[arg-type]
+    return [text(x.pair, x.name) for x in declared]
 
 
 def text(kind: PairKind, name: str) -> str:

@@ -91,7 +91,7 @@ def values(
         return counted(t, np.arctan2(y, x), rate, system.tables.first_angles.get(node, 0.0))
 
     with np.errstate(all="ignore"):
-        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle)  # type: ignore[arg-type]
+        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle)
     return [np.broadcast_to(np.asarray(r, float), (len(t),)) for r in results]
 
 

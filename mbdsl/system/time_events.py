@@ -157,5 +157,5 @@ def _between(levels: Levels, a: float, b: float) -> Iterator[float]:
 
 def _at(x: Expr, t: float) -> float:
     with np.errstate(all="ignore"):
-        value = evaluate([x], lambda leaf: np.float64(t), ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+        value = evaluate([x], lambda leaf: np.float64(t), ARRAY_OPERATIONS, table_value)
     return float(value[0])

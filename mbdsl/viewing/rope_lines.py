@@ -35,7 +35,7 @@ def line(c: Component, motion: AnyMotion, at: Callable[[str, str], Array]) -> tu
             return np.unwrap(np.arctan2(y, x))
 
         with np.errstate(all="ignore"):
-            found = evaluate(roots, leaf, ARRAY_OPERATIONS, angle=angle)  # type: ignore[arg-type]
+            found = evaluate(roots, leaf, ARRAY_OPERATIONS, angle=angle)
         return np.array([np.broadcast_to(x, len(motion.t)) for x in found])
 
     spatial = motion.scene.spatial

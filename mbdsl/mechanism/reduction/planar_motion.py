@@ -92,7 +92,7 @@ class _Writer:
             p = self.at[name]
             self.first.setdefault((frame.body, p.x, p.y, p.phi), name)
         self.frames: dict[str, Frame] = {}
-        self.known: dict[Expr, Expr] = {}  #: coordinates of joints -> their planar formulas
+        self.known: dict[Expr | None, Expr] = {}  #: coordinates of joints -> their planar formulas
         self.angles: dict[Expr | str, Angle] = {}
 
     def scene(self) -> Scene:
@@ -203,7 +203,7 @@ class _Writer:
             a, b = (self._frame(name) for name in ports)
             for key, found in (("phi", node), ("w", self.space.signal_of(c, "w"))):
                 one, other = (b, a) if sign > 0.0 else (a, b)
-                self.known[found] = self._leaf(one, key) - self._leaf(other, key)  # type: ignore[index]
+                self.known[found] = self._leaf(one, key) - self._leaf(other, key)
             self._angle(Angle(node, a, b, sign, c.kind.counts_turns))
         if in_plane(c.kind) in WELDED:
             self.angles[c.name] = Angle(None, ports[0], ports[1], 1.0, True)
@@ -213,7 +213,7 @@ class _Writer:
                 planar, c.name, lambda name: None, lambda port, key: self._leaf(self._frame(c.ports[port]), key)
             )
             for key in ("s", "v"):
-                self.known[self.space.signal_of(c, key)] = formulas.signal(key)  # type: ignore[index]
+                self.known[self.space.signal_of(c, key)] = formulas.signal(key)
 
     def _angle(self, found: Angle) -> None:
         assert found.node is not None
@@ -222,7 +222,7 @@ class _Writer:
 
     def _law(self, c: Component, root: Expr) -> Expr:
         """An expression over frames in space as one over frames in the plane."""
-        new: dict[Expr, Expr | None] = {}
+        new: dict[Expr, Expr] = {}
         used = {root}
         for n in reversed(walk(root)):  # from the root on, without what is below a coordinate of a joint
             if n in used and n not in self.known:
@@ -241,8 +241,8 @@ class _Writer:
             elif n.op == "angle":
                 new[n] = self._frame_angle(c, n)
             else:
-                new[n] = rebuild(n, [new[a] for a in n.args]) if n.args else n  # type: ignore[misc]
-        return expr(new[root])  # type: ignore[arg-type]
+                new[n] = rebuild(n, [new[a] for a in n.args]) if n.args else n
+        return new[root]
 
     def _frame_angle(self, c: Component, node: Expr) -> Expr:
         """The signal phi of a frame, its angle about the z axis of the world."""
