@@ -77,7 +77,8 @@ class _Placed:
         self.system, self.scene, self.t = system, system.scene, t
         self.said: dict[Expr | None, float] = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
         #: signals are evaluated only where initial values contain the coordinates that they depend on
-        self.named = {leaf.value[0] for x in given for leaf in leaves(x.target) if leaf.op == "coordinate"}
+        self.named = {leaf.value for x in given for leaf in leaves(x.target) if leaf.op == "coordinate"}
+        self.near = {frame for frame, _ in self.named}
         self.drivers = list(self._prescribed())
         self.attitudes = _attitudes(self.scene, given)
         self.poses: dict[str, Pose] = {}
@@ -87,9 +88,8 @@ class _Placed:
     def put(self, placement: Placement) -> None:
         """Place a body after the bodies that it hangs on."""
         scene, body = self.scene, self.scene.components[placement.body]
-        near = f"{body.name}.c" in self.named
-        origin = [self.said.get(scene.signal_of(body, k)) if near else None for k in "xyz"[: 3 if scene.spatial else 2]]
-        phi = self.said.get(scene.signal_of(body, "phi")) if near else None
+        origin = [self._given(body, key, key) for key in ("xyz" if scene.spatial else "xy")]
+        phi = self._given(body, "phi", "xx" if scene.spatial else "phi")
         attitude = self._attitude(body, placement.joint)
         turn = phi or 0.0
         found: Pose = self._turned(turn)
@@ -114,6 +114,11 @@ class _Placed:
         self.q[d : d + model.n] = model.placed(found)[0]
         if not scene.spatial:
             self.system.set_turn(body.name, found[2])
+
+    def _given(self, body: Component, key: str, leaf: str) -> float | None:
+        """The initial value of a signal of a body that depends on the coordinate ``leaf`` of its centre of mass."""
+        near = (f"{body.name}.c", leaf) in self.named
+        return self.said.get(self.scene.signal_of(body, key)) if near else None
 
     def _by_joint(
         self, held: _Held, attitude: Pose | None, phi: float | None, driven: float | None
@@ -145,7 +150,7 @@ class _Placed:
 
     def _known(self, joint: Component, motion: _Motion) -> float:
         """A coordinate of a joint at the start: as given, as driven, or a parameter of the joint; else 0."""
-        near = not self.named.isdisjoint(joint.ports.values())
+        near = not self.near.isdisjoint(joint.ports.values())
         found = [self.said.get(self.scene.signal_of(joint, name)) for name in motion.names] if near else []
         for driver in self.drivers:
             drives = driver.name in motion.names or (not motion.names and driver.turns == (motion.way == "rz"))
