@@ -171,10 +171,6 @@ class MethodRun(RunState):
         method = modules()[self.method].METHOD
         if method.inverts_mass:
             self._check_masses()
-
-        def largest(x: Array) -> float:
-            return float(np.abs(x * scale).max(initial=0.0))
-
         if controlled:
             left = max(self.stop - t0, self.reals[S.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
@@ -190,7 +186,7 @@ class MethodRun(RunState):
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
         if stiff:  # the method damps the transient; extrapolated over a step, its rates would spoil the start values
-            jerk, fa_rate = np.zeros(n), np.zeros(n)
+            jerk, fa_rate = np.zeros(system.n), np.zeros(system.n)
         if t is None:
             self.numbers[self.counters] = system.tables.numbers[self.counters]
             if self.tol is not None and self.events.set is not None:
@@ -210,7 +206,7 @@ class MethodRun(RunState):
         if t is None:
             self._begin_events(behind, q, v, lam)
         # this evaluation gives the gradients at the start of the first step
-        self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
+        self.evaluate(t0, self.vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[L.KEEP] = 1
         self.integers[S.HISTORY], self.integers[S.AIMED] = 1, 0
         self.keep_state()
