@@ -114,7 +114,7 @@ class Streams:
                 with suppress(ValueError):
                     stream.reconfigure(errors="backslashreplace")
         self.out, self.err = Stream(sys.stdout), Stream(sys.stderr)
-        sys.stdout, sys.stderr = self.out, self.err  # type: ignore[assignment]
+        sys.stdout, sys.stderr = self.out, self.err
         return self
 
     def __exit__(self, *failure: type | BaseException | TracebackType | None) -> None:

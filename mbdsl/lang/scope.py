@@ -297,7 +297,7 @@ class Scope(Names):
             raise mistakes.output_only(f"{owner}.{name}", step.at)
         if name in SIZES and f"{name}x" in part.signal_names():
             raise mistakes.size(f"{owner}.{name}", part.signal_names(), name, step.at)
-        if is_body(part) and part.kind.is_frame and name in self.namespace.assembly.coordinates:  # type: ignore[attr-defined]
+        if part.is_point and name in self.namespace.assembly.coordinates:
             frame = part.frames["c"]
             return SignalEntity(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
         other = part.by_other_name(name)
@@ -353,7 +353,7 @@ def as_frame(
     if isinstance(entity, FlatComponent):
         if not is_body(entity):
             return entity
-        if entity.kind.is_frame or centred:  # type: ignore[attr-defined]
+        if entity.is_point or centred:
             return entity.frames["c"]
         name = write(e)
         frames = ", ".join(f"{name}.{f}" for f in entity.frames)

@@ -68,7 +68,7 @@ class RowsFile:
             return open(self._path, "r+b" if count else "w+b")
         target = Path(os.path.realpath(near))
         folder = target.parent if target.is_file() or not target.exists() else None
-        return tempfile.TemporaryFile(dir=folder, prefix=".mbdsl-rows-", buffering=0)  # type: ignore[return-value]
+        return tempfile.TemporaryFile(dir=folder, prefix=".mbdsl-rows-", buffering=0)
 
     def append(self, columns: Sequence[np.ndarray]) -> None:
         """Append rows.

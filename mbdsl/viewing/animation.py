@@ -88,7 +88,7 @@ class Animation(SavedPage):
         return f"<Animation of {self.motion.scene.name}: {len(self.motion.t)} frames, {span}>"
 
     @cached_property
-    def html(self) -> str:  # type: ignore[override]
+    def html(self) -> str:
         """The page as the text of one HTML file."""
         drawn, arrows = self._drawing(), self._vectors()
         pale = None

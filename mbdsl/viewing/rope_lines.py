@@ -28,14 +28,14 @@ def line(c: Component, motion: AnyMotion, at: Callable[[str, str], Array]) -> tu
     def values(roots: list[Expr]) -> Array:
         def leaf(n: Expr) -> Array:
             if n.op == "start":
-                return values([n.value])[0, :1]  # type: ignore[list-item]
-            return at(*n.value) if n.op == "coordinate" else np.zeros(len(motion.t))  # type: ignore[misc]
+                return values([n.value])[0, :1]
+            return at(*n.value) if n.op == "coordinate" else np.zeros(len(motion.t))
 
         def angle(_: Expr, y: Array, x: Array) -> Array:
             return np.unwrap(np.arctan2(y, x))
 
         with np.errstate(all="ignore"):
-            found = evaluate(roots, leaf, ARRAY_OPERATIONS, angle=angle)  # type: ignore[arg-type]
+            found = evaluate(roots, leaf, ARRAY_OPERATIONS, angle=angle)
         return np.array([np.broadcast_to(x, len(motion.t)) for x in found])
 
     spatial = motion.scene.spatial
