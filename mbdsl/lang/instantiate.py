@@ -141,7 +141,8 @@ class Instance:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = self._classes.get(id(d))  # loops declare the same again and again
         if kind is None:
-            kind = self._classes[id(d)] = classify(d, member.unit, self.around, self.assembly.spatial)
+            defined = d.name in self._derived or d.name in self._set
+            kind = self._classes[id(d)] = classify(d, member.unit, self.around, self.assembly.spatial, defined)
         if d.notes:
             checks.refuse_shapes(self, d, kind)
             doubts.misplaced_experiment(self.assembly.warn, d.notes, f"`{d.name}`")
