@@ -369,8 +369,8 @@ def flow(root: Expr) -> Expr:
     return _forward(order, seeds)[root]
 
 
-def der(root: Expr) -> Expr:
-    """Total time derivative of a position-level expression.
+def der(root: Expr, rates: Callable[[Expr], Expr | None] = lambda leaf: None) -> Expr:
+    """Total time derivative of an expression of positions, and of leaves that have ``rates``: states.
 
     Raises
     ------
@@ -382,6 +382,8 @@ def der(root: Expr) -> Expr:
     for leaf, partial in zip(variables, diff(root, *variables), strict=True):
         if leaf.op == "time":
             rate: Expr = const(1.0)
+        elif (known := rates(leaf)) is not None:
+            rate = known
         elif leaf.op == "coordinate" and (found := _rate(leaf)) is not None:
             rate = found
         else:
@@ -396,7 +398,7 @@ def _no_rate(leaf: Expr) -> str:
         return f"der() of a reaction of `{joint}`: reactions follow from the motion, their rates are not known"
     if leaf.op == "input":
         return f"der() of the input `{leaf.value}`: inputs may jump, their rates are not known"
-    return "der() takes a position or an angle; accelerations are results, they cannot be used in the model"
+    return "der() takes a position or an angle: accelerations cannot be used; filter the velocity, `der(y) = (v - y)/T`"
 
 
 def substitute(root: Expr, replacement: Callable[[Expr], Expr | None]) -> Expr:

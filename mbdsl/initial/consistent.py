@@ -28,6 +28,7 @@ from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.mirrored_poses import mirrored, unmirrored
 from mbdsl.initial.misfits import check_tangents
 from mbdsl.initial.placement import place
+from mbdsl.initial.steady_states import steady
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.given_attitudes import for_assembly
@@ -115,6 +116,9 @@ def initial_state(
     """
     metric = Metric(system, members)
     q, v, (notes, turned) = _assembled(system, graph, t, metric, relax, static, until)
+    if system.scene.states():
+        begin(system, t, q, v)
+        v = steady(system, t, q, v)
     return replace(state_at(system, t, q, v), notes=notes, turned=turned)
 
 

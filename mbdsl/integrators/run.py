@@ -218,7 +218,7 @@ class MethodRun(RunState):
     def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """v, a and lam behind the event at the start."""
         assert self.events.set is not None
-        v = self.events.set.begin(self.start, q, v, self.left_out)
+        v = self.events.set.begin(self.start, self.stop, q, v, self.left_out)
         if self.events.set.acted:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
         return v, a, lam

@@ -60,8 +60,8 @@ class Names(ABC):
         """Warn if ``value`` is probably in degrees; where nothing else is said, do not."""
         return
 
-    def rate(self, value: Quantity) -> Quantity | None:
-        """The derivative of a state of the model; None of other values."""
+    def rate(self, leaf: symbolic.Expr) -> symbolic.Expr | None:
+        """The derivative of a leaf that is a state of the model; None of other leaves."""
         return None
 
     def function_names(self) -> list[str]:
@@ -249,10 +249,8 @@ def _der(arguments: list[s.Expression], scope: Names) -> Value:
     dimension = None
     if inner.dimension is not None:
         dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
-    if (found := scope.rate(inner)) is not None:
-        return found
     try:
-        rate = symbolic.der(symbolic.expr(inner.value))  # type: ignore[arg-type]
+        rate = symbolic.der(symbolic.expr(inner.value), scope.rate)  # type: ignore[arg-type]
     except ValueError as problem:
         raise ModelError(str(problem)) from None
     return Quantity(rate, dimension)

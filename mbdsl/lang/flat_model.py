@@ -106,7 +106,10 @@ class Assembly:
             circle = names[list(self._active).index(key) :]
             shown = " -> ".join(name for name, _ in [*circle, circle[0]])
             notes = tuple((f"{name} is defined here", span_of(where)) for name, where in circle[1:] if where)
-            raise ModelError(f"cyclic definition: {shown}", span_of(circle[0][1]), notes=notes[:5])
+            varies = any(isinstance(x, Slot) and not x.constant for x in [*self._active][-len(circle) :])
+            name = circle[0][0].strip("`")
+            hint = f"break the circle by a state, `der(y) = ({name} - y)/T`, or by `pre({name})` in a `when`"
+            raise ModelError(f"cyclic definition: {shown}", span_of(circle[0][1]), hint if varies else None, notes[:5])
         self._active[key] = (label, at)
         try:
             with placed(at):
@@ -331,13 +334,15 @@ class Assembly:
                 frames[frame.name] = frame
             elif frame is not None:
                 aliases[member.name] = frame.name
-        initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
+        initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn, self.states).values())
         if self.states:
+            for state, rate, description in self.states.variables():
+                variables[state], descriptions[state] = rate, description
             components |= self.states.components(self.ground.frames["c"])
             frames |= self.states.frames()
             initial = (*initial, *self.states.initial({x.name: x for x in initial}))
         if self._steady is not None:
-            check_steady(self._steady, initial)
+            check_steady(self._steady, initial, {self.states.value(x) for x in self.states})
         self._doubt_names()
         self._note_passed()
         components = turned_by_joints(components, frames)

@@ -39,6 +39,7 @@ TOKEN = re.compile(
 )
 _BLANK = re.compile(f"[{BLANKS}]*")
 MODEL_FOLLOWS = re.compile(r"\s+(?:partial\s+)?model\b")
+EMPTY = re.compile(r"\s*\(\s*\)")  #: of `initial()`, a function
 #: `guess` and `fixed` are words of the initial section if a name follows; `Frame fixed annotation(...)` declares a name
 A_NAME_FOLLOWS = re.compile(rf"[{BLANKS}]+(?!(?:{'|'.join(sorted(KEYWORDS))})\b)[A-Za-z_]")
 _NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
@@ -139,7 +140,7 @@ def scan(source: Source) -> Iterator[Token]:
 
 def _word(word: str, text: str, end: int, in_brackets: bool) -> str:
     """The terminal of a word that ends at an offset; ``end`` in the brackets of indices is the last index."""
-    if word in KEYWORDS:
+    if word in KEYWORDS and not (word == "initial" and EMPTY.match(text, end)):
         return "LAST" if word == "end" and in_brackets else word.upper()
     soft = word in ("guess", "fixed") and A_NAME_FOLLOWS.match(text, end) is not None
     soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)

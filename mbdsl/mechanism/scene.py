@@ -138,6 +138,11 @@ class Component:
         return isinstance(self.kind, BodyKind) and self.kind.coordinates_of is not None
 
 
+def is_state(component: Component) -> bool:
+    """Whether a component with a coordinate is a state, and not a body."""
+    return component.kind.variant == STATE
+
+
 @dataclass(frozen=True)
 class InitialValue:
     """``target`` = ``value`` at the start: exactly if ``fixed``, else as a guess that the assembly may change."""
@@ -442,9 +447,10 @@ class Scene:
         Returns
         -------
         list of Component
-            In the order of their declaration.
+            In the order of their declaration, the states last.
         """
-        return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        found = [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        return sorted(found, key=lambda c: c.kind.variant == STATE)
 
     def signals(self) -> dict[str, Expr]:
         """Signals of all components, and the variables; those of frames are not listed.

@@ -118,6 +118,8 @@ def find_dependents(content: DraftContent, names: Sequence[str]) -> list[str]:
         entries = content.entries.items()
         direct = {key for key, e in entries if _declaration_refers(e.declaration, to, content.spatial)}
         direct |= set(_attached(content, to))
+        rates = {item.left: item for item in content.rates if _refers(item, to)}
+        direct |= {key for key, e in entries if any(_refers(left, e.declaration) for left in rates)}
         direct -= {*found, *names}
         found |= direct
         pending += [content.entries[key].declaration for key in direct]
@@ -143,6 +145,7 @@ def without(content: DraftContent, gone: set[str]) -> DraftContent:
         content,
         entries={key: e for key, e in content.entries.items() if key not in gone},
         connections=[item for item in content.connections if stays(item)],
+        rates=[item for item in content.rates if stays(item)],
         initial=[item for item in content.initial if stays(item)],
         settings={key: a for key, a in content.settings.items() if stays(a)},
     )

@@ -224,7 +224,7 @@ def _cut(graph: MechanismGraph, owner: dict[str, int], k: int) -> Scene:
 
 def _part(graph: MechanismGraph) -> Part:
     """A part; it is kinematic if, by counting, the constraints alone determine the motion."""
-    if graph.coordinates != graph.rows or graph.velocity_rows:
+    if graph.coordinates != graph.rows or graph.velocity_rows or graph.states:
         return Part(graph)
     scene = graph.scene
     components = {}
