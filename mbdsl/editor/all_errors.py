@@ -69,8 +69,8 @@ def find(text: str, file: str, read: Callable[[str], Scene]) -> tuple[list[Mbdsl
         if problem.span is not None and key_of(problem.span.file) == key_of(file):
             line = "".join(lines[problem.span.line - 1 : problem.span.line])
             problem.span = replace(problem.span, text=line)  # without the blanks
-    here = (p for p in problems if p.span is not None)
-    return sorted(here, key=lambda p: (p.span.line, p.span.column)) or problems, None  # type: ignore[union-attr]
+    here = [(p.span.line, p.span.column, k) for k, p in enumerate(problems) if p.span is not None]
+    return [problems[k] for _, _, k in sorted(here)] or problems, None
 
 
 def _models(text: str) -> bool:

@@ -17,7 +17,7 @@ NOTHING, TOP, STATEMENT, TYPE, BASE, END, MEMBER, UNIT, ARGUMENT, VALUE, FRAME, 
 )
 DECLARATIONS, EQUATIONS, INITIAL = "declarations", "equations", "initial values"
 
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z|\Z")
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 #: a unit that is being typed, after its number
 _UNIT = re.compile(rf"(?<![A-Za-z0-9_.])(?:{NUMERAL.pattern}|\}})[ \t]+([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
 _TOUCHING = re.compile(rf"(?<![A-Za-z0-9_.]){NUMERAL.pattern}([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
@@ -66,7 +66,8 @@ class Context:
 def context(text: str, offset: int) -> Context:
     """The context of an offset."""
     before = text[:offset]
-    start = _WORD.search(before).start()  # type: ignore[union-attr]
+    word = _WORD.search(before)
+    start = offset if word is None else word.start()
     tokens = list(lexer.pieces(before))
     if tokens and not tokens[-1].closed:
         if tokens[-1].kind != lexer.STRING:
