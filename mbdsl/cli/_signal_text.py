@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.mechanism.scene import Scene
@@ -134,5 +134,5 @@ def _slices(before: str, after: str | None, runs: Sequence[Sequence[int]]) -> li
 def _wrapped(head: str, text: str, indent: int) -> list[str]:
     width = text_width(COLUMNS)
     indent = indent if indent < width // 2 else 4
-    options = {"subsequent_indent": " " * indent, "break_long_words": False, "break_on_hyphens": False}
-    return textwrap.wrap(head + text, max(40, width), **options) or [head.rstrip()]  # type: ignore[arg-type]
+    options: dict[str, Any] = {"subsequent_indent": " " * indent, "break_long_words": False, "break_on_hyphens": False}
+    return textwrap.wrap(head + text, max(40, width), **options) or [head.rstrip()]

@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.simulation.result_expressions import with_expressions
     from mbdsl.simulation.stored_extremes import of_result
 
-    patterns = values.patterns(args.signals) if args.signals else []
+    patterns = values.signals(args) or []
     opened = open_result(args.result)
     result = with_expressions(opened, patterns)
     chosen = result.names[:MOST]
@@ -120,7 +120,7 @@ def _add(known: Range, values: np.ndarray, first: bool) -> None:
 def _head(path: str, result: Result, content: Content, units: str) -> list[str]:
     meta = result.layout.meta
     status = "complete" if meta.get("complete", True) else f"incomplete: {meta.get('status', 'the run has not ended')}"
-    lines = [f"{visible(path, line=True)}: {_bytes(os.path.getsize(path))}, {status}"]
+    lines = [values.written(path, f"{_bytes(os.path.getsize(path))}, {status}")]
     for key in ABOUT:
         if (value := meta.get(key)) not in (None, ""):
             text = f"mbdsl {value}" if key == "version" else _value(key, value)

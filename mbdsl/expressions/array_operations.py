@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +14,7 @@ from mbdsl.numerics.piecewise_cubic import piecewise
 Array = NDArray[np.float64]
 
 #: the operations of expressions on arrays
-ARRAY_OPERATIONS = {
+ARRAY_OPERATIONS: dict[str, Callable[..., Any]] = {
     **OPERATIONS,
     "div": np.divide,
     "pow": np.power,

@@ -442,7 +442,7 @@ def evaluate(
     leaf: Callable[[Expr], object],
     operations: dict[str, Callable] = OPERATIONS,
     table: Callable[[object, int, object], object] | None = None,
-    angle: Callable[[Expr, object, object, object], object] | None = None,
+    angle: Callable[..., object] | None = None,
 ) -> list:
     """Values of ``roots`` given the value of every leaf; works on arrays with array ``operations``.
 

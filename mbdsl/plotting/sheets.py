@@ -6,9 +6,9 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 
 from mbdsl.plotting import bars, svg
+from mbdsl.plotting.documents import asset
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
 from mbdsl.plotting.figures import Bars, Figure
@@ -32,7 +32,7 @@ text { fill: #1f2328; font: 13px system-ui, "Segoe UI", "DejaVu Sans", sans-seri
 @cache
 def _style() -> str:
     """The rules of pages for pictures, in the colours of light paper."""
-    text = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
+    text = asset("page.css")
     rules = text[text.index("/* pictures */") : text.index("/* pages */")].partition("\n")[2]
     colours = dict(re.findall(r"--(\w+): (#\w+)", text.partition("@media")[0]))
     return STYLE + re.sub(r"var\(--(\w+)\)", lambda found: colours[found[1]], rules)

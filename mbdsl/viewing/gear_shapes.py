@@ -190,7 +190,7 @@ def _law(c: Component, motion: Motion, angle: Array) -> Array:
         return angle if leaf is turning else 0.0
 
     with np.errstate(all="ignore"):
-        (found,) = evaluate([law], at, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+        (found,) = evaluate([law], at, ARRAY_OPERATIONS, table_value)
     return np.broadcast_to(np.asarray(found, float), angle.shape)
 
 

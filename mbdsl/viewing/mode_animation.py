@@ -99,7 +99,7 @@ class ModeAnimation(SavedPage):
         return drawn_of(self.shapes.together())
 
     @cached_property
-    def html(self) -> str:  # type: ignore[override]
+    def html(self) -> str:
         """The page as the text of one HTML file."""
         rest = self.shapes.rest
         about = [("model", self.scene.name), ("state", self._about), ("modes", str(len(self.rows)))]

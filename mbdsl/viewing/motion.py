@@ -123,11 +123,15 @@ def chosen_rows(t: Array, most: int) -> NDArray[np.int64]:
     """Rows of at most ``most`` times (N,) that are evenly distributed over the duration, first and last included."""
     if len(t) <= most:
         return np.arange(len(t))
-    even = np.linspace(t[0], t[-1], most)
-    after = np.searchsorted(t, even).clip(1, len(t) - 1)
-    rows = np.where(even - t[after - 1] <= t[after] - even, after - 1, after)
+    rows = nearest(t, np.linspace(t[0], t[-1], most))
     rows[-1] = len(t) - 1
     return np.unique(rows)
+
+
+def nearest(t: Array, wanted: Array) -> NDArray[np.int64]:
+    """The rows of at least two times (N,) that are the nearest to the wanted ones."""
+    after = np.searchsorted(t, wanted).clip(1, len(t) - 1)
+    return np.where(wanted - t[after - 1] <= t[after] - wanted, after - 1, after)
 
 
 def frames_of_bodies(scene: Scene) -> dict[str, list[str]]:

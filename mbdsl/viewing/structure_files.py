@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 
+from mbdsl.plotting.documents import document, sheet
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.pictures import draw
 from mbdsl.storage.output_files import suffix_of, write_text
-from mbdsl.viewing.documents import document, sheet
 from mbdsl.viewing.structure import Structure
 from mbdsl.viewing.structure_svg import style, svg
 from mbdsl.viewing.structure_text import text

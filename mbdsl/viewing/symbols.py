@@ -148,12 +148,13 @@ def placed(items: Sequence[Item], a: Frame, b: Frame, motion: Tracks) -> tuple[I
     """Items of a template between frames; strokes are from the smallest to the largest distance of the frames."""
     at: dict[Frame, Frame] = {A: a, B: b}
     length = motion.apart(a, b)
-    stroke = {"low": float(length.min()), "high": float(length.max())}
+    stroke: dict[str, Any] = {"low": float(length.min()), "high": float(length.max())}
 
     def one(item: Item) -> Item:
         assert not isinstance(item, Beam)
-        own = {"at": tuple(at[frame] for frame in item.at)}
-        return replace(item, **own, **(stroke if isinstance(item, Path) and item.state else {}))  # type: ignore[arg-type]
+        if isinstance(item, Circle):
+            return replace(item, at=(at[item.at[0]],))
+        return replace(item, at=tuple(at[frame] for frame in item.at), **(stroke if item.state else {}))
 
     return tuple(one(item) for item in items)
 

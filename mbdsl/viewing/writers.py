@@ -1,24 +1,20 @@
-"""Writers of the marks of a picture: SVG, pixels by Pillow, and PDF by matplotlib."""
+"""Writers of the marks of a picture: SVG, of which matplotlib makes PDF, and pixels by Pillow."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.picture_files import drawn
 from mbdsl.plotting.series_styles import LIGHT_PAPER
 from mbdsl.viewing.marks import DASH, Array, Disc, Mark, Text
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from PIL import Image, ImageDraw
 
 FINE = 2  #: pixels drawn for each pixel of the picture, per direction: smooth edges
-LETTERS = {"font.family": ["DejaVu Sans"]}
 
 
 # -- SVG ---------------------------------------------------------------------------------------------------------------
@@ -43,12 +39,12 @@ def svg_element(mark: Mark) -> str:
     return f'<path {look} d="{"".join(ways)}"/>'
 
 
-def svg(marks: Sequence[Mark], width: int, height: int) -> bytes:
+def svg(marks: Sequence[Mark], width: int, height: int) -> str:
     """An SVG file on light paper."""
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
     head += f'height="{height}" stroke-linejoin="round" stroke-linecap="round">'
     paper = f'<rect width="100%" height="100%" fill="{LIGHT_PAPER}"/>'
-    return "\n".join((head, paper, *map(svg_element, marks), "</svg>\n")).encode()
+    return "\n".join((head, paper, *map(svg_element, marks), "</svg>\n"))
 
 
 # -- pixels ------------------------------------------------------------------------------------------------------------
@@ -108,38 +104,3 @@ def _text(draw: ImageDraw.ImageDraw, mark: Text) -> None:
     except TypeError:  # before Pillow 10.1: a font of one size, too small here
         return
     draw.text((FINE * mark.x, FINE * mark.y), mark.words, fill=mark.colour, font=font, anchor="lm")
-
-
-# -- PDF ---------------------------------------------------------------------------------------------------------------
-def pdf(marks: Sequence[Mark], width: int, height: int) -> bytes:
-    """A PDF file.
-
-    Raises
-    ------
-    UsageError
-        If matplotlib is not installed.
-    """
-    stream = io.BytesIO()
-    with drawn(stream, ".pdf", (width / 96, height / 96), 96.0, LETTERS, ".svg and .html") as figure:
-        ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        ax.set(xlim=(0.0, width), ylim=(height, 0.0))
-        ax.set_axis_off()
-        for mark in marks:
-            _patch(ax, mark)
-    return stream.getvalue()
-
-
-def _patch(ax: Axes, mark: Mark) -> None:
-    from matplotlib.patches import Circle, PathPatch
-    from matplotlib.path import Path
-
-    if isinstance(mark, Text):
-        ax.text(mark.x, mark.y, mark.words, color=mark.colour, fontsize=0.72 * mark.size, va="center")
-        return
-    look = {"facecolor": mark.fill or "none", "edgecolor": mark.stroke or "none", "linewidth": 0.75 * mark.width}
-    if isinstance(mark, Disc):
-        ax.add_patch(Circle((mark.x, mark.y), mark.radius, **look))
-        return
-    ways = [Path(np.concatenate([p, p[:1]]) if mark.closed else p, closed=mark.closed) for p in mark.parts]
-    look["linestyle"] = (0, DASH) if mark.dashed else "solid"
-    ax.add_patch(PathPatch(Path.make_compound_path(*ways), capstyle="round", joinstyle="round", **look))
