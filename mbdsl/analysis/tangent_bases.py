@@ -121,7 +121,7 @@ class Moving:
             if of_positions(e) and e.op != "atan2"
             if not (c.kind.name == "FreeMotion" and key in ("x", "y") and self._of_a_beam(e))
         ]
-        bodies = [coordinate(f"{b.name}.c", key) for b in scene.bodies() for key in named_coordinates(b)]
+        bodies = [coordinate(f"{b.name}.c", key) for b in scene.with_coordinates() for key in named_coordinates(b)]
         bodies = [e for e in bodies if not self._of_a_beam(e)]
         chosen: list[Expr] = []
         turned: list[int] = []

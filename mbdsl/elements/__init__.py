@@ -86,7 +86,7 @@ def find(name: str, spatial: bool = False) -> Kind | None:
 def declaring(kind: Kind) -> Declared:
     """The kernels of a kind, and what else its file has for it."""
     if kind.variant:
-        return of_variant(kind.variant)
+        return of_variant(kind.variant, kind.spatial)
     found = _of_name(kind.name, kind.spatial)
     if found is None:
         raise LookupError(f"no file of mbdsl.elements declares the kind {kind.name}")
@@ -94,8 +94,8 @@ def declaring(kind: Kind) -> Declared:
 
 
 @cache
-def of_variant(name: str) -> Declared:
-    """A variant of a kind in space: of its own file, or of a joint with its first rows in other axes."""
+def of_variant(name: str, spatial: bool) -> Declared:
+    """A variant of a kind: of its own file, or of a joint in space with its first rows in other axes."""
     base = name.removesuffix("_in_axes")
     if base == name:
         from mbdsl.elements import sliding_friction
@@ -103,7 +103,7 @@ def of_variant(name: str) -> Declared:
         if name in sliding_friction.MOTIONS:
             return Declared(sliding_friction.MOTIONS[name], sliding_friction)
         file = importlib.import_module(f"{__name__}.{name}")
-        return Declared(file.IN_SPACE, file)
+        return Declared(file.IN_SPACE if spatial else file.KIND, file)
     found = loaded(f"{_package(True)}.{base}")
     return Declared(found.KIND.in_axes(name), found.file)  # type: ignore[attr-defined]
 
@@ -112,7 +112,7 @@ def loaded(name: str) -> Declared:
     """What has this ``__name__``."""
     file, spatial = name.rpartition(".")[2], name.startswith(f"{_package(True)}.")
     found = _of_file(file, spatial)
-    return of_variant(file) if found is None else found
+    return of_variant(file, spatial) if found is None else found
 
 
 def _of_name(name: str, spatial: bool = False) -> Declared | None:
@@ -120,7 +120,7 @@ def _of_name(name: str, spatial: bool = False) -> Declared | None:
     if not spatial and modules.cache_info().currsize:
         return modules().get(name)
     found = _of_file(file_of(name), spatial) if name.isidentifier() else None
-    return found if found is not None and found.KIND.name == name else None
+    return found if found is not None and found.KIND.name == name and not found.KIND.variant else None
 
 
 def _of_file(file: str, spatial: bool) -> Declared | None:

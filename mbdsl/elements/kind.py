@@ -200,7 +200,7 @@ class Kind:
         from mbdsl.elements import declaring, find
 
         if self.variant and declaring(self).KIND is self:
-            return _variant, (self.variant,)
+            return _variant, (self.variant, self.spatial)
         return (
             (_named, (self.name, self.spatial))
             if find(self.name, self.spatial) is self
@@ -208,10 +208,10 @@ class Kind:
         )
 
 
-def _variant(file: str) -> Kind:
+def _variant(file: str, spatial: bool) -> Kind:
     from mbdsl.elements import of_variant
 
-    return of_variant(file).KIND  # type: ignore[no-any-return]
+    return of_variant(file, spatial).KIND  # type: ignore[no-any-return]
 
 
 @dataclass(eq=False, repr=False)

@@ -45,7 +45,7 @@ def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | Non
     if not 0 < light.shape[1] <= MOST:
         return None
     light = light / system.tables.scale[:, None]
-    owners = [body.name for body in system.scene.bodies() for _ in body.coordinates]
+    owners = [body.name for body in system.scene.with_coordinates() for _ in body.coordinates]
     whole = _whole_bodies(light, system.tables.scale, owners)
     J = _significant(system.velocity_jacobian(t, q, v), light, whole)
     size = np.linalg.norm(J, axis=1, keepdims=True)

@@ -12,6 +12,7 @@ progress of time. No step has a solution there, however short, and the run stops
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable, Iterator, Sequence
 from itertools import dropwhile
 from typing import Any, NamedTuple
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
+from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.switch_location import LEFT
 from mbdsl.integrators.run_state import RunState
@@ -103,6 +105,8 @@ class Events:
         self.system: System = run.system
         self.times: list[float] = []
         self.rounding: list[float] = []
+        #: the when-equations of the model; None if it has none
+        self.set: EventSet | None = EventSet(self.system) if self.system.scene.events else None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -141,13 +145,13 @@ class Events:
     def begin(self, t: float, q: Array, v: Array, lam: Array) -> None:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
-        if switches:
+        if switches or self.set is not None:
             integers[S.WATCHING] = True
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
             integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
             integers[S.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
-            self._known = self.system.time_events(t, run.stop, corners=declared(run.method).order > 2)
+            self._known = self._times(t)
             self._next(t)
             reals[S.STEP_SIZE] = run.h = min(run.h, reals[S.NEXT_EVENT] - t)
 
@@ -157,12 +161,16 @@ class Events:
         later = (x - before for x in self._known)
         self.run.reals[S.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
 
+    def _times(self, t: float) -> Iterator[float]:
+        """The times of events after t that are known in advance [s]."""
+        known = self.system.time_events(t, self.run.stop, corners=declared(self.run.method).order > 2)
+        return known if self.set is None else heapq.merge(known, self.set.ticks(t, self.run.stop))
+
     def rejoin(self) -> None:
         """Generate the known times that are still to come, after the run was restored from a checkpoint."""
         run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.NEXT_EVENT]
         if due < np.inf:
-            known = self.system.time_events(run.start, run.stop, corners=declared(run.method).order > 2)
-            self._known = dropwhile(lambda x: x - before <= due, known)
+            self._known = dropwhile(lambda x: x - before <= due, self._times(run.start))
 
     def resume(self) -> None:
         """Set the signature of the switches after a change of inputs."""
@@ -214,7 +222,18 @@ class Events:
         except InitialisationError:
             return self.no_accelerations(t, q, v), None
         new = system.switches(t, q, v, lam)
-        integers[S.SIGNATURE] = combined(new)
+        if self.set is not None:
+            before = v
+            try:
+                v = self.set.act(t, q, v, run.left_out)
+                if v is not before:
+                    q, v = onto_constraints(system, t, q, v, run.left_out)
+                a, lam = accelerations(system, t, q, v, run.left_out)
+            except InitialisationError:
+                return self.no_accelerations(t, q, v), None
+            for at, value in self.set.numbers().items():
+                run.numbers[at] = value
+        integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         integers[S.EVENTS] += 1
         self.times.append(t)
         self.rounding.append(self._of_rounding(t, q, v, a - old_a, known))
@@ -222,6 +241,8 @@ class Events:
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         status = self._known_progress(t) if timed else self._progress(t, new)
+        if self.set is not None:
+            status = self.set.status or (S.RUNNING if known else status)
         return status, Restart(t, q, v, a, lam, longest)
 
     def _of_rounding(self, t: float, q: Array, v: Array, jump: Array, known: bool) -> float:

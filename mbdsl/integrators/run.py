@@ -164,6 +164,8 @@ class MethodRun(RunState):
         self.left_out = left_out
         self.mark_left_out()
         controlled = self.controlled
+        if t is None and self.tol is not None and self.events.set is not None:
+            v, a, lam = self._act_at_start(q, v, a, lam)
         system, t0, vectors = self.system, self.start if t is None else t, self.vectors
         n, scale = system.n, system.tables.scale
         method = modules()[self.method].METHOD
@@ -191,6 +193,9 @@ class MethodRun(RunState):
             jerk, fa_rate = np.zeros(n), np.zeros(n)
         if t is None:
             self.numbers[self.counters] = system.tables.numbers[self.counters]
+            if self.tol is not None and self.events.set is not None:
+                for at, value in self.events.set.numbers().items():
+                    self.numbers[at] = value
         in_charts = system.into_charts(q, self.numbers)
         vectors[L.POSITION0, :n] = vectors[L.POSITION, :n] = in_charts
         vectors[L.VELOCITY0, :n] = vectors[L.VELOCITY, :n] = v
@@ -209,6 +214,14 @@ class MethodRun(RunState):
         self.layout[L.KEEP] = 1
         self.integers[S.HISTORY], self.integers[S.AIMED] = 1, 0
         self.keep_state()
+
+    def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
+        """v, a and lam behind the event at the start."""
+        assert self.events.set is not None
+        v = self.events.set.begin(self.start, q, v, self.left_out)
+        if self.events.set.acted:
+            a, lam = accelerations(self.system, self.start, q, v, self.left_out)
+        return v, a, lam
 
     def _rates_at(self, t: float, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """Applied forces, jerk and rate of the applied forces; those of the last call are kept."""

@@ -139,6 +139,8 @@ class Slot:
         self.doc = doc
         self.unit = unit
         self.constant = True
+        self.derived = False  #: whether an equation gives its derivative
+        self.discrete = False  #: whether a when-equation sets it
         self.inputs: tuple[Input, ...] = ()  # the inputs with this name
         self.display: tuple[Modifier, str] | None = None  # the attribute and the unit in which it is displayed
         self._make = make

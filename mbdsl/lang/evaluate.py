@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
@@ -29,23 +30,23 @@ class Budget:
             raise ModelError(f"evaluating the model takes more than {NODES} operations")
 
 
-class Names:
+class Names(ABC):
     """The meaning of names in an expression; where nothing else is said, there are values only."""
 
     __slots__ = ()
     budget: Budget
 
+    @abstractmethod
     def value(self, reference: s.Reference) -> Value:
         """Value of a name; raises ModelError if it has none here."""
-        raise NotImplementedError
 
     def apply(self, reference: s.Reference, argument: Value) -> Value | None:
         """``reference`` as a table at ``argument``; None if it is not a table."""
         return None
 
+    @abstractmethod
     def with_locals(self, names: dict[str, Value]) -> Names:
         """The same scope with additional names, as in a loop."""
-        raise NotImplementedError
 
     def last(self) -> Value:
         """The value of `end` in an index."""
@@ -56,7 +57,12 @@ class Names:
         return None
 
     def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
-        """Warn if ``value`` is probably in degrees."""
+        """Warn if ``value`` is probably in degrees; where nothing else is said, do not."""
+        return
+
+    def rate(self, value: Quantity) -> Quantity | None:
+        """The derivative of a state of the model; None of other values."""
+        return None
 
     def function_names(self) -> list[str]:
         """Names of the tables and functions."""
@@ -243,6 +249,8 @@ def _der(arguments: list[s.Expression], scope: Names) -> Value:
     dimension = None
     if inner.dimension is not None:
         dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
+    if (found := scope.rate(inner)) is not None:
+        return found
     try:
         rate = symbolic.der(symbolic.expr(inner.value))  # type: ignore[arg-type]
     except ValueError as problem:

@@ -18,6 +18,7 @@ from mbdsl.lang.connections import NotConnected, PortNode, connect
 from mbdsl.lang.display_units import declare
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget
+from mbdsl.lang.events import EventsOfModel
 from mbdsl.lang.flat_component import FlatComponent, is_body
 from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
 from mbdsl.lang.mistakes import doubts
@@ -26,6 +27,7 @@ from mbdsl.lang.scene_components import components_of
 from mbdsl.lang.scene_values import values_of
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, placed, span_of
+from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -80,6 +82,8 @@ class Assembly:
         self.plain: dict[Kind, tuple[dict, dict, set[str]]] = {}
         self.frames: list[FrameMember | PortNode] = []
         self.slots: list[Slot] = []
+        self.states = States(spatial)
+        self.events = EventsOfModel(self.states)
         self.ground: FlatComponent | None = None
         self.without: tuple[str, ...] = ()  #: effects to leave out
         self.library: Library | None = None  #: the files of a model that was read from a text
@@ -328,6 +332,10 @@ class Assembly:
             elif frame is not None:
                 aliases[member.name] = frame.name
         initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
+        if self.states:
+            components |= self.states.components(self.ground.frames["c"])
+            frames |= self.states.frames()
+            initial = (*initial, *self.states.initial({x.name: x for x in initial}))
         if self._steady is not None:
             check_steady(self._steady, initial)
         self._doubt_names()
@@ -351,6 +359,7 @@ class Assembly:
             warnings=tuple(self._warnings.values()),
             spatial=self.spatial,
             steady=self._steady is not None,
+            events=self.events.finished(),
             display=declare(display | declared_display.of_signals(self.parts.values())),
         )
 

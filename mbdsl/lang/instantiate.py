@@ -18,6 +18,7 @@ from mbdsl.lang.component_template import Template
 from mbdsl.lang.connections import PortNode
 from mbdsl.lang.entities import ComponentArray, Disabled, Entity, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop
+from mbdsl.lang.events import assigned
 from mbdsl.lang.flat_component import FlatComponent
 from mbdsl.lang.flat_model import Assembly, Positional
 from mbdsl.lang.frame_declarations import declared_frame
@@ -30,6 +31,7 @@ from mbdsl.lang.modifiers import Contexts, Modifiers, bind, coordinates_named, m
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, placed, span_of
+from mbdsl.lang.states import derived, target_of
 
 
 class Instance:
@@ -63,6 +65,9 @@ class Instance:
         blocks = (m.item for m in self.members if not isinstance(m.item, s.Declaration))
         self._classes: dict[int, str | tuple[s.Model, SourceUnit]] = {}  # of declarations, by their places in the tree
         self.looped = {name for item in blocks for name in declared_names(item)}
+        self._derivatives: list[tuple[s.Relation, Scope]] = []
+        self._derived = derived(self.content.equations)
+        self._set = assigned(self.content.equations)
 
     def build(self) -> None:
         """Make all entities that the model declares."""
@@ -78,6 +83,8 @@ class Instance:
         checks.refuse_unknown_elements(self)
         for item in self.content.equations:
             self._equation(item, self.scope)
+        for relation, scope in self._derivatives:
+            self.assembly.states.define(relation, scope)
         for item in self.content.initial:
             self._initial(item, self.scope)
 
@@ -151,7 +158,9 @@ class Instance:
             self._enter(d, looped, scope, lambda name, c, i: Disabled(name, d.at))
             return
         if kind == "value":
-            slot = make_slot(self.assembly, self.namespace, d, scope, given, self.level)
+            slot = make_slot(
+                self.assembly, self.namespace, d, scope, given, self.level, d.name in self._derived, d.name in self._set
+            )
             self.namespace.members[d.name] = slot
             return
         if "outer" in d.prefixes:
@@ -368,7 +377,12 @@ class Instance:
         if isinstance(item, s.Connect):
             doubts.misplaced_experiment(self.assembly.warn, item.notes, "the connection")
             self.assembly.connect(item.first, item.second, scope, item.at)
+        elif isinstance(item, s.When):
+            self.assembly.events.enter(item, scope)
         elif isinstance(item, s.Relation):
+            if target_of(item) is not None:
+                self._derivatives.append((item, scope))
+                return
             if not is_assertion(item):
                 raise checks.no_equation(item, equations.variable(item, self.around()))
             check_assertion(item, scope)

@@ -18,7 +18,8 @@ from mbdsl.lang.source import Source
 BLANKS = " \t\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000"
 KEYWORDS = frozenset(
     "model partial end extends import as parameter constant input final each inner outer connector public protected "
-    "initial equation for in loop if then elseif else connect annotation and or not true false".split()
+    "initial equation for in loop if then elseif else when elsewhen discrete connect annotation and or not true "
+    "false".split()
 )
 PUNCTUATION = {
     "(": "LPAR", ")": "RPAR", "{": "LBRACE", "}": "RBRACE", "[": "LSQB", "]": "RSQB", ";": "SEMICOLON",

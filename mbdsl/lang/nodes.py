@@ -185,6 +185,15 @@ class Nodes:
 
     if_equations = if_declarations
 
+    def when_equations(self, parts: list) -> s.When:
+        branches: list[tuple[s.Expression, list]] = []
+        for before, part in zip([None, *parts], parts[:-3], strict=False):
+            if isinstance(part, s.Expression) and isinstance(before, Token):
+                branches.append((part, []))
+            elif not isinstance(part, Token):
+                branches[-1][1].append(part)
+        return s.When(tuple((c, tuple(_flat(items))) for c, items in branches), at=_at(parts[0]))
+
     # -- equations ---------------------------------------------------------------------------------------------
 
     def connect(self, parts: list) -> s.Connect:

@@ -22,9 +22,17 @@ ATTRIBUTES = ("unit", "min", "max", "quantity", "displayUnit", "start", "fixed",
 
 
 def make_slot(
-    assembly: Assembly, namespace: Namespace, d: s.Declaration, scope: Scope, given: Modifier | None, level: int
+    assembly: Assembly,
+    namespace: Namespace,
+    d: s.Declaration,
+    scope: Scope,
+    given: Modifier | None,
+    level: int,
+    derived: bool = False,
+    set_: bool = False,
 ) -> Slot:
-    """The entity for a declared value; ``given`` is its modifier from outside the model."""
+    """The entity for a declared value; ``given`` is its modifier from outside the model. An equation gives its
+    derivative if it is ``derived``, a when-equation its value if it is ``set_``."""
     constant = bool(d.prefixes & {"parameter", "constant"})
     positional, own = bind(d.arguments, scope, level)
     if positional:
@@ -50,6 +58,8 @@ def make_slot(
         assembly, full, lambda: _evaluate(slot, d, scope, given, attributes, unit, namespace), d.at, d.doc, unit
     )
     slot.constant = constant
+    free = not constant and d.value is None and not valued and "input" not in d.prefixes
+    slot.derived, slot.discrete = free and derived, free and (set_ or "discrete" in d.prefixes)
     assembly.slots.append(slot)
     return slot
 
@@ -94,19 +104,41 @@ def _evaluate(
         value, at = attributes["start"].evaluate(), attributes["start"].value.at
         if "input" in d.prefixes:
             value, comes_in = attributes["start"].pick(value, len(sizes), namespace.contexts), True
-    elif "input" in d.prefixes:
-        value, at, comes_in = None, d.at, True
+        elif slot.derived or slot.discrete:
+            value = attributes["start"].pick(value, len(sizes), namespace.contexts)
+    elif "input" in d.prefixes or slot.derived or slot.discrete:
+        value, at, comes_in = None, d.at, "input" in d.prefixes
     else:
         word = "parameter" if slot.constant else "variable"
         raise ModelError(f"{word} {what} has no value", span_of(d.at), f"write `{d.name} = ...`")
     with placed(at):
-        if comes_in:
+        if value is None and d.type == "Boolean":
+            value = values.boolean(False)
+        if comes_in or slot.derived or slot.discrete:
             value = starts(value, dimension, sizes)
         assert value is not None
         value = _check(value, d, what, dimension, unit, sizes, attributes, e, slot.assembly)
         if comes_in:
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
+        elif slot.derived:
+            value = _state(slot, d, value, attributes, dimension)
+        elif slot.discrete:
+            value = slot.assembly.events.make(slot.name, d.type, value, slot.unit, d.doc, d.at)
     return value
+
+
+def _state(slot: Slot, d: s.Declaration, start: Value, attributes: Modifiers, dimension: Dimension | None) -> Value:
+    """The value of a state, from its start and its attributes."""
+    nominal, fixed = attributes.get("nominal"), attributes.get("fixed")
+    size = None
+    if nominal is not None and nominal.value is not None:
+        with placed(nominal.value.at):
+            what = f"`nominal` of `{slot.name}`"
+            size = argument_checks.number(argument_checks.fit(nominal.evaluate(), dimension, what, ""), what)  # type: ignore[arg-type]
+            if not size > 0.0:
+                raise ModelError(f"{what} is {size:g}, it must be positive")
+    kept = fixed is None or bool(getattr(fixed.evaluate(), "value", True))
+    return slot.assembly.states.make(slot.name, start, size, kept, d.doc, d.at)
 
 
 def _attributes(slot: Slot, attributes: Modifiers, unit: str) -> str:

@@ -99,8 +99,8 @@ def _tree(tokens: list[Token], start: str) -> Any:
 def _lark() -> Lark:
     """The parser of the grammar.
 
-    Lark makes its tables in 0.3 s; therefore they are kept in the cache folder, of which files are read only if nobody
-    else can have written them, for each version of the grammar, Lark and Python.
+    Lark needs 0.3 s to make its tables, so they are stored in the cache folder, for each version of the grammar, Lark
+    and Python. A stored table is read only if other users cannot write the file.
     """
     import lark
 

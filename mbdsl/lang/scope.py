@@ -104,6 +104,12 @@ class Scope(Names):
         if unit is not None and not driver and value.dimension in (None, units.dimension(unit)):
             doubts.hidden_signal(self.namespace.assembly.warn, name, owner.name, reference.at)
 
+    def rate(self, value: Quantity) -> Quantity | None:
+        """The derivative of a state of the model; None of other values."""
+        states = self.namespace.assembly.states
+        state = states.of(value)
+        return None if state is None else states.rate(state)
+
     def value_of(self, entity: Entity, reference: s.Reference) -> Value:
         if isinstance(entity, SignalEntity):
             if not self.varying:
@@ -164,7 +170,10 @@ class Scope(Names):
         return [*own, *(name for name, member in self.namespace.members.items() if isinstance(member, TableMember))]
 
     def call(self, e: s.Call) -> Value | None:
-        library = self.namespace.assembly.library
+        assembly = self.namespace.assembly
+        if (event := assembly.events.call(e, self)) is not None:
+            return event
+        library = assembly.library
         if library is None or e.function.at is None:
             return None
         found = library.unit_of(e.function.at[0].file).function(write(e.function))

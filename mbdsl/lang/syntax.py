@@ -285,6 +285,13 @@ class If(Item):
 
 
 @node
+class When(Item):
+    """``when condition then ... elsewhen condition then ... end when;``"""
+
+    branches: tuple[tuple[Expression, tuple[Item, ...]], ...]
+
+
+@node
 class Model(Node):
     """``model Name ... end Name;``"""
 

@@ -252,7 +252,7 @@ def build(scene: Scene) -> MechanismGraph:
     """
     grounds = [c for c in scene.components.values() if isinstance(c.kind, BodyKind) and not c.kind.coordinates]
     checks.ground_and_bodies(scene, grounds)
-    bodies = {c.name: c for c in scene.bodies()}
+    bodies = {c.name: c for c in scene.with_coordinates()}
     joints = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, JointKind))
     forces = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, ForceKind))
     # A law of the velocity of a body shows that the body is meant to move without being held.

@@ -17,7 +17,7 @@ def with_rows_in_axes(components: dict[str, Component], frames: Mapping[str, Fra
     """The components, with variants of the joints that are part of a closed loop."""
     looped = in_loops(components, frames)
     found = {name: c for name, c in components.items() if name in looped and c.kind.in_loops}
-    return components | {name: replace(c, kind=of_variant(c.kind.in_loops).KIND) for name, c in found.items()}
+    return components | {name: replace(c, kind=of_variant(c.kind.in_loops, True).KIND) for name, c in found.items()}
 
 
 def in_loops(components: Mapping[str, Component], frames: Mapping[str, Frame]) -> set[str]:

@@ -23,12 +23,15 @@ from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der,
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
+from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
+
+STATE = "state"  #: the variant of kinds of states
 
 
 @dataclass(frozen=True)
@@ -244,6 +247,8 @@ class Scene:
         Units and documentation of variables.
     inputs : mapping of str to Input
         Inputs.
+    events : Events
+        Discrete variables and when-equations.
     without : mapping of str to tuple of str
         Effects that are left out, and the components that would have them.
     aliases : mapping of str to str
@@ -273,6 +278,7 @@ class Scene:
     variables: Mapping[str, Expr] = field(default_factory=dict)
     descriptions: Mapping[str, Description] = field(default_factory=dict, compare=False)
     inputs: Mapping[str, Input] = field(default_factory=dict)
+    events: Events = field(default_factory=Events)
     without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Mapping[str, tuple[DrawnShape, ...]] = field(default_factory=dict)
@@ -310,6 +316,12 @@ class Scene:
         from mbdsl.mechanism.scene_tables import of_scene
 
         return of_scene(self)
+
+    @property
+    def number_starts(self) -> dict[str, float]:
+        """Inputs and discrete variables -> their values at the start."""
+        starts = {name: x.start for name, x in self.inputs.items()}
+        return starts | {name: x.start for name, x in self.events.variables.items()}
 
     @cached_property
     def _content(self) -> str:
@@ -410,7 +422,27 @@ class Scene:
         Returns
         -------
         list of Component
-            In the order of their declaration, without the ground.
+            In the order of their declaration, without the ground and without states.
+        """
+        return [c for c in self.with_coordinates() if c.kind.variant != STATE]
+
+    def states(self) -> list[Component]:
+        """Variables with a derivative, `der(x) = f`.
+
+        Returns
+        -------
+        list of Component
+            In the order of their declaration.
+        """
+        return [c for c in self.components.values() if c.kind.variant == STATE]
+
+    def with_coordinates(self) -> list[Component]:
+        """Bodies and states, which have the coordinates of the equations.
+
+        Returns
+        -------
+        list of Component
+            In the order of their declaration.
         """
         return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
 

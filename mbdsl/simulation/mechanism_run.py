@@ -21,6 +21,7 @@ from mbdsl.initial.shared_loads import undetermined
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
+from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step, loop_name
 from mbdsl.integrators.run import MethodRun
@@ -49,6 +50,8 @@ Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
 #: number of steps of the first run between two checks of its displacements
 GLANCE = 64
+#: tolerance of runs with fixed steps that end at events: no step is shortened because of its error
+LOOSE = 1e6
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 
 
@@ -137,7 +140,8 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
-        self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if plan.general else reduce(mechanism)
+        whole = plan.general or bool(scene.events)
+        self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
         self.system = build(scene, mechanism, plan.general)
@@ -153,7 +157,9 @@ class MechanismRun:
         self.gathered: Gathered | None = None
         self._failure = S.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
-        self._own_steps = plan.tol is not None or backend(plan.method) is not None  # different for each part
+        self._own_steps = (
+            plan.tol is not None or bool(scene.events) or backend(plan.method) is not None
+        )  # different for each part
         self._taken = 0
 
     def _built(self) -> tuple[list[System], list[System]]:
@@ -493,6 +499,12 @@ class MechanismRun:
         for p in self.parts:
             p.integration.change_inputs(inputs)
 
+    @property
+    def event_set(self) -> EventSet | None:
+        """The events of the present run; None of a model without when-equations."""
+        run = self.parts[0].integration if self.parts and self.system.scene.events else None
+        return run.events.set if isinstance(run, MethodRun) else None
+
     # -- from the parts to the scene ---------------------------------------------------------------------------
     def present(self) -> tuple[Array, Array, Array]:
         """Present q, v (n,) and lam (m + p,)."""
@@ -642,4 +654,7 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         from mbdsl.integrators.backends import External
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    return MethodRun(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows, keeps=keeps)
+    tol, longest = plan.tol, plan.longest
+    if tol is None and system.scene.events:  # steps of a fixed size, which events shorten
+        tol, longest = LOOSE, min(longest, plan.h)
+    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, rows=plan.rows, keeps=keeps)

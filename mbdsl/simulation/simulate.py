@@ -186,11 +186,11 @@ def _examine(
     inspect: Callable[[MechanismRun], None] | None,
 ) -> None:
     """Complete the results, or raise the error of a run that failed or is less accurate than it has to be."""
-    motion, run.done = run.motion, status == S.DONE
+    motion, run.done = run.motion, status in (S.DONE, S.TERMINATED)
     run.trajectory, run.states = trajectory, states = _collect(run, settings.tol, found, status, clock.seconds)
-    if run.done and run.stream is None and not settings.every and len(trajectory.t) <= settings.count:
+    if status == S.DONE and run.stream is None and not settings.every and len(trajectory.t) <= settings.count:
         raise RuntimeError(f"internal error: the finished run has {len(trajectory.t)} of {settings.count + 1} outputs")
-    if status not in (S.DONE, S.RUNNING):
+    if status not in (S.DONE, S.RUNNING, S.TERMINATED):
         raise failure(motion, trajectory, status)
     if run.stream is not None:
         run.stream.check(trajectory)
@@ -299,7 +299,7 @@ def _collect(
         "tol": tol,
         "error": found.error,
         "horizon": found.horizon,
-        "status": {S.DONE: "done", S.RUNNING: "interrupted"}.get(status, "failed"),
+        "status": {S.DONE: "done", S.TERMINATED: "done", S.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,
@@ -321,7 +321,9 @@ def _collect(
     for array in (t, q, v, lam):
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
-    trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out)
+    events = motion.event_set
+    numbers = {} if events is None else events.at(t)
+    trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out, numbers)
     trajectory._since = None if stream is None else plan.start
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
     if trajectory.find_steps is None and plan.every and stream is None:

@@ -95,14 +95,14 @@ class WholeScene:
         owner = {body: k for k, part in enumerate(self._parts) for body in part.tables.coordinates}
         found = []
         elsewhere = {body for flat in reduction.flattened for body in flat.motion.graph.bodies}
-        for body in system.scene.bodies():
+        for body in system.scene.with_coordinates():
             if body.name in elsewhere:
                 continue
             frame, keys = f"{body.name}.c", body.coordinates
             k = owner.get(reduction.scene.frames[frame].body)
             d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
             source: slice | list[Expr]
-            if k is not None and (count > len(RATE) or system.scene.spatial):  # these are not reduced
+            if k is not None and (count not in (2, len(RATE)) or system.scene.spatial):  # these are not reduced
                 own = self._parts[k].tables.coordinates[body.name]
                 source = slice(own, own + count)
             else:

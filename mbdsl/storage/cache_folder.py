@@ -1,9 +1,10 @@
 """The cache folder: machine code, tables of the parser and stored runs of studies. All can be computed again.
 
-``MBDSL_CACHE_DIR`` names it; the default is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. Machine code is executed
-without further checks, so nobody else may be able to write it: the folder is used if its path is absolute, it belongs
-to the user or to root, and others cannot write into it. mbdsl makes it with mode 0700. A process looks at the folder
-once; files of others in it are not read. On systems without owners (Windows) all folders are used.
+``MBDSL_CACHE_DIR`` names it; the default is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. mbdsl executes the
+machine code without further checks, so other users must not be able to write it: mbdsl uses the folder if its path is
+absolute, it belongs to the user or to root, and other users cannot write into it. mbdsl creates it with mode 0700. A
+process checks the folder once, and does not read files of other users in it. On systems without owners (Windows) all
+folders are used.
 
 If the folder cannot be used or written into, a private temporary folder replaces it for writing, which is removed when
 the process ends, and a line on standard error reports this. If that is impossible as well, nothing is stored. A failure
@@ -34,7 +35,7 @@ PROBE = 1 << 18  #: bytes, about the size of the largest object
 ATTEMPTS = 10  #: number of attempts to write a file while other processes clear the folder
 HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary folder to the processes that it starts
 
-OTHERS = stat.S_IWGRP | stat.S_IWOTH  #: permissions to write that nobody but the user may have
+OTHERS = stat.S_IWGRP | stat.S_IWOTH  #: write permissions of the group and of other users
 _SAFELY = 0  #: no links, and no waiting for the other end of a pipe
 for _name in ("O_CLOEXEC", "O_NOFOLLOW", "O_NONBLOCK", "O_NOCTTY", "O_BINARY"):
     _SAFELY |= getattr(os, _name, 0)

@@ -33,7 +33,7 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
 
     ``size`` is that of the mechanism [m], by which translations are scaled; default: the size of the scene.
     """
-    bodies = scene.bodies()
+    bodies = scene.with_coordinates()
     blocks = find_blocks(scene, general)
     coordinates: dict[str, int] = {}
     n = 0
@@ -75,6 +75,8 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
                     used[c.ports[port]] = None
             for root in expressions(block, c):
                 used |= dict.fromkeys(frames_in(root))
+    for root in scene.events.conditions:
+        used |= dict.fromkeys(frames_in(root))
     body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
     position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
     ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
@@ -103,7 +105,7 @@ def _fill(tables: Tables, size: float | None) -> None:
         tables.outgrown_from = 1.0 / COINCIDENT if parts else FAR
     tables.resize(size or parts or _extent(scene, Z[:ground]) or _of_start(scene) or 1.0)
 
-    starts = {name: x.start for name, x in scene.inputs.items()}
+    starts = scene.number_starts
     tables.multipliers = _multipliers(tables)
     tape = Tape(frames, scene.spatial, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
@@ -127,6 +129,8 @@ def _fill(tables: Tables, size: float | None) -> None:
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
+    for x in scene.events.conditions:
+        tape.add(x)
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
@@ -205,7 +209,7 @@ def _of_start(scene: Scene) -> float:
     """The largest initial position [m]; 0 if it is rounding beside the radii of gyration of bodies, as the positions of
     bodies that only turn are at the end of a run from which another one begins."""
     far = max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0)
-    inertias = [(np.abs(c.values.get("I") or 0.0).max(), c.values.get("m")) for c in scene.bodies()]
+    inertias = [(np.abs(c.values.get("I") or 0.0).max(), c.values.get("m")) for c in scene.with_coordinates()]
     radius = max((float(np.sqrt(I / m)) for I, m in inertias if m), default=0.0)
     return far if far > COINCIDENT * radius else 0.0
 

@@ -78,7 +78,7 @@ def values(
             return np.full(len(t), system.tables.first_angles.get(node, 0.0))
         if node.op == "input":
             name = str(node.value)
-            return inputs[name] if inputs and name in inputs else np.full(len(t), system.scene.inputs[name].start)
+            return inputs[name] if inputs and name in inputs else np.full(len(t), system.scene.number_starts[name])
         name, key = node.value  # type: ignore[misc]
         motion = system.scene.frames[name].motion
         if motion is not None:

@@ -578,7 +578,7 @@ class System:
 
     def names(self) -> list[str]:
         """A name for each coordinate, e.g. "crank.phi" (n,)."""
-        return [f"{b.name}.{key}" for b in self.scene.bodies() for key in b.coordinates]
+        return [f"{b.name}.{key}" for b in self.scene.with_coordinates() for key in b.coordinates]
 
     def constraint_names(self) -> list[str]:
         """A name for each constraint, e.g. "O.Phi[1]", and "skate.Gam[1]" for nonholonomic ones (m + p,)."""
@@ -603,7 +603,7 @@ class System:
     def _numbering(self) -> list[tuple[str, str, str]]:
         """Entries of q, Phi and Gam, the component that they belong to, and its coordinates or kind."""
         t, found = self.tables, []
-        for body in self.scene.bodies():
+        for body in self.scene.with_coordinates():
             first = t.coordinates[body.name]
             found.append((f"q[{first}:{first + len(body.coordinates)}]", body.name, ", ".join(body.coordinates)))
         for name, first in sorted(t.rows.items(), key=lambda item: item[1]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 
 from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting import html_tables
@@ -13,24 +14,24 @@ PICTURES = (".png", *VECTORS)
 HEIGHT = 560  #: of the frame in a notebook [px]
 
 
-class SavedPage:
+class SavedPage(ABC):
     """A page, and its film or picture; subclasses have ``html``, ``scene`` and ``_content``."""
 
     suffixes: tuple[str, ...] = (*PAGES, *FILMS)
 
     @property
+    @abstractmethod
     def html(self) -> str:
         """The page as the text of one HTML file."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def scene(self) -> Scene:
         """The model."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _content(self, suffix: str, width: int, height: int) -> bytes:
         """The content of a film or a picture."""
-        raise NotImplementedError
 
     def _repr_html_(self) -> str:
         """The page in a frame of its own, for notebooks."""

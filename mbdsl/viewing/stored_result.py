@@ -93,7 +93,7 @@ def _states(system: System, columns: dict, rates: bool, path: str | os.PathLike)
     """Coordinates or their rates (N, n), and whether all are known; missing rates are zero."""
     states = np.zeros((len(columns["time"]), system.n))
     missing = []
-    for c in system.scene.bodies():
+    for c in system.scene.with_coordinates():
         d = system.tables.coordinates[c.name]
         for k, key in enumerate(c.coordinates):
             flexible = key.startswith("q[")

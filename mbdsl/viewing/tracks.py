@@ -148,19 +148,19 @@ class Tracks:
 
     def positions(self, spot: Any) -> Array:
         """World positions (N, d) [m] of a frame."""
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} has no positions")
 
     def turned(self, spot: Any, vectors: Array) -> Array:
         """World components (N, d) of vectors (N, d) or (d,) in the axes of a frame."""
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} has no turned")
 
     def places(self, spots: Sequence[Any], row: int) -> Array:
         """The places and angles (n, 3) [m, m, rad] of n frames in a picture of a row of the motion."""
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} has no places")
 
     def displaced(self, spot: Any, u: NDArray[Any]) -> NDArray[Any]:
         """The displacement (d,) of a moving frame in the first row by those of tracks (T, 3 or 7), to first order."""
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} has no displaced")
 
     def along(self, a: Any, b: Any) -> Array:
         """The coordinates (N,) [m] of ``b`` along the x axis of ``a``."""

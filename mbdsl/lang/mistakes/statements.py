@@ -24,14 +24,11 @@ WORDS = {
     "type": 'mbdsl defines no types: write its own ones, as `Velocity v`, or `Real v(unit = "m/s")`',
     "encapsulated": "leave the word out: a model sees only its own file and its imports",
     "within": "mbdsl has no packages: leave the `within` clause out",
-    "when": "mbdsl has no event clauses: use an `if` expression in a law; for impacts a TranslationalStop, "
-    "RotationalStop or CircleContact",
     "while": "a function has one expression for each output, without loops; a model repeats components by "
     "`for i in 1:N loop ... end for;`",
     **dict.fromkeys(("redeclare", "replaceable", "constrainedby"), _MODIFIED),
     "output": "every quantity can be written out: use `mbdsl simulate --signals`",
     **dict.fromkeys(("flow", "stream", "expandable"), _CONNECTOR),
-    "discrete": "mbdsl has no discrete variables: use an `if` expression in a law",
     "external": "mbdsl calls no external code",
 }
 #: sections and words before a declaration; what follows them begins a statement
@@ -41,7 +38,7 @@ _ENDS = frozenset("SEMICOLON EQUATION LOOP THEN ELSE PUBLIC PROTECTED".split())
 _OF_A_NAME = frozenset("DOT LSQB EQUAL COMMA SEMICOLON".split())
 _FIRST = re.compile(r'(?:(?:initial|pure|impure)\s+)?(?P<word>[a-z]+)(?:\s+function)?\s*(?P<name>\w*)(?:\s*"[^"]*")?')
 #: first word of a block without a name -> its end
-_LASTS = {word: rf"\bend\s+{word}\s*;" for word in ("when", "while")} | {
+_LASTS = {word: rf"\bend\s+{word}\s*;" for word in ("while",)} | {
     "algorithm": r"\b(?=(?:initial\s+)?equation\b|public\b|protected\b|annotation\b|end\s+(?!if|for|while|when)\w+\s*;)"
 }
 _MBDYN = re.compile(

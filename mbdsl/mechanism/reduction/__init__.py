@@ -100,7 +100,7 @@ def _reduce(graph: MechanismGraph, planar: bool) -> Reduction:
         if found is not reduced.scene:
             found, more = _without_idle(found)
             notes += more
-            if not found.bodies():
+            if not found.with_coordinates():
                 return Reduction(graph, found, (), tuple(notes), found.initial)
             reduced = mechanism.build(found)
     groups = _groups(reduced)
@@ -112,7 +112,7 @@ def _reduce(graph: MechanismGraph, planar: bool) -> Reduction:
         if len(groups) > 1:
             notes.append(Note("split", tuple(group), "nothing joins it to the rest"))
         motion: PlanarMotion | Gyrostats | None = _planar(alone, notes) if scene.spatial and planar else None
-        if scene.spatial and planar and motion is None:
+        if scene.spatial and planar and motion is None and not alone.scene.states():
             motion, more = gyrostats(alone)
             notes += more
         if motion is None:
@@ -134,6 +134,10 @@ def _planar(graph: MechanismGraph, notes: list[Note]) -> PlanarMotion | None:
     A note says so. Another one says what prevents it, if all bodies are held in a plane.
     """
     bodies = tuple(graph.bodies)
+    if states := graph.scene.states():
+        why = "solved in space: states are not reduced to a plane"
+        notes.append(Note("kept", bodies, why, (states[0].name,), states[0].span))
+        return None
     try:
         motion = planar_motion(graph)
     except NotPlanar as problem:
@@ -156,7 +160,7 @@ def _solved(parts: list[Part]) -> list[Note]:
 
 def _without_idle(scene: Scene) -> tuple[Scene, list[Note]]:
     """Remove forces between bodies that do not move freely, which have no effect, and joints of these bodies only."""
-    bodies = {c.name for c in scene.bodies()}
+    bodies = {c.name for c in scene.with_coordinates()}
     idle = []
     for c in scene.components.values():
         if isinstance(c.kind, (ForceKind, JointKind)) and (c.ports or c.relations):

@@ -253,7 +253,7 @@ def _scene(scene: Scene, rotors: Sequence[Rotor]) -> Scene:
     gone = {x for r in rotors for x in (r.name, r.hinge.name)}
     components = {name: c for name, c in scene.components.items() if name not in gone}
     frames = {name: f for name, f in scene.frames.items() if f.body not in gone}
-    kind = of_variant("gyrostat").KIND
+    kind = of_variant("gyrostat", True).KIND
     for carrier, own in _groups(rotors).items():
         m, com, J = _together(scene, own)
         values: Mapping[str, Any] = {"m": m, "com": com, "J": J, "rotors": tuple((r.n, r.inertia) for r in own)}

@@ -38,7 +38,7 @@ SIGNATURES = {
     "scale": VECTOR,
     "twice": code_cache.Signature((VECTOR, "int", "float", "vector", "ints", "matrix", "int matrix"), "int"),
 }
-needs_compiler = pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
+needs_compiler = pytest.mark.skipif(not code_cache.enabled(), reason="MBDSL_NO_COMPILE=1: nothing is compiled")
 
 
 @pytest.fixture

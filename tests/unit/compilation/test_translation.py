@@ -18,7 +18,7 @@ from mbdsl.compilation.native_call import Signature
 from mbdsl.kernels import marks
 from mbdsl.storage import cache_folder
 
-needs_compiler = pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
+needs_compiler = pytest.mark.skipif(not code_cache.enabled(), reason="MBDSL_NO_COMPILE=1: nothing is compiled")
 HEAD = """
 import math
 from math import atan2, ceil, floor, hypot, log, pi

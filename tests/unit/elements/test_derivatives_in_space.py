@@ -39,7 +39,7 @@ CHOSEN = {
 SEEDS = {"Cam": 7}
 NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
 PAIRS = [m.KIND for m in modules(True).values() if isinstance(m.KIND, PairKind)]
-PAIRS += [of_variant(k.in_loops).KIND for k in PAIRS if k.in_loops]
+PAIRS += [of_variant(k.in_loops, True).KIND for k in PAIRS if k.in_loops]
 CONSTRAINTS = [k for k in PAIRS if isinstance(k, JointKind) and (k.rows or k.velocity_rows)]
 
 
@@ -174,7 +174,7 @@ def with_rotors(s):
     J = np.array(a.values["I"]) + sum(C * np.outer(n, n) for n, C in zip(axles, (0.7, 0.4), strict=True))
     rotors = tuple(zip(axles, (0.7, 0.4), strict=True))
     values = {"m": a.values["m"], "com": a.values["com"], "J": tuple(J.ravel()), "rotors": rotors}
-    components = dict(s.scene.components) | {"a": replace(a, kind=of_variant("gyrostat").KIND, values=values)}
+    components = dict(s.scene.components) | {"a": replace(a, kind=of_variant("gyrostat", True).KIND, values=values)}
     frames = dict(s.scene.frames) | {"a.q": replace(s.scene.frames["a.q"], rotor=2)}
     return build(replace(s.scene, components=components, frames=frames), NO_GRAPH)
 

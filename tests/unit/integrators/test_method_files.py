@@ -229,7 +229,7 @@ def test_errors_during_the_run(files, capsys, good, bad, message):
     assert "Traceback" in run(capsys, *given, "--debug")[2]
 
 
-@pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
+@pytest.mark.skipif(not code_cache.enabled(), reason="MBDSL_NO_COMPILE=1: nothing is compiled")
 def test_a_kernel_that_is_not_translated_has_a_line(files, capsys):
     files("euler.py", EULER.replace("    y = run.vectors\n", "    y = run.vectors\n    z = [1.0, h]\n"))
     words = ["simulate", ROOT / "models" / "pendulum.mbd", "--method", "euler.py", "--step", "1ms", "--stop", "0.1s"]
@@ -244,7 +244,7 @@ def test_a_kernel_that_is_not_translated_has_a_line(files, capsys):
     )
 
 
-@pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
+@pytest.mark.skipif(not code_cache.enabled(), reason="MBDSL_NO_COMPILE=1: nothing is compiled")
 def test_a_wrong_call_in_a_kernel_has_a_line(files, capsys):
     files("euler.py", EULER + "\n\n@kernel\ndef correct(k, h, run):\n    finish(h)\n    return 0.0\n")
     words = ["simulate", ROOT / "models" / "pendulum.mbd", "--method", "euler.py", "--step", "1ms", "--stop", "0.1s"]

@@ -358,12 +358,12 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
     from mbdsl.elements import kinds
     from mbdsl.elements.kind import PairKind
     from mbdsl.lang import units
-    from mbdsl.lang.evaluate import Budget, evaluate
+    from mbdsl.lang.evaluate import Budget, Names, evaluate
     from mbdsl.lang.flat_model import _COORDINATE_DIMENSION
     from mbdsl.lang.parser import parse_expression
     from mbdsl.lang.values import Quantity
 
-    class Names:
+    class Declared(Names):
         """Values with the units that the kind declares."""
 
         def __init__(self, kind):
@@ -381,6 +381,9 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
             signal = next((x for x in self.kind.signals if x.name == name), None)
             return Quantity(2.0) if signal is None else self.signal(signal)  # values that a kind derives have no unit
 
+        def with_locals(self, names):
+            return self
+
         def call(self, e):
             """angle(y, x, rate), a function of formulas only: that of the direction (x, y), with its turns."""
             y, x, rate = (evaluate(argument.value, self) for argument in e.arguments)
@@ -397,7 +400,7 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
         if isinstance(kind, PairKind):
             # reactions of rows have no formula
             for signal in (x for x in (*kind.signals, *getattr(kind, "reactions", ())) if x.formula):
-                found = Names(kind).signal(signal)
+                found = Declared(kind).signal(signal)
                 assert found.dimension in (None, units.dimension(signal.unit)), (kind.name, signal.name)
                 checked += found.dimension is not None
     assert checked > 40

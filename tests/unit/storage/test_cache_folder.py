@@ -26,7 +26,7 @@ from mbdsl.studies.store import Computed, Store
 OTHER = 12345  #: another user
 VERSION = "0.1.0-py311-0123456789abcdef"
 OBJECT = f"{VERSION}/mbdsl_some.o"
-needs_owners = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owners on this system")
+needs_owners = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows: files have no owners")
 
 
 @pytest.fixture
@@ -310,7 +310,7 @@ def run(code, tmp_path, *arguments, **environment):
 
 
 @needs_owners
-@pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
+@pytest.mark.skipif(not code_cache.enabled(), reason="MBDSL_NO_COMPILE=1: nothing is compiled")
 def test_a_full_disk_stops_nothing(tmp_path):
     """A limit of 0 bytes a file: the code is compiled and runs, one line says that it is not stored, no file is
     left."""

@@ -1,0 +1,249 @@
+"""Events of a model during a run: which when-equations act, and what they change.
+
+At one time there is one event. Conditions are evaluated with the values after the last change; a when-equation acts if
+a condition of it becomes true, the first such branch alone; and this is repeated until no discrete value changes. A
+condition that is true at the start has not become true (MLS 3.6, section 8.3.5), but for `initial()`, and a clock that
+ticks then. Actions are done in the order of the text, and `reinit` after all others of a round.
+
+A jump of a velocity signal s by reinit is an impulse along s:
+
+    [[M, J^T, 0], [J, 0, 0], [w^T, 0, 0]] [dv; .; .] = [0; 0; ds],   J = [Phi_q; Gam_v],   w = ds/dv
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError, Span
+from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.integrators.loop import loop_state as S
+from mbdsl.mechanism.events import INITIAL, Action, Branch
+from mbdsl.numerics.saddle_point import dense, least_squares
+from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
+from mbdsl.system.signals import gradients, values
+
+Array = NDArray[np.float64]
+ROUNDS = 100  #: most rounds of one event
+
+
+class Acted(NamedTuple):
+    """An event: its time [s], and the branches that acted."""
+
+    t: float
+    branches: tuple[Branch, ...]
+
+
+class EventSet:
+    """The discrete variables of a run, and what changes them.
+
+    Attributes
+    ----------
+    history : list of (t, tuple of float)
+        The values of all numbers of the model from each event on, in the order of ``names``.
+    acted : list of Acted
+        The events so far.
+    ended : str
+        The text of `terminate`, once it has acted.
+    failed : Action or None
+        An assertion that does not hold.
+    endless : list of Branch
+        The when-equations that act without end at one time.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system, self.events = system, system.scene.events
+        self.names = list(self.events.variables)
+        self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
+        self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
+        self._roots = [c for _, c in self._conditions]
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the start."""
+        self.values = {name: x.start for name, x in self.events.variables.items()}
+        self._was = np.zeros(len(self._roots), bool)
+        self.history: list[tuple[float, tuple[float, ...]]] = []
+        self.acted: list[Acted] = []
+        self.ended, self.endless = "", list[Branch]()
+        self.failed: Action | None = None
+        self._ticks = [0] * len(self.events.clocks)
+
+    # -- clocks --------------------------------------------------------------------------------------------------------
+
+    def ticks(self, t: float, stop: float) -> Iterator[float]:
+        """The ticks of all clocks after t, up to ``stop`` [s]; clocks that tick together do it once."""
+
+        def of(clock) -> Iterator[float]:
+            k = max(0, int((t - float(clock.start)) / float(clock.period)) - 1)
+            while (tick := clock.tick(k)) <= stop:
+                if tick > t:
+                    yield tick
+                k += 1
+
+        last = -np.inf
+        for tick in heapq.merge(*map(of, self.events.clocks)):
+            if tick > last:
+                yield tick
+            last = tick
+
+    def _due(self, t: float) -> list[str]:
+        """The clocks that tick up to time t and have not yet acted."""
+        due = []
+        for i, clock in enumerate(self.events.clocks):
+            if clock.tick(self._ticks[i]) <= t:
+                due.append(clock.name)
+                while clock.tick(self._ticks[i]) <= t:
+                    self._ticks[i] += 1
+        return due
+
+    # -- one event -----------------------------------------------------------------------------------------------------
+
+    def begin(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+        """The event at the start; the velocities (n,) behind it."""
+        self.reset()
+        self._put()
+        due = self._due(t)
+        self._was = self._truth(t, q, v, left_out)
+        return self._act(t, q, v, left_out, [INITIAL, *due])
+
+    def act(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+        """The event at time t in the state q, v (n,); the velocities behind it."""
+        return self._act(t, q, v, left_out, self._due(t))
+
+    def _act(self, t: float, q: Array, v: Array, left_out: tuple[int, ...], pulses: Sequence[str]) -> Array:
+        acted: list[Branch] = []
+        for name in pulses:
+            if name in self.values:
+                self.values[name] = 1.0
+        for _ in range(ROUNDS):
+            self._remember()
+            truth = self._truth(t, q, v, left_out)
+            rose, self._was = truth & ~self._was, truth
+            branches = self._rising(rose)
+            if not branches:
+                break
+            before = dict(self.values), v
+            v = self._do(branches, t, q, v, left_out)
+            acted += branches
+            if self.ended or self.failed is not None:
+                break
+            if self.values == before[0] and v is before[1]:
+                break
+        else:
+            self.endless = branches
+        for name in pulses:
+            if name in self.values:
+                self.values[name] = 0.0
+        self._remember()
+        self._put()
+        if pulses:
+            self._was = self._truth(t, q, v, left_out)
+        if acted:
+            self.acted.append(Acted(t, tuple(acted)))
+        self.history.append((t, tuple(self.values[x] for x in self.names)))
+        return v
+
+    def _remember(self) -> None:
+        """pre(x) <- x of all variables."""
+        for before, name in self._before.items():
+            self.values[before] = self.values[name]
+
+    def _put(self) -> None:
+        """Set the numbers of the System."""
+        for name in self.system.tables.inputs:
+            if name in self.values:
+                self.system.set_input(name, self.values[name])
+
+    def numbers(self) -> dict[int, float]:
+        """Offset in ``numbers`` -> value, of all variables that the equations contain."""
+        inputs = self.system.tables.inputs
+        return {inputs[name]: x for name, x in self.values.items() if name in inputs}
+
+    def _evaluated(self, roots: Sequence[Expr], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> list[float]:
+        """Expressions in a state with the present values; reactions are those of the equations of motion."""
+        lam = None
+        if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
+            self._put()
+            lam = accelerations(self.system, t, q, v, left_out)[1][None]
+        inputs = {name: np.array([x]) for name, x in self.values.items()}
+        return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]
+
+    @staticmethod
+    def _leaves(roots: Sequence[Expr]) -> list[Expr]:
+        return leaves(*roots)
+
+    def _truth(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> NDArray[np.bool_]:
+        return np.array(self._evaluated(self._roots, t, q, v, left_out)) != 0.0
+
+    def _rising(self, rose: NDArray[np.bool_]) -> list[Branch]:
+        """Of every when-equation, the first branch one of whose conditions rose."""
+        risen = {id(branch) for (branch, _), x in zip(self._conditions, rose, strict=True) if x}
+        found = (next((b for b in when.branches if id(b) in risen), None) for when in self.events.whens)
+        return [branch for branch in found if branch is not None]
+
+    def _do(self, branches: list[Branch], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+        """The actions of branches; the velocities behind them."""
+        jumps: list[tuple[Action, float]] = []
+        for action in (a for branch in branches for a in branch.actions):
+            if action.value is None:
+                self.ended = self.ended or action.text or "terminated"
+                continue
+            (x,) = self._evaluated([action.value], t, q, v, left_out)
+            if action.what == "set":
+                self.values[action.target] = x
+            elif action.what == "reinit":
+                jumps.append((action, x))
+            elif x == 0.0 and self.failed is None:
+                self.failed = action
+        return self._jumped(jumps, t, q, v) if jumps else v
+
+    def _jumped(self, jumps: list[tuple[Action, float]], t: float, q: Array, v: Array) -> Array:
+        """The velocities after impulses along the signals of reinit."""
+        system = self.system
+        signals = [a.signal for a, _ in jumps if a.signal is not None]
+        now, _, w = gradients(system, signals, t, q, v)
+        rows = [dense(w)]
+        if system.m:
+            rows.append(dense(system.Phi_q(t, q)))
+        if system.p:
+            rows.append(dense(system.Gam_v(t, q, v)))
+        J, n = np.vstack(rows), system.n
+        K = np.block([[dense(system.M(t, q)), J.T], [J, np.zeros((len(J), len(J)))]])
+        change = np.zeros(n + len(J))
+        change[n : n + len(jumps)] = np.array([x for _, x in jumps]) - now
+        dv = least_squares(K, change, 1e-13)[:n]
+        if np.abs(J @ dv - change[n:]).max(initial=0.0) > 1e-8 * max(1.0, float(np.abs(change).max(initial=0.0))):
+            names = ", ".join(a.target for a, _ in jumps)
+            raise InitialisationError(f"reinit of {names} at t = {t:g} s: the constraints do not allow this velocity")
+        return v + dv
+
+    @property
+    def status(self) -> int:
+        """The status of a run that ends here; RUNNING if it goes on."""
+        if self.failed is not None:
+            return S.ASSERTED
+        if self.endless:
+            return S.ENDLESS
+        return S.TERMINATED if self.ended else S.RUNNING
+
+    # -- results -------------------------------------------------------------------------------------------------------
+
+    def at(self, t: Array) -> dict[str, Array]:
+        """The numbers of the model at times t (N,); at the time of an event, behind it."""
+        if not self.history:
+            return {}
+        times = np.array([x for x, _ in self.history])
+        rows = np.array([row for _, row in self.history])
+        which = np.clip(np.searchsorted(times, t + 1e-13 * (1.0 + np.abs(t)), side="right") - 1, 0, None)
+        return {name: rows[which, k] for k, name in enumerate(self.names)}
+
+    def counts(self) -> Counter[Span | None]:
+        """How often each branch acted, by its place in the text."""
+        return Counter(branch.span for event in self.acted for branch in event.branches)

@@ -1,0 +1,288 @@
+"""When-equations and discrete variables: from the syntax tree to :mod:`mbdsl.mechanism.events`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from mbdsl.errors import ModelError
+from mbdsl.expressions import symbolic
+from mbdsl.expressions.symbolic import Expr, input_signal
+from mbdsl.lang import argument_checks, units, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.evaluate import evaluate, loop
+from mbdsl.lang.source import At, placed, span_of
+from mbdsl.lang.states import States
+from mbdsl.lang.unparse import write
+from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism.events import INITIAL, TERMINAL, Action, Branch, Clock, Discrete, Events, When
+
+if TYPE_CHECKING:
+    from mbdsl.lang.scope import Scope
+
+#: functions that have a meaning at events only
+FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
+#: most ticks of a clock: a run to them takes hours
+MOST_TICKS = 10**9
+
+
+def assigned(items: Iterable[s.Item]) -> set[str]:
+    """Names of the variables that when-equations set."""
+    found = set()
+    for item in items:
+        if isinstance(item, s.When):
+            found |= {x for _, inner in item.branches for x in _targets(inner)}
+        elif isinstance(item, s.For):
+            found |= assigned(item.items)
+        elif isinstance(item, s.If):
+            found |= assigned(x for _, inner in item.branches for x in inner)
+    return found
+
+
+def _targets(items: Iterable[s.Item]) -> set[str]:
+    found = set()
+    for item in items:
+        if isinstance(item, s.Relation) and item.right is not None and isinstance(item.left, s.Reference):
+            found.add(item.left.steps[0].name)
+        elif isinstance(item, s.For):
+            found |= _targets(item.items)
+        elif isinstance(item, s.If):
+            found |= _targets(x for _, inner in item.branches for x in inner)
+    return found
+
+
+class EventsOfModel:
+    """The discrete variables, clocks and when-equations of a model under construction."""
+
+    def __init__(self, states: States) -> None:
+        self._states = states
+        self._variables: dict[str, Discrete] = {}
+        self._booleans: set[str] = set()
+        self._clocks: dict[str, Clock] = {}
+        self._whens: list[tuple[s.When, Scope]] = []
+
+    def __bool__(self) -> bool:
+        return bool(self._whens)
+
+    # -- values --------------------------------------------------------------------------------------------------------
+
+    def make(self, name: str, type_name: str, start: Value, unit: str, doc: str, at: At) -> Value:
+        """The value of a discrete variable, an expression; arrays have one for each element."""
+        if isinstance(start, tuple):
+            stem = f"{name[:-1]}," if name.endswith("]") else f"{name}["
+            return tuple(self.make(f"{stem}{i}]", type_name, x, unit, doc, at) for i, x in enumerate(start, 1))
+        number = float(bool(start.value)) if start.boolean else argument_checks.number(start, f"the start of `{name}`")
+        self._add(Discrete(name, number, type_name or "Real", unit, doc, span_of(at)))
+        if type_name == "Boolean":
+            self._booleans.add(name)
+        return self._leaf(name, type_name == "Boolean", start.dimension)
+
+    def _add(self, variable: Discrete) -> None:
+        self._variables[variable.name] = variable
+
+    def _leaf(self, name: str, truth: bool, dimension: units.Dimension | None) -> Quantity:
+        leaf = input_signal(name)
+        if truth:
+            return values.boolean(symbolic.call("ne", leaf, 0.0))
+        return Quantity(leaf, dimension or units.NUMBER)
+
+    def variable(self, value: Value) -> str | None:
+        """The name of the discrete variable that a value is; None of other values."""
+        x = getattr(value, "value", None)
+        if isinstance(x, Expr) and x.op == "ne" and x.args[0].op == "input":
+            x = x.args[0]
+        name = str(x.value) if isinstance(x, Expr) and x.op == "input" else ""
+        return name if self._variables.get(name, Discrete("")).type else None
+
+    # -- functions -----------------------------------------------------------------------------------------------------
+
+    def call(self, e: s.Call, scope: Scope) -> Quantity | None:
+        """The value of a function of events; None of other functions."""
+        name = write(e.function)
+        if name not in FUNCTIONS:
+            return None
+        given = [a.value for a in e.arguments if a.value is not None]
+        wanted = {"pre": 1, "edge": 1, "change": 1, "sample": 2}.get(name, 0)
+        if len(given) != wanted:
+            raise ModelError(f"{name}() takes {wanted} argument{'s' * (wanted != 1)}, found {len(given)}")
+        if name in ("initial", "terminal"):
+            return self._truth(INITIAL if name == "initial" else TERMINAL)
+        if name == "sample":
+            return self._sample(given, scope)
+        value = evaluate(given[0], scope.for_signals())
+        variable = self.variable(value)
+        if variable is None or isinstance(value, tuple):
+            raise ModelError(
+                f"{name}() takes a discrete variable, found `{write(given[0])}`",
+                span_of(given[0].at),
+                "declare it without a value and set it in a `when`: `discrete Real x(start = 0);`",
+            )
+        before = f"pre({variable})"
+        self._add(Discrete(before, self._variables[variable].start))
+        past = self._leaf(before, variable in self._booleans, value.dimension)
+        if name == "pre":
+            return past
+        differs = symbolic.call("ne", input_signal(variable), input_signal(before))
+        if name == "change":
+            return values.boolean(differs)
+        if not value.boolean:
+            raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(given[0].at))
+        return values.boolean(symbolic.call("and", symbolic.expr(value.value), differs))  # type: ignore[arg-type]
+
+    def _truth(self, name: str) -> Quantity:
+        self._add(Discrete(name))
+        return self._leaf(name, True, None)
+
+    def _sample(self, given: list[s.Expression], scope: Scope) -> Quantity:
+        start, period = (_seconds(e, scope) for e in given)
+        if period <= 0:
+            message = f"the period of sample() is {float(period):g} s, it must be positive"
+            raise ModelError(message, span_of(given[1].at))
+        name = f"sample({float(start):.17g}, {float(period):.17g})"
+        self._clocks[name] = Clock(name, start, period)
+        return self._truth(name)
+
+    # -- when-equations ------------------------------------------------------------------------------------------------
+
+    def enter(self, item: s.When, scope: Scope) -> None:
+        self._whens.append((item, scope))
+
+    def finished(self) -> Events:
+        """The events of the model, checked."""
+        whens = tuple(self._when(item, scope) for item, scope in self._whens)
+        self._single(whens)
+        return Events(dict(self._variables), tuple(self._clocks.values()), whens)
+
+    def _when(self, item: s.When, scope: Scope) -> When:
+        scope = scope.for_signals()
+        branches = []
+        for condition, items in item.branches:
+            found = evaluate(condition, scope)
+            each = found if isinstance(found, tuple) else (found,)
+            for q in each:
+                if isinstance(q, tuple) or not q.boolean:
+                    raise ModelError(
+                        f"`when` takes a condition (true or false), found {values.describe(q)}", span_of(condition.at)
+                    )
+            conditions = tuple(symbolic.expr(q.value) for q in each)  # type: ignore[union-attr,arg-type]
+            branches.append(Branch(conditions, tuple(self._actions(items, scope)), span_of(condition.at)))
+        return When(tuple(branches))
+
+    def _actions(self, items: Iterable[s.Item], scope: Scope) -> Iterable[Action]:
+        for item in items:
+            if isinstance(item, s.For):
+                for inner in loop(item.iterators, scope):
+                    yield from self._actions(item.items, inner)
+            elif isinstance(item, s.If):
+                yield from self._chosen(item, scope)
+            elif isinstance(item, s.Relation):
+                yield from self._assignment(item, scope) if item.right is not None else [self._call(item, scope)]
+            else:
+                raise ModelError("a `when` holds assignments, reinit(), terminate() and assert()", span_of(item.at))
+
+    def _chosen(self, item: s.If, scope: Scope) -> Iterable[Action]:
+        """The actions of the branch of an `if` of parameters."""
+        for condition, items in item.branches:
+            value = None if condition is None else evaluate(condition, scope)
+            if value is not None and (isinstance(value, tuple) or not isinstance(value.value, bool)):
+                raise ModelError(
+                    "an `if` within a `when` depends on parameters only",
+                    span_of(item.at),
+                    "choose the value: `x = if condition then a else b;`",
+                )
+            if value is None or value.value:
+                yield from self._actions(items, scope)
+                return
+
+    def _assignment(self, item: s.Relation, scope: Scope) -> Iterable[Action]:
+        assert item.right is not None
+        target, value = evaluate(item.left, scope), evaluate(item.right, scope)
+        targets = target if isinstance(target, tuple) else (target,)
+        given = value if isinstance(value, tuple) else (value,) * len(targets)
+        if len(given) != len(targets):
+            raise ModelError(f"found an array of {len(given)} for {len(targets)} variables", span_of(item.right.at))
+        for t, v in zip(targets, given, strict=True):
+            name = self.variable(t)
+            if name is None:
+                raise ModelError(
+                    f"`{write(item.left)}` is no discrete variable: a `when` cannot set it",
+                    span_of(item.left.at),
+                    f"a state or a velocity jumps by `reinit({write(item.left)}, ...)`",
+                )
+            yield Action("set", name, self._fitted(t, v, name, item.right), span=span_of(item.left.at))
+
+    def _fitted(self, target: Value, value: Value, name: str, e: s.Expression) -> Expr:
+        """A value for a variable, of its type and dimension."""
+        what = f"`{name}`"
+        assert isinstance(target, Quantity)
+        with placed(e.at):
+            if isinstance(value, tuple) or value.boolean != target.boolean:
+                wanted = "true or false" if target.boolean else "a number"
+                raise ModelError(f"{what}: found {values.describe(value)}, expected {wanted}")
+            if target.boolean:
+                return symbolic.expr(value.value)  # type: ignore[arg-type]
+            return symbolic.expr(argument_checks.fit(value, target.dimension, what, "", e).value)  # type: ignore[union-attr,arg-type]
+
+    def _call(self, item: s.Relation, scope: Scope) -> Action:
+        """reinit(x, value), terminate("text") or assert(condition, "text")."""
+        call = item.left
+        name = write(call.function) if isinstance(call, s.Call) else ""
+        given = [a.value for a in call.arguments if a.value is not None] if isinstance(call, s.Call) else []
+        span = span_of(item.at)
+        if name == "terminate" and len(given) == 1:
+            return Action("terminate", "", None, None, _text(given[0]), span)
+        if name == "assert" and len(given) in (2, 3):
+            condition = evaluate(given[0], scope)
+            if isinstance(condition, tuple) or not condition.boolean:
+                raise ModelError(
+                    f"assert() takes a condition (true or false), found {values.describe(condition)}",
+                    span_of(given[0].at),
+                )
+            value = symbolic.expr(condition.value)  # type: ignore[arg-type]
+            return Action("assert", write(given[0]), value, None, _text(given[1]), span)
+        if name == "reinit" and len(given) == 2:
+            target, value = evaluate(given[0], scope), evaluate(given[1], scope)
+            return self._reinit(given, target, value, span)
+        raise ModelError(
+            f"found `{write(item.left)}` in a `when`",
+            span,
+            'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`',
+        )
+
+    def _reinit(self, given: list[s.Expression], target: Value, value: Value, span) -> Action:
+        name = write(given[0])
+        if isinstance(target, tuple) or not isinstance(target.value, Expr):
+            raise ModelError(f"reinit() takes a state or a velocity, found `{name}`", span_of(given[0].at))
+        if self._states.of(target) is None and not symbolic.is_velocity_level(target.value):
+            hint = "give the velocity another value: `reinit(joint.v, ...)`"
+            raise ModelError(f"reinit of `{name}`: positions do not jump", span_of(given[0].at), hint)
+        number = self._fitted(target, value, name, given[1])
+        return Action("reinit", name, number, target.value, span=span)
+
+    def _single(self, whens: tuple[When, ...]) -> None:
+        """Check that no variable is set by two when-equations."""
+        by: dict[str, tuple[int, Action]] = {}
+        for k, when in enumerate(whens):
+            for action in (a for branch in when.branches for a in branch.actions if a.what == "set"):
+                number, first = by.setdefault(action.target, (k, action))
+                if number != k:
+                    notes = (("the first one is here", first.span),) if first.span else ()
+                    raise ModelError(
+                        f"`{action.target}` is set by two when-equations",
+                        action.span,
+                        "write one `when ... elsewhen ...`",
+                        notes=notes,
+                    )
+
+
+def _text(e: s.Expression) -> str:
+    return e.value if isinstance(e, s.String) else write(e)
+
+
+def _seconds(e: s.Expression, scope: Scope) -> Fraction:
+    """A time that is known before the start, as the exact fraction that its decimals say."""
+    with placed(e.at):
+        value = argument_checks.fit(evaluate(e, scope), units.dimension("s"), "sample()", "s", e)
+        number = argument_checks.number(value, "sample()")  # type: ignore[arg-type]
+    return Fraction(repr(float(f"{number:.15g}")))
