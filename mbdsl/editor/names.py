@@ -45,7 +45,7 @@ class _Place:
         return replace(self, own=own)
 
 
-class Names:
+class NameIndex:
     """The names of a file.
 
     Parameters

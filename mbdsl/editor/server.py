@@ -18,11 +18,11 @@ from pygls.lsp.server import LanguageServer
 from mbdsl.editor import navigation
 from mbdsl.editor.check_process import CheckProcess
 from mbdsl.editor.completion import Proposal, complete
-from mbdsl.editor.connection import Input
+from mbdsl.editor.connection import MessageInput
 from mbdsl.editor.hover import hover
 from mbdsl.editor.navigation import Location
 from mbdsl.editor.positions import Places
-from mbdsl.editor.workspace import Workspace
+from mbdsl.editor.workspace import OpenFiles
 from mbdsl.errors import MbdslError, Span, UsageError
 from mbdsl.lang.library import Allowed, key_of
 from mbdsl.version import __version__
@@ -60,7 +60,7 @@ class Server(LanguageServer):
         # The whole text is sent after each change: models are short, and pygls cuts lines at other characters.
         super().__init__("mbdsl", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full)
         self.allowed = allowed
-        self.models = Workspace(allowed)
+        self.models = OpenFiles(allowed)
         self.ended = False  #: whether the editor has ended the session
         self.uris: dict[str, str] = {}  #: path -> URI, of open files
         self.values: dict[str, tuple[str, str, dict[str, str]]] = {}  #: path -> text, its main model and values
@@ -292,7 +292,7 @@ def serve(allowed: Allowed | None = None) -> bool:
     # pygls writes tracebacks of requests that are refused, although the editor shows their messages.
     logging.getLogger("pygls.protocol.json_rpc").addFilter(_is_unexpected)
     logging.getLogger("pygls.server").addFilter(_without_traceback)
-    server, messages = make_server(allowed), Input(sys.stdin.buffer)
+    server, messages = make_server(allowed), MessageInput(sys.stdin.buffer)
     # pygls closes its streams; those of the process remain open for the command line.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as stdout:
         server.start_io(cast(BinaryIO, messages), stdout)  # it reads and reads lines
