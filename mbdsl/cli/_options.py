@@ -101,7 +101,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 }
 
 
-class Entry(NamedTuple):
+class OptionEntry(NamedTuple):
     """An option or argument of a table."""
 
     excludes: bool  #: whether it excludes the one before it
@@ -147,7 +147,7 @@ def add(parser: argparse.ArgumentParser, table: str, **more: Any) -> None:
     assert not more, f"no options of the table: {', '.join(more)}"
 
 
-def entries(table: str) -> Iterator[Entry]:
+def entries(table: str) -> Iterator[OptionEntry]:
     """The options of a table in their order, shared ones included."""
     lines = [line for line in table.splitlines() if line.strip()]
     indent = min((len(line) - len(line.lstrip()) for line in lines), default=0)
@@ -159,7 +159,7 @@ def entries(table: str) -> Iterator[Entry]:
             yield _entry(text)
 
 
-def _entry(text: str) -> Entry:
+def _entry(text: str) -> OptionEntry:
     found = ENTRY.fullmatch(text)
     assert found is not None, f"no option: {text!r}"
     excludes, flags, metavar, repeated, help_ = found.groups()
@@ -175,7 +175,7 @@ def _entry(text: str) -> Entry:
         given["metavar"] = metavar
     if repeated:
         given |= {"action": "append", "default": []} if option else {"nargs": "*"}
-    return Entry(bool(excludes), flags.split(", "), given)
+    return OptionEntry(bool(excludes), flags.split(", "), given)
 
 
 def with_suffixes(text: str) -> str:

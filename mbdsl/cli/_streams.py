@@ -17,7 +17,7 @@ from mbdsl.plotting.terminal_text import coloured, columns, painted, wrapped
 BROKEN_PIPE = 141
 
 
-class Stream:
+class OutputStream:
     """A text stream that escapes control characters; after its first failure, kept in ``problem``, it discards.
 
     On a terminal it wraps and colours whole lines (:mod:`mbdsl.plotting.terminal_text`); with ``verbatim`` it does
@@ -119,7 +119,7 @@ def can_write(characters: str) -> bool:
 
 def verbatim() -> None:
     """Print what follows on standard output as it is: code, whose lines have to stay whole."""
-    if isinstance(sys.stdout, Stream):
+    if isinstance(sys.stdout, OutputStream):
         sys.stdout.verbatim = True
 
 
@@ -133,7 +133,7 @@ class Streams:
             if hasattr(stream, "reconfigure"):  # a terminal without Unicode gets escapes instead of a failure
                 with suppress(ValueError):
                     stream.reconfigure(errors="backslashreplace")
-        self.out, self.err = Stream(sys.stdout), Stream(sys.stderr)
+        self.out, self.err = OutputStream(sys.stdout), OutputStream(sys.stderr)
         sys.stdout, sys.stderr = self.out, self.err
         return self
 

@@ -214,7 +214,7 @@ def check_table(args: argparse.Namespace) -> None:
         output_files.check([args.table], [args.model])
 
 
-def shown_file(args: argparse.Namespace, flag: str, ending: str, *suffixes: tuple[str, ...]) -> str | None:
+def shown_file(args: argparse.Namespace, flag: str, ending: str, *suffixes: str) -> str | None:
     """The file of a page or picture that a command makes with ``--flag``: its name, or that of the model + ``ending``.
 
     Raises
@@ -227,10 +227,11 @@ def shown_file(args: argparse.Namespace, flag: str, ending: str, *suffixes: tupl
         if given:
             raise UsageError(f"--{given} belongs to --{flag}", hint=f"add --{flag}, or write numbers by --output")
         return None
-    from mbdsl.viewing.saved_page import check_suffix
+    from mbdsl.storage.output_files import suffix_of
+    from mbdsl.viewing.saved_page import SavedPage
 
     out = args.out or f"{stem(args)}-{ending}.html"
-    check_suffix(out, *suffixes)
+    suffix_of(out, suffixes or SavedPage.suffixes)
     return out
 
 

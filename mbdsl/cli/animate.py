@@ -50,11 +50,11 @@ COMMAND = Command(
 def run(args: argparse.Namespace) -> int:
     from mbdsl.reporting.shown_runs import check_ghost
     from mbdsl.reporting.views import animate
-    from mbdsl.viewing.saved_page import PAGES, check_suffix
+    from mbdsl.viewing.saved_page import PAGES, SavedPage
     from mbdsl.viewing.stored_result import is_result
 
     out = args.out or f"{values.stem(args)}.html"
-    check_suffix(out)
+    output_files.suffix_of(out, SavedPage.suffixes)
     size = values.size_of(args, out)
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)

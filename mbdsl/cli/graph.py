@@ -9,6 +9,7 @@ import sys
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
 from mbdsl.cli._streams import can_write, print_problem, say, verbatim
+from mbdsl.storage.output_files import suffix_of
 
 COMMAND = Command(
     "show which joints connect which bodies",
@@ -24,9 +25,9 @@ COMMAND = Command(
 
 def run(args: argparse.Namespace) -> int:
     if args.out:
-        from mbdsl.viewing.structure_files import check_suffix
+        from mbdsl.viewing.structure_files import SUFFIXES
 
-        check_suffix(args.out)
+        suffix_of(args.out, SUFFIXES)
     scene = values.load_for(args, [args.out])
 
     from mbdsl.mechanism.graph import build

@@ -36,7 +36,7 @@ COMMAND = Command(
 
 
 @dataclass
-class Range:
+class ValueRange:
     """first, last, least and largest value of a signal, and the number of values that are not finite."""
 
     first: float = float("nan")
@@ -53,8 +53,8 @@ class Content:
     rows: int = 0
     shortest: float = float("inf")
     longest: float = 0.0
-    time: Range = field(default_factory=Range)
-    signals: dict[str, Range] = field(default_factory=dict)
+    time: ValueRange = field(default_factory=ValueRange)
+    signals: dict[str, ValueRange] = field(default_factory=dict)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -88,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 def _content(result: Result, names: list[str]) -> Content:
     import numpy as np
 
-    found = Content(signals={name: Range() for name in names})
+    found = Content(signals={name: ValueRange() for name in names})
     for times, columns in result.chunks(names):
         if not len(times):
             continue
@@ -103,7 +103,7 @@ def _content(result: Result, names: list[str]) -> Content:
     return found
 
 
-def _add(known: Range, values: np.ndarray, first: bool) -> None:
+def _add(known: ValueRange, values: np.ndarray, first: bool) -> None:
     import numpy as np
 
     if first:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from mbdsl.mechanism.scene import Scene
-    from mbdsl.results.rows_file import Column
+    from mbdsl.results.rows_file import StoredColumn
     from mbdsl.simulation.checkpoint import Checkpoint
     from mbdsl.simulation.run_options import RunOptions
     from mbdsl.simulation.streaming import Stream
@@ -277,7 +277,7 @@ def write(
     """
     from mbdsl.lang.stored_model import to_text
 
-    columns: Mapping[str, Column] | dict[str, np.ndarray]
+    columns: Mapping[str, StoredColumn] | dict[str, np.ndarray]
     if stream and stream.file:
         columns = stream.file.columns()
         names = [name for name in columns if name != "time"]

@@ -30,7 +30,7 @@ COMMAND = Command(
 def run(args: argparse.Namespace) -> int:
     from mbdsl.viewing.saved_page import PAGES, PICTURES
 
-    out = values.shown_file(args, "show", "equilibrium", (*PAGES, *PICTURES))
+    out = values.shown_file(args, "show", "equilibrium", *PAGES, *PICTURES)
     size = values.size_of(args, out)
     if args.output:
         results.format_of(args.output)

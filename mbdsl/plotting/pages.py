@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from mbdsl.plotting import bars, svg
 from mbdsl.plotting.documents import asset, data_script, document
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.figure_layout import Frame, lay_out, looks_of
+from mbdsl.plotting.figure_layout import PlotArea, lay_out, looks_of
 from mbdsl.plotting.figures import Bars, Figure, Page, Table
 from mbdsl.plotting.html_tables import as_html
 from mbdsl.plotting.series_styles import NEUTRAL, Look
@@ -94,7 +94,7 @@ def _colours(known: dict[str, Look]) -> str:
     return f"{light}@media screen and (prefers-color-scheme: dark) {{\n{dark}}}\n"
 
 
-def _narrow(figure: Figure, known: dict[str, Look]) -> Frame:
+def _narrow(figure: Figure, known: dict[str, Look]) -> PlotArea:
     """A figure in a narrow window."""
     return lay_out(figure, known, svg.letter(svg.NARROW), narrow=True)
 
@@ -121,7 +121,7 @@ def _figure(figure: Figure, key: str, known: dict[str, Look], left: tuple[float,
     yield f"{data_script(data)}\n</figure>"
 
 
-def _legend(frame: Frame, classes: dict[str, str]) -> Iterator[str]:
+def _legend(frame: PlotArea, classes: dict[str, str]) -> Iterator[str]:
     named = [(k, drawn) for k, drawn in enumerate(frame.drawn) if drawn.series.name]
     named.sort(key=lambda entry: entry[1].series.style in svg.BEHIND)
     if not named:
@@ -136,7 +136,7 @@ def _legend(frame: Frame, classes: dict[str, str]) -> Iterator[str]:
     yield "</ul>"
 
 
-def _outcomes(frame: Frame) -> Iterator[str]:
+def _outcomes(frame: PlotArea) -> Iterator[str]:
     """All outcomes in full: in the picture they are shortened."""
     if frame.left_out:
         yield f'<p class="note">{escape(frame.left_out)}</p>'

@@ -10,7 +10,7 @@ from functools import cache
 from mbdsl.plotting import bars, svg
 from mbdsl.plotting.documents import asset
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
+from mbdsl.plotting.figure_layout import Drawn, PlotArea, lay_out, looks_of
 from mbdsl.plotting.figures import Bars, Figure
 from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.plotting.svg import BEHIND, BOTTOM, WIDTH, Canvas
@@ -102,7 +102,7 @@ def _wrapped(notes: Iterable[str]) -> list[str]:
     return [line for note in notes for line in textwrap.wrap(note, NOTE, break_long_words=False)]
 
 
-def named(frame: Frame) -> list[Drawn]:
+def named(frame: PlotArea) -> list[Drawn]:
     """The curves of a legend, those behind the others last; none if the label of the vertical axis names the only
     one."""
     if len(frame.drawn) == 1 and frame.figure.y_label.startswith(frame.drawn[0].series.name):
@@ -124,7 +124,7 @@ def _rows(lengths: Sequence[float], width: float) -> list[list[int]]:
     return found
 
 
-def _legend(frame: Frame, classes: dict[str, str], top: float) -> tuple[list[str], float]:
+def _legend(frame: PlotArea, classes: dict[str, str], top: float) -> tuple[list[str], float]:
     """Texts and samples, and the height of the legend: 0 if it fits next to the label of the vertical axis."""
     shown = named(frame)
     lengths = [SAMPLE + 6.0 + LETTER * len(drawn.series.name) for drawn in shown]

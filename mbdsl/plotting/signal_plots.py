@@ -11,7 +11,7 @@ from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.messages import few
 from mbdsl.plotting import curves
-from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Figure, Page
@@ -61,8 +61,7 @@ class Plot:
         UsageError
             If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
         """
-        suffix = suffix_of(path)
-        if suffix == ".html":
+        if output_files.suffix_of(path, SUFFIXES) == ".html":
             from mbdsl.plotting.pages import write
 
             write(self.page(), path)
@@ -100,17 +99,6 @@ class Plot:
         from mbdsl.plotting.sheets import sheet
 
         return sheet(self.title, self.panels, self.looks, self.notes)
-
-
-def suffix_of(path: str | os.PathLike) -> str:
-    """The suffix of an output file.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    return output_files.suffix_of(path, SUFFIXES)
 
 
 def plot(
@@ -179,7 +167,7 @@ class _Choice(NamedTuple):
     """Signals that are plotted with their curves, and those that are left out: constant, or equal to others."""
 
     signals: list[str]
-    curves: list[Curve]
+    curves: list[SignalCurve]
     constant: Sequence[str] = ()
     same: Sequence[str] = ()
 
@@ -283,7 +271,7 @@ def _unit(name: str, results: Sequence[Result]) -> str:
 
 def _curves(
     results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str], against: str | None, spectrum: bool
-) -> Iterator[Curve]:
+) -> Iterator[SignalCurve]:
     for k, (result, label) in enumerate(zip(results, labels, strict=True)):
         have = set(result.names)
         names = [name for name in chosen if name in have]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 from mbdsl import results as files
 from mbdsl.errors import IntegrationError, UsageError
@@ -99,42 +100,44 @@ def computed(
     return shown, failure
 
 
-def stored_path(model: Model | Trajectory, result: str | PathLike | None) -> str | PathLike | None:
-    """The result file that is shown in place of a run: the given one, or the model's if it is a result.
+class Shown(NamedTuple):
+    """What is shown of a motion: the file to write, patterns of signals, and names of frames whose path is drawn."""
+
+    out: str | PathLike | None
+    patterns: Sequence[str] | None = None
+    traces: Sequence[str] = ()
+
+
+def motion_or_file(
+    model: Model | Trajectory, result: str | PathLike | None, shown: Shown, run: dict[str, Any]
+) -> tuple[Trajectory, Sequence[str] | None, IntegrationError | None]:
+    """The motion of :func:`motion_of`, or that of a result file, and the patterns of its signals.
+
+    The file is ``result``, which belongs to ``model``, or ``model`` itself if it is a result, which contains its model.
 
     Raises
     ------
     UsageError
-        If both are results.
-    """
-    from mbdsl.viewing.stored_result import is_result
-
-    if not (isinstance(model, (str, PathLike)) and is_result(model)):
-        return result
-    if result is not None:
-        raise UsageError(f"`{model}` and `{result}` are both results", hint="give the model and one result")
-    return model
-
-
-def of_file(
-    path: str | PathLike, model: Model | Trajectory | None, run: dict[str, Any]
-) -> tuple[Trajectory, list[str] | None]:
-    """The trajectory of a result file, of its own model or of ``model``, and the signals if it has no others.
-
-    Raises
-    ------
-    UsageError
-        If there are arguments of a run.
+        If both are results, or if there are arguments of a run for a file.
     """
     from mbdsl.simulation.trajectory import Trajectory
-    from mbdsl.viewing.stored_result import stored_trajectory
+    from mbdsl.viewing.stored_result import is_result, stored_trajectory
 
-    changes = {} if model is None else changes_of(run)
+    stored = model if isinstance(model, (str, PathLike)) and is_result(model) else None
+    if stored is not None and result is not None:
+        raise UsageError(f"`{model}` and `{result}` are both results", hint="give the model and one result")
+    path = result if stored is None else stored
+    if path is None:
+        trajectory, failure = motion_of(model, shown, run)
+        return trajectory, shown.patterns, failure
+    changes = {} if stored is not None else changes_of(run)
     if run:
         raise needs_no_run(run)
     if isinstance(model, Trajectory):
         raise UsageError("a trajectory is a run, and the result is another one", hint="give the model and one result")
-    return stored_trajectory(path, None if model is None else as_scene(model, **changes))
+    trajectory, names = stored_trajectory(path, None if stored is not None else as_scene(model, **changes))
+    output_files.check([shown.out], [os.fspath(path)])
+    return trajectory, names if shown.patterns is None else shown.patterns, None
 
 
 def pale(ghost: Trajectory | str | PathLike | None, scene: Scene) -> Trajectory | None:
@@ -173,11 +176,7 @@ def check_shown(scene: Scene, patterns: Iterable[str] | None, traces: Sequence[s
 
 
 def motion_of(
-    model: Model | Trajectory,
-    out: str | PathLike | None,
-    patterns: Iterable[str] | None,
-    traces: Sequence[str],
-    run: dict[str, Any],
+    model: Model | Trajectory, shown: Shown, run: dict[str, Any]
 ) -> tuple[Trajectory, IntegrationError | None]:
     """The trajectory of a model, which is simulated after a check of all names, and the error that ended it early."""
     from mbdsl.simulation.trajectory import Trajectory
@@ -187,8 +186,8 @@ def motion_of(
             raise needs_no_run(given)
         return model, None
     scene = as_scene(model, **changes_of(run))
-    output_files.check([out], scene.files)
-    check_shown(scene, patterns, traces)
+    output_files.check([shown.out], scene.files)
+    check_shown(scene, shown.patterns, shown.traces)
     return simulated(scene, run)
 
 

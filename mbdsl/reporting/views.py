@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,18 +18,18 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.reporting.shown_runs import (
     Changes,
     Model,
+    Shown,
     changes_of,
     check_ghost,
     check_plotted,
     computed,
     listed,
     motion_of,
+    motion_or_file,
     needs_no_run,
-    of_file,
     pale,
     simulated,
     source,
-    stored_path,
 )
 from mbdsl.storage import output_files
 
@@ -169,10 +168,9 @@ def graph(
         If the model is invalid, or the file cannot be written.
     """
     from mbdsl.viewing.structure import structure
-    from mbdsl.viewing.structure_files import check_suffix
+    from mbdsl.viewing.structure_files import SUFFIXES
 
-    if out is not None:
-        check_suffix(out)
+    output_files.suffix_of(out, SUFFIXES)
     scene = as_scene(model, parameters, without)
     output_files.check([out], scene.files)
     return _saved(structure(build(scene), not quick, announce), out)
@@ -212,15 +210,14 @@ def plot(
     IntegrationError
         If the integration fails; the file shows the results until then.
     """
-    from mbdsl.plotting.signal_plots import plot, suffix_of
+    from mbdsl.plotting.signal_plots import SUFFIXES, plot
     from mbdsl.simulation.trajectory import Trajectory
 
     given = [results] if isinstance(results, (str, Trajectory)) or not isinstance(results, Iterable) else [*results]
     if not given:
         raise UsageError("a plot needs a result or a model")
-    if out is not None:
-        suffix_of(out)
-        output_files.check([out])
+    output_files.suffix_of(out, SUFFIXES)
+    output_files.check([out])
     asked(units)  # raises its errors before a run
     changes, patterns = changes_of(run), listed(signals)
     opened = [source(item, patterns, **changes) for item in given]
@@ -281,7 +278,7 @@ def report(
         check_suffix(out)
     patterns = listed(signals)
     asked(units)
-    trajectory, failure = motion_of(model, out, patterns, (), {"announce": announce, **run})
+    trajectory, failure = motion_of(model, Shown(out, patterns), {"announce": announce, **run})
     return _saved(page(trajectory.in_units(units), patterns, eigen, announce=announce), out, failure)
 
 
@@ -333,20 +330,13 @@ def animate(
         If the integration fails; the file shows the results until then.
     """
     from mbdsl.viewing.animation import animate
-    from mbdsl.viewing.saved_page import check_suffix
+    from mbdsl.viewing.saved_page import SavedPage
 
-    if out is not None:
-        check_suffix(out)
+    output_files.suffix_of(out, SavedPage.suffixes)
     check_ghost(ghost)
     asked(units)
-    patterns, failure = listed(signals), None
-    path = stored_path(model, result)
-    if path is not None:
-        trajectory, names = of_file(path, None if result is None else model, run)
-        patterns = names if patterns is None else patterns
-        output_files.check([out], [os.fspath(path)])
-    else:
-        trajectory, failure = motion_of(model, out, patterns, [traces] if isinstance(traces, str) else traces, run)
+    asked_for = Shown(out, listed(signals), listed(traces) or ())
+    trajectory, patterns, failure = motion_or_file(model, result, asked_for, run)
     found = animate(trajectory.in_units(units), patterns, traces, pale(ghost, trajectory.scene), arrows, view)
     return _saved(found, out, failure, size)
 

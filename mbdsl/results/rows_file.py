@@ -112,9 +112,9 @@ class RowsFile:
         except OSError as problem:
             raise UsageError(f"cannot write the results: {problem.strerror or problem}") from problem
 
-    def columns(self) -> dict[str, Column]:
+    def columns(self) -> dict[str, StoredColumn]:
         """The signals by name, which read their values from the file when they are sliced."""
-        return {name: Column(self, k) for k, name in enumerate(self.names)}
+        return {name: StoredColumn(self, k) for k, name in enumerate(self.names)}
 
     def values(self, column: int, start: int, stop: int) -> np.ndarray:
         """The values (stop - start,) of a column."""
@@ -158,7 +158,7 @@ class RowsFile:
         self.close()
 
 
-class Column:
+class StoredColumn:
     """A signal in a ``RowsFile``: slices are arrays."""
 
     def __init__(self, file: RowsFile, place: int) -> None:

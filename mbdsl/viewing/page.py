@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mbdsl.plotting import documents
 from mbdsl.viewing.display import Item, values_of
 from mbdsl.viewing.shapes import Drawing
-from mbdsl.viewing.signals import Plots, Signal
+from mbdsl.viewing.signals import Plots, PlottedSignal
 from mbdsl.viewing.space.shapes import SpaceDrawing
 from mbdsl.viewing.space.solid import Solid
 from mbdsl.viewing.tracks import GROUND, UNTURNED, AnyMotion, Place, Spot, largest_strain
@@ -234,7 +234,7 @@ def levels(values: NDArray[np.float64]) -> dict[str, str]:
     return array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
 
 
-def _line(signal: Signal) -> dict[str, str]:
+def _line(signal: PlottedSignal) -> dict[str, str]:
     """Values as integers of 16 bits, -32767 at the lowest and 32767 at the highest; -32768 for nan."""
     half = (signal.high - signal.low) / 2
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):

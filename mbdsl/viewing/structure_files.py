@@ -17,17 +17,6 @@ SUFFIXES = (".svg", ".html", ".png", ".pdf")
 DPI = 160.0
 
 
-def check_suffix(path: str | os.PathLike) -> str:
-    """The suffix of a file of a graph.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    return suffix_of(path, SUFFIXES)
-
-
 def save(structure: Structure, path: str | os.PathLike) -> None:
     """Write the picture of a graph to a file.
 
@@ -43,7 +32,7 @@ def save(structure: Structure, path: str | os.PathLike) -> None:
     UsageError
         If the suffix is unknown, the file cannot be written, or matplotlib is not installed (.png, .pdf).
     """
-    if check_suffix(path) == ".html":
+    if suffix_of(path, SUFFIXES) == ".html":
         write_text(path, page(structure))
     else:
         draw(svg(structure), path, DPI)

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.series_styles import LIGHT_PAPER
-from mbdsl.viewing.marks import DASH, Array, Disc, Mark, Text
+from mbdsl.viewing.marks import DASH, Array, DiscMark, Mark, TextMark
 
 if TYPE_CHECKING:
     from PIL import Image, ImageDraw
@@ -20,7 +20,7 @@ FINE = 2  #: pixels drawn for each pixel of the picture, per direction: smooth e
 # -- SVG ---------------------------------------------------------------------------------------------------------------
 def svg_element(mark: Mark) -> str:
     """A mark as an element of SVG."""
-    if isinstance(mark, Text):
+    if isinstance(mark, TextMark):
         look = 'text-anchor="middle"' if mark.centred else 'dominant-baseline="central"'
         if not mark.centred:
             look += f' fill="{mark.colour}" font-size="{mark.size:g}" font-family="system-ui, sans-serif"'
@@ -28,7 +28,7 @@ def svg_element(mark: Mark) -> str:
     look = f'fill="{escape(mark.fill or "none")}"'
     if mark.stroke:
         look += f' stroke="{escape(mark.stroke)}" stroke-width="{mark.width:.2f}"'
-    if isinstance(mark, Disc):
+    if isinstance(mark, DiscMark):
         return f'<circle {look} cx="{mark.x:.2f}" cy="{mark.y:.2f}" r="{mark.radius:.2f}"/>'
     if mark.fill and len(mark.parts) > 1:
         look += ' fill-rule="evenodd"'
@@ -55,9 +55,9 @@ def pixels(marks: Sequence[Mark], width: int, height: int) -> Image.Image:
     image = Image.new("RGB", (FINE * width, FINE * height), LIGHT_PAPER)
     draw = ImageDraw.Draw(image)
     for mark in marks:
-        if isinstance(mark, Text):
+        if isinstance(mark, TextMark):
             _text(draw, mark)
-        elif isinstance(mark, Disc):
+        elif isinstance(mark, DiscMark):
             x, y, r = FINE * mark.x, FINE * mark.y, FINE * mark.radius
             width_ = max(1, round(FINE * mark.width)) if mark.stroke else 0
             draw.ellipse((x - r, y - r, x + r, y + r), fill=mark.fill, outline=mark.stroke, width=width_)
@@ -96,7 +96,7 @@ def _line(draw: ImageDraw.ImageDraw, points: Array, colour: str | None, width: f
             draw.ellipse((x - thick / 2, y - thick / 2, x + thick / 2, y + thick / 2), fill=colour)
 
 
-def _text(draw: ImageDraw.ImageDraw, mark: Text) -> None:
+def _text(draw: ImageDraw.ImageDraw, mark: TextMark) -> None:
     from PIL import ImageFont
 
     try:
