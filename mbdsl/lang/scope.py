@@ -212,9 +212,7 @@ class Scope(Names):
         if name in self.locals:
             return self.locals[name]
         found = self.namespace.find(name)
-        if self.owner is not None and (found is None or (len(reference.steps) == 1 and _no_value(found, step))):
-            # As in Modelica, a modifier sees the names around it; the component's own names have lower priority. A
-            # component has no value, so that `s` in the law of a spring `s` can only mean its length.
+        if self.owner is not None and not of_model(found, len(reference.steps) == 1 and _no_value(found, step)):
             own = self._own(self.owner, name)
             if own is not None:
                 return own
@@ -338,6 +336,15 @@ class Scope(Names):
             return as_frame(self.resolve(e), e, centred)
 
 
+def of_model(found: object, no_value: bool) -> bool:
+    """Whether a name in a law of a component is the one ``found`` in the model, and not a name of the component.
+
+    As in Modelica, a modifier sees the names around it; the component's own names have lower priority. A component has
+    no value, so that `s` in the law of a spring `s` can only mean its length.
+    """
+    return found is not None and not no_value
+
+
 def as_frame(
     entity: Entity, e: s.Expression, centred: bool = False
 ) -> Frame | PortNode | FlatComponent | Many | Disabled:
@@ -377,5 +384,5 @@ def _varies(value: Value) -> bool:
     return any(_varies(v) for v in value) if isinstance(value, tuple) else value.varying
 
 
-def _no_value(found: Entity, step: s.Step) -> bool:
+def _no_value(found: Entity | None, step: s.Step) -> bool:
     return isinstance(found, FlatComponent | Namespace | ComponentArray) and not step.indices

@@ -45,14 +45,20 @@ class Node:
         return f"{type(self).__name__}({shown})"
 
 
-def inside(node: object) -> collections.abc.Iterator[Node]:
+def children(node: object) -> collections.abc.Iterator[Node]:
+    """The nodes of which a node, or a tuple of nodes and tuples, consists."""
+    for part in node._content() if isinstance(node, Node) else node if isinstance(node, tuple) else ():
+        if isinstance(part, Node):
+            yield part
+        else:
+            yield from children(part)
+
+
+def inside(node: Node) -> collections.abc.Iterator[Node]:
     """All nodes of a piece of syntax, each before those in it."""
-    if isinstance(node, Node):
-        yield node
-        node = node._content()
-    if isinstance(node, tuple):
-        for part in node:
-            yield from inside(part)
+    yield node
+    for part in children(node):
+        yield from inside(part)
 
 
 # -- expressions ---------------------------------------------------------------------------------------------------

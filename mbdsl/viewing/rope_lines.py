@@ -17,7 +17,7 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.tracks import UNTURNED, AnyMotion, Place, Spot
+from mbdsl.viewing.tracks import UNTURNED, AnyMotion, Motion, Place, Spot
 
 Array = NDArray[np.float64]
 
@@ -66,8 +66,8 @@ def add_lines(motion: AnyMotion) -> None:
 
     def at(frame: str, key: str) -> Array:
         spot = motion.spot_of(frame)
-        if key == "phi":
-            return motion.pose(spot)[:, 2]  # type: ignore[union-attr]
+        if key == "phi" and isinstance(motion, Motion):
+            return motion.pose(spot)[:, 2]
         if key in "xyz":
             return motion.positions(spot)[:, "xyz".index(key)]
         found = motion.turned(spot, np.eye(3)["xyz".index(key[0])])
