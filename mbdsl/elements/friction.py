@@ -9,13 +9,20 @@ the Stribeck speed over which it falls to mu. tanh regularises the sign of v, fo
 a joint that should stick creeps at a speed of the order of v_s. Smaller v_s reduce the creep and make the equations
 stiffer. The creep with the defaults is negligible in machines (1 mm/s, 0.01 rad/s: 0.1 mm/s at the surface of a pin of
 1 cm), and implicit methods handle their stiffness.
+
+With `sticks = true` there is no such speed: friction is mu N against the sliding, and where the joint stops it is held,
+until more than mu_s N is needed (:mod:`mbdsl.mechanism.sticking`).
 """
 
 from collections.abc import Mapping
 
-from mbdsl.elements.kind import Parameter, power, zero
+from mbdsl.elements.kind import Parameter, Signal, power, zero
 
 EFFECTS = {"friction": zero("mu", "mu_s")}
+#: of joints that stick
+SLIDING = Signal("sliding", "1", "number[1]", "sense of sliding, 1 or -1; 0 while friction holds the joint")
+#: whether friction sticks, of joints that slide along one coordinate
+STICKS = Parameter("sticks", "", False, "whether friction holds the joint at rest, without creep, up to mu_s")
 STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its limit well before the exponential falls
 
 
@@ -50,6 +57,8 @@ def check(values: Mapping) -> str | None:
         return f"mu_s is {mu_s:g}, less than mu = {mu:g}: static friction cannot be less than sliding friction"
     if (mu or mu_s) and "radius" in values and values["radius"] is None:
         return "friction in a pin needs its `radius`: the torque is mu * radius * force"
+    if values.get("sticks") and values.get("v_st", values.get("w_st")) is not None:
+        return "with `sticks`, friction falls from mu_s to mu as soon as the joint slides: leave the Stribeck speed out"
     return None
 
 
@@ -66,7 +75,8 @@ def against(normal: str, rate: str, signal: str, along: str) -> dict:
     return {
         "friction": formula(normal, rate),
         "friction_along": along,
-        "results": (power(f"-(friction*{rate})"),),
+        "normal": normal,
+        "results": (power(f"-(friction*{rate})"), SLIDING),
         "resists": (("friction", signal),),
         "check": check,
         "derive": derive,

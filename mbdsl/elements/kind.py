@@ -328,6 +328,7 @@ class JointKind(PairKind):
     #: of the element module ``friction_along``; it does not act if the parameter ``mu_s`` is zero
     friction: str = ""
     friction_along: str = ""
+    normal: str = ""  #: the normal force in ``friction``, or its torque, of kinds whose friction can stick
     #: if the module has several coordinates: formulas of the resistances along them, in which ``friction`` is its size
     friction_rows: tuple[str, ...] = ()
     #: (values, s) -> pose (x, y, phi) of frame_b in frame_a, s being the signal named ``free`` ("": nothing is free);

@@ -20,6 +20,7 @@ KIND = JointKind(
     parameters=(
         Parameter("radius", "m", None, "radius of the pin; required with friction", positive=True),
         *friction.parameters("w", "rad/s", 0.01),
+        friction.STICKS,
     ),
     signals=TURNING,
     **friction.against("radius*hypot(lam[1], lam[2])", "w", "phi", "rotational_spring_damper"),
@@ -31,10 +32,12 @@ KIND = JointKind(
 IN_SPACE = in_space(
     KIND,
     doc="A hinge: the origins of frame_a and frame_b coincide, and so does the axis n in both.",
-    parameters=(AXIS_Z, *KIND.parameters),
+    parameters=(AXIS_Z, *KIND.parameters[:-1]),  # its friction does not stick
     signals=TURNING_IN_SPACE,
     friction=friction.formula("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w"),
     friction_along="torque",
+    normal="",
+    results=KIND.results[:1],
     resists=(),
     exerts=wrench(None, total(("(-friction)", Z_A))),
     axes=both("z"),

@@ -33,12 +33,12 @@ def inconsistent(
     alike = np.abs(without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
     wrong: list[tuple[float, str, Span | None]] = []
     where: dict[str, tuple[str, str, slice]] = {}
-    ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]
+    ranges = [(name, row, system.tables.joint(name).kind.rows) for name, row in system.tables.rows.items()]
     if velocity is not None:
         for name, row in system.tables.velocity_rows.items():
             ranges.append((name, row, len(system.scene.components[name].velocity_constraints)))
     for name, row, count in ranges:
-        component, part = system.scene.components[name], slice(row, row + count)
+        component, part = system.tables.joint(name), slice(row, row + count)
         kind, most = component.kind, np.abs(residual[part]).max()
         text = f"{kind.name} {name} is violated by {_with_units(most, kind, velocity)}"
         wrong.append((float(alike[part].max()), text, component.span))

@@ -41,8 +41,12 @@ def without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
 def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
     """Rows of [Phi_q; Gam_v] that depend on others here and in nearby poses, for systems of moderate size.
 
-    Rows that depend on others only in this (singular) pose are kept.
+    Rows that depend on others only in this (singular) pose are kept. Rows that hold at times only are left out as well.
     """
+    return tuple(sorted({*_redundant_rows(system, t, q, v), *system.tables.switchable}))
+
+
+def _redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
     scale = system.tables.scale
 
     def rows(J: Matrix) -> Array:
@@ -80,8 +84,8 @@ def _has_loops(system: System) -> bool:
             group[name] = name = group[group[name]]
         return name
 
-    for name in system.tables.rows:
-        ends = [scene.frames[frame].body for frame in scene.components[name].ports.values()]
+    for name in system.tables.rows.keys() - system.tables.holding.keys():
+        ends = [scene.frames[frame].body for frame in system.tables.joint(name).ports.values()]
         ends += [""] * (len(ends) < 2)
         roots = {root(body if body in group else "") for body in ends}
         if len(roots) < len(ends):

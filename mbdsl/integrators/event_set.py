@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError, Span
 from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism.events import INITIAL, Action, Branch
 from mbdsl.numerics.saddle_point import dense, least_squares
@@ -60,7 +61,8 @@ class EventSet:
 
     def __init__(self, system: System) -> None:
         self.system, self.events = system, system.scene.events
-        self.names = list(self.events.variables)
+        self.friction = FrictionSet(system) if system.scene.sticking else None
+        self.names = list(system.scene.discrete_starts)
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
         self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
         self._roots = [c for _, c in self._conditions]
@@ -68,7 +70,7 @@ class EventSet:
 
     def reset(self) -> None:
         """Return to the start."""
-        self.values = {name: x.start for name, x in self.events.variables.items()}
+        self.values = self.system.scene.discrete_starts
         self._was = np.zeros(len(self._roots), bool)
         self.history: list[tuple[float, tuple[float, ...]]] = []
         self.acted: list[Acted] = []
@@ -121,6 +123,8 @@ class EventSet:
                     message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
                 )
         self.reset()
+        if self.friction is not None:
+            self.friction.begin(t, stop - t, q, v, self.values)
         self._put()
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
@@ -154,6 +158,9 @@ class EventSet:
         for _ in range(ROUNDS):
             self._remember()
             before, at_first = dict(self.values), v
+            if self.friction is not None:
+                v = self.friction.act(t, q, v, left_out, self.values)
+                left_out = self.left_out(left_out)
             done, v = self._round(t, q, v, left_out)
             acted += done
             if self.ended or self.failed is not None or (self.values == before and v is at_first):
@@ -189,6 +196,10 @@ class EventSet:
         self._was = truth
         return done, v
 
+    def left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
+        """The rows that are left out behind the last event; ``left_out``: those before it."""
+        return left_out if self.friction is None else self.friction.left_out(left_out, self.values)
+
     def _remember(self) -> None:
         """pre(x) <- x of all variables."""
         for before, name in self._before.items():
@@ -196,6 +207,8 @@ class EventSet:
 
     def _put(self) -> None:
         """Set the numbers of the System."""
+        if self.friction is not None:
+            self.system.activate(self.left_out(self.system.tables.switchable))
         for name in self.system.tables.inputs:
             if name in self.values:
                 self.system.set_input(name, self.values[name])

@@ -24,8 +24,10 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
 from mbdsl.integrators.event_set import EventSet
+from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.switch_location import LEFT
+from mbdsl.integrators.loop.driver import MOST_PASSED
+from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
@@ -106,7 +108,7 @@ class Events:
         self.times: list[float] = []
         self.rounding: list[float] = []
         #: the when-equations of the model; None if it has none
-        self.set: EventSet | None = EventSet(self.system) if self.system.scene.events else None
+        self.set: EventSet | None = EventSet(self.system) if self.system.scene.has_events else None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -146,11 +148,13 @@ class Events:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches or self.set is not None:
-            integers[S.WATCHING] = True
+            integers[S.WATCHING] = REACTIONS if self._of_reactions else 1
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
             integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
             integers[S.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
+            if self._of_reactions:
+                integers[S.PASSED] = MOST_PASSED
             self._known = self._times(t)
             self._next(t)
             reals[S.STEP_SIZE] = run.h = min(run.h, reals[S.NEXT_EVENT] - t)
@@ -160,6 +164,12 @@ class Events:
         before = self.run.reals[S.LEAST_H]
         later = (x - before for x in self._known)
         self.run.reals[S.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+
+    @property
+    def _of_reactions(self) -> bool:
+        """Whether reactions decide events. Those of a step have its error: where a step was cut short, they are taken
+        from the equations of motion."""
+        return bool(self.system.scene.sticking)
 
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
@@ -200,6 +210,9 @@ class Events:
                 return S.SLIDING, None
         if known and self.set is not None and self._ticked(t, q, v, lam):
             return self.set.status, None
+        if self._of_reactions:
+            lam = self._reactions(t, q, v, lam)
+            integers[S.PASSED] = MOST_PASSED
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         if known:
             self._next(t + s)
@@ -228,9 +241,13 @@ class Events:
             before = v
             try:
                 v = self.set.act(t, q, v, run.left_out)
+                run.left_out = self.set.left_out(run.left_out)
+                system.activate(run.left_out)
                 if v is not before:
                     q, v = onto_constraints(system, t, q, v, run.left_out)
                 a, lam = accelerations(system, t, q, v, run.left_out)
+            except UndecidedFrictionError:
+                raise
             except InitialisationError:
                 return self.no_accelerations(t, q, v), None
             for at, value in self.set.numbers().items():
@@ -257,7 +274,8 @@ class Events:
             return False  # the history of methods of higher order would need the jumps of rates
         if (self.system.switches(t, q, v, lam) != self.system.switches(t + s, q, v, lam)).any():
             return False
-        if events.act(t + s, q, v, run.left_out, put=False) is not v:
+        acted = events.act(t + s, q, v, run.left_out, put=False)
+        if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
             events.undo()
             return False
         self._next(t + s)

@@ -67,6 +67,7 @@ class MethodRun(RunState):
         super().__post_init__()
         self.overlooked: Overlooked | None = None
         self._rates: tuple | None = None
+        self.begun: Array | None = None  #: q, v, lam behind the event at the start, of a run that has one
         self._prepare()
         self._load()
 
@@ -162,10 +163,11 @@ class MethodRun(RunState):
             If the method needs a mass for every coordinate and one has none.
         """
         self.left_out = left_out
-        self.mark_left_out()
         controlled = self.controlled
         if t is None and self.tol is not None and self.events.set is not None:
             v, a, lam = self._act_at_start(q, v, a, lam)
+            left_out, self.begun = self.left_out, np.concatenate([q, v, lam])
+        self.mark_left_out()
         system, t0, vectors = self.system, self.start if t is None else t, self.vectors
         n, largest = system.n, self._largest
         method = modules()[self.method].METHOD
@@ -221,8 +223,10 @@ class MethodRun(RunState):
     def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """v, a and lam behind the event at the start."""
         assert self.events.set is not None
-        v = self.events.set.begin(self.start, self.stop, q, v, self.left_out)
-        if self.events.set.acted:
+        events = self.events.set
+        v = events.begin(self.start, self.stop, q, v, self.left_out)
+        self.left_out = events.left_out(self.left_out)
+        if events.acted or events.friction is not None:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
         return v, a, lam
 

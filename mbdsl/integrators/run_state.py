@@ -191,8 +191,9 @@ class RunState:
         self.mark_left_out()
 
     def mark_left_out(self) -> None:
-        """Mark the redundant constraints in ``layout``."""
+        """Mark the constraints that are left out in ``layout``: redundant ones, and those that hold at times only."""
         m = self.system.m
+        self.system.mark_switchable(self.layout, self.left_out)
         for row in self.left_out:
             if row < m:
                 self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 1
@@ -255,6 +256,7 @@ class RunState:
     def synchronise(self) -> None:
         """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""
         system = self.system
+        system.activate(self.left_out)
         for name, at in system.tables.inputs.items():
             system.set_input(name, self.numbers[at])
         for at in self.counters:

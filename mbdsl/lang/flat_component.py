@@ -232,7 +232,7 @@ class FlatComponent:
     def signal_names(self) -> tuple[str, ...]:
         if self._signal_names is None:
             laws = filter(self.has_law, self.kind.law_parameters)
-            self._signal_names = signals.names(self.kind, laws, self.has_friction())
+            self._signal_names = signals.names(self.kind, laws, self.has_friction(), self.formulas.sticks)
         return self._signal_names
 
     def has_friction(self) -> bool:

@@ -35,7 +35,7 @@ def _component(part: FlatComponent) -> Component:
         part.doc,
         _energy(part),
         _velocity_constraints(part),
-        part.formulas.signal("friction") if part.has_friction() else None,
+        part.formulas.resistance() if part.has_friction() else None,
         part.formulas.friction_rows() if part.has_friction() else (),
         {port: frame for port, own in ports.items() if (frame := part.port_frame(port).name) != own},
         tuple(map(part.formulas.row, kind.relations)) if isinstance(kind, JointKind) else (),

@@ -27,6 +27,7 @@ from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
 from mbdsl.mechanism.poses import PlanarPose, SpatialPose
 from mbdsl.mechanism.signals import Formulas
+from mbdsl.mechanism.sticking import NUMBERS, Sticking, number, sticks
 from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
@@ -322,11 +323,32 @@ class Scene:
 
         return of_scene(self)
 
+    @cached_property
+    def sticking(self) -> tuple[Sticking, ...]:
+        """The joints whose friction sticks."""
+        found = (c for c in self.components.values() if sticks(c.kind, c.values) and c.friction is not None)
+        return tuple(self._formulas(c).sticking(c.span) for c in found)
+
+    @property
+    def has_events(self) -> bool:
+        """Whether something acts at events: when-equations, or friction that sticks."""
+        return bool(self.events or self.sticking)
+
+    @property
+    def conditions(self) -> list[Expr]:
+        """The conditions at whose changes something acts."""
+        return [*self.events.conditions, *(x.condition for x in self.sticking)]
+
+    @property
+    def discrete_starts(self) -> dict[str, float]:
+        """Discrete variables and the numbers of joints that stick -> their values at the start."""
+        starts = {name: x.start for name, x in self.events.variables.items()}
+        return starts | {number(x.name, what): 0.0 for x in self.sticking for what in NUMBERS}
+
     @property
     def number_starts(self) -> dict[str, float]:
         """Inputs and discrete variables -> their values at the start."""
-        starts = {name: x.start for name, x in self.inputs.items()}
-        return starts | {name: x.start for name, x in self.events.variables.items()}
+        return {name: x.start for name, x in self.inputs.items()} | self.discrete_starts
 
     @cached_property
     def _content(self) -> str:

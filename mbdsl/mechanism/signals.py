@@ -8,8 +8,10 @@ from functools import cache
 from typing import Any
 
 from mbdsl.elements.kind import JointKind, Kind
+from mbdsl.errors import Span
 from mbdsl.expressions import formulas
-from mbdsl.expressions.symbolic import Expr, diff, expr, multiplier, substitute
+from mbdsl.expressions.symbolic import Expr, diff, expr, input_signal, multiplier, substitute
+from mbdsl.mechanism import sticking
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
@@ -64,6 +66,9 @@ class Formulas:
         found = self._found.get(name)
         if found is None:
             formula = self.kind.formulas.get(name)
+            if name == "friction" and self.sticks:
+                found = self._found[name] = self.resistance() + multiplier(sticking.row_name(self.name), 0)
+                return found
             law = None if formula is not None and isinstance(self.kind, JointKind) else self.law(name)
             if law is None and formula is None:
                 raise KeyError(name)
@@ -92,6 +97,28 @@ class Formulas:
     def row(self, formula: str) -> Expr:
         """One of the kind's ``relations`` or ``velocity_rows``; a name of both a law and a signal denotes the law."""
         return formulas.evaluate(formula, _LawsFirst(self))
+
+    @property
+    def sticks(self) -> bool:
+        """Whether it is a joint whose friction sticks."""
+        return self.kind.parameter("sticks") is not None and bool(self.given("sticks") and self.given("mu_s"))
+
+    def resistance(self) -> Expr:
+        """The friction of a joint as a force; that of one that sticks while it slides."""
+        if not self.sticks:
+            return self.signal("friction")
+        assert isinstance(self.kind, JointKind)
+        sense = input_signal(sticking.number(self.name, sticking.SLIDING))
+        return sense * formulas.evaluate(f"mu*({self.kind.normal})", self)
+
+    def sticking(self, span: Span | None) -> sticking.Sticking:
+        """What events need of a joint whose friction sticks."""
+        assert isinstance(self.kind, JointKind)
+        coordinate = self.kind.resists[0][1]
+        rate = self.signal({"s": "v", "phi": "w"}[coordinate])
+        normal = expr(formulas.evaluate(self.kind.normal, self))
+        row, mu_s = sticking.row_name(self.name), float(self.given("mu_s"))
+        return sticking.Sticking(self.name, row, mu_s, self.signal(coordinate), rate, normal, span)
 
     def friction_rows(self) -> tuple[Expr, ...]:
         """The joint's ``friction_rows``."""
@@ -122,6 +149,8 @@ class Formulas:
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
             return multiplier(self.name, index - 1)
+        if name == "number":
+            return input_signal(sticking.number(self.name, sticking.NUMBERS[index - 1]))
         if name == "slope" and isinstance(self.kind, JointKind):
             law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]
@@ -137,14 +166,15 @@ class _LawsFirst:
         return self.others.value(name) if law is None else law
 
 
-def names(kind: Kind, given: Iterable[str], friction: bool) -> tuple[str, ...]:
-    """Names of the signals of a component with the laws ``given``, and with or without ``friction``."""
-    return _names(kind, tuple(given), friction)
+def names(kind: Kind, given: Iterable[str], friction: bool, sticks: bool = False) -> tuple[str, ...]:
+    """Names of the signals of a component with the laws ``given``, and with or without ``friction`` that ``sticks``."""
+    return _names(kind, tuple(given), friction, sticks)
 
 
 @cache
-def _names(kind: Kind, given: tuple[str, ...], friction: bool) -> tuple[str, ...]:
+def _names(kind: Kind, given: tuple[str, ...], friction: bool, sticks: bool) -> tuple[str, ...]:
     own = [name for name, formula in kind.formulas.items() if friction or "friction" not in (name, *_WORD(formula))]
+    own = [name for name in own if sticks or name != sticking.SLIDING]
     results = {x.name for x in kind.results}
     before = [name for name in own if name not in results]
     return tuple(dict.fromkeys([*before, *given, *own]))

@@ -12,6 +12,7 @@ from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.mechanism import poses
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene import SpatialFrame
+from mbdsl.mechanism.sticking import HELD, number
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
@@ -44,6 +45,34 @@ def motion(
     undetermined : list of float [s]
         Times of the singular poses, at which there is no solution or more than one.
     """
+    if system.scene.sticking:
+        return _by_modes(system, t, q, v, left_out, numbers, least)
+    return _with_rows(system, t, q, v, left_out, numbers, least)
+
+
+def _by_modes(
+    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers, least: int | None
+) -> tuple[Array, Array, list[float]]:
+    """As ``motion``, of a scene with joints that stick: each set of joints that are held by itself."""
+    tables, joints = system.tables, system.scene.sticking
+    rows = [tables.rows[x.row] for x in joints]
+    held = np.stack([numbers[tables.inputs[number(x.name, HELD)]] for x in joints], axis=1) != 0.0
+    a, lam, undetermined = np.zeros((len(t), system.n)), np.zeros((len(t), system.m + system.p)), []
+    for modes in np.unique(held, axis=0):
+        at = np.flatnonzero((held == modes).all(axis=1))
+        active = {row for row, is_held in zip(rows, modes, strict=True) if is_held}
+        without = tuple(sorted({*left_out, *rows} - active))
+        system.activate(without)
+        own = {k: x[at] for k, x in numbers.items()}
+        a[at], lam[at], poor = _with_rows(system, t[at], q[at], v[at], without, own, least)
+        undetermined += poor
+    return a, lam, sorted(undetermined)
+
+
+def _with_rows(
+    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers, least: int | None
+) -> tuple[Array, Array, list[float]]:
+    """As ``motion``, with the same rows at all states."""
     N, undetermined = len(t), []
     known = sampled(system, t, q, v, left_out, numbers, least)
     if known is not None:

@@ -32,7 +32,9 @@ def violations(
         J = dense(system.velocity_jacobian(first.t, first.q, first.v))
         size = np.where((J[:, system.tables.lengths] != 0.0).any(axis=1), size, 1.0)
     Phi, _, Gam = derived_signals.residuals(system, t, q, v, numbers)
-    return np.abs(np.concatenate([Phi, Gam], axis=1)) / size
+    found = np.abs(np.concatenate([Phi, Gam], axis=1)) / size
+    found[:, list(system.tables.switchable)] = 0.0  # hold at times only
+    return found
 
 
 def violated(every: Array, redundant: Sequence[int]) -> NDArray[np.bool_]:

@@ -20,6 +20,7 @@ from mbdsl.initial.consistent import InitialState, Moved, determined, initial_st
 from mbdsl.initial.shared_loads import undetermined
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
+from mbdsl.errors import UsageError
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
@@ -79,7 +80,9 @@ class PartRun:
 
     @property
     def first(self) -> Array:
-        """The row (1, 2 n + m + p) of outputs at the start."""
+        """The row (1, 2 n + m + p) of outputs at the start, behind the event there."""
+        if isinstance(self.integration, MethodRun) and self.integration.begun is not None:
+            return self.integration.begun[None]
         return np.concatenate([self.initial.q, self.initial.v, self.initial.lam])[None]
 
     @property
@@ -140,7 +143,7 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
-        whole = plan.general or bool(scene.events)
+        whole = plan.general or scene.has_events
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
@@ -159,7 +162,7 @@ class MechanismRun:
         self._failure = S.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = (
-            plan.tol is not None or bool(scene.events) or backend(plan.method) is not None
+            plan.tol is not None or scene.has_events or backend(plan.method) is not None
         )  # different for each part
         self._taken = 0
 
@@ -216,7 +219,7 @@ class MechanismRun:
         self.assembled += own
         names = self.system.constraint_names()
         row = {name: k for k, name in enumerate(names)} if any(x.redundant for _, x in self.assembled) else {}
-        self.left_out = tuple(row[name] for name in self.redundant)
+        self.left_out = tuple(sorted({*(row[name] for name in self.redundant), *self.system.tables.switchable}))
         solved = [p.method != KINEMATIC for p in self.parts]
         self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved, solved_as)
         if self.system.tables.starts and not any(p.system is self.system for p in self.parts):
@@ -323,7 +326,12 @@ class MechanismRun:
     @property
     def redundant(self) -> list[str]:
         """Names of the redundant constraints that are left out."""
-        return [system.constraint_names()[k] for system, first in self.assembled for k in first.redundant]
+        return [
+            system.constraint_names()[k]
+            for system, first in self.assembled
+            for k in first.redundant
+            if k not in system.tables.switchable
+        ]
 
     @property
     def not_unique(self) -> list[str]:
@@ -516,7 +524,7 @@ class MechanismRun:
     @property
     def event_set(self) -> EventSet | None:
         """The events of the present run; None of a model without when-equations."""
-        run = self.parts[0].integration if self.parts and self.system.scene.events else None
+        run = self.parts[0].integration if self.parts and self.system.scene.has_events else None
         return run.events.set if isinstance(run, MethodRun) else None
 
     # -- from the parts to the scene ---------------------------------------------------------------------------
@@ -667,9 +675,12 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
+        if system.scene.sticking:
+            message = f"{method} does not find the events at which `{system.scene.sticking[0].name}` sticks and slides"
+            raise UsageError(message, hint="take a method of mbdsl, such as radau5; or leave `sticks` out")
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     tol, grid, longest = plan.tol, 0.0, plan.longest
-    if tol is None and system.scene.events:  # steps of a fixed size, which events shorten
+    if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten
         if controls_locally(method):
             tol, grid = NOMINAL, plan.h
         else:

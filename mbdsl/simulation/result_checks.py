@@ -42,7 +42,8 @@ def check_left_out(motion: MechanismRun, trajectory: Trajectory, states: list) -
     """Raise an error if a constraint that was left out as redundant is violated: the motion is then not that of the
     model. The error has the results up to there."""
     for part, (every_q, every_v) in zip(motion.parts, states, strict=True):
-        system, rows = part.system, list(part.initial.redundant)
+        system = part.system
+        rows = [k for k in part.initial.redundant if k not in system.tables.switchable]
         if not rows:
             continue
         angles = derived_signals.angles(system, trajectory.t, every_q, every_v)

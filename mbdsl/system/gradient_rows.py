@@ -7,7 +7,7 @@ from itertools import product
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
-from mbdsl.expressions.symbolic import Expr, der, diff, expr, leaves
+from mbdsl.expressions.symbolic import Expr, const, der, diff, expr, leaves
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component
@@ -51,16 +51,17 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 if role == "joint":
                     if isinstance(c.kind, JointKind) and c.kind.driver and j == rows - 1:
                         u = expr(c.values[c.kind.driver])
-                        registers = [tape.add(u), tape.add(der(u)), 0]
+                        rate = der(u) if c.name not in tables.holding else const(0.0)  # of a place between events
+                        registers = [tape.add(u), tape.add(rate), 0]
                         details.append((len(ints) + 4, registers))
-                        later.append(_second_rate(u, registers, tape))
+                        later.append(_second_rate(rate, registers, tape))
                 elif role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later, slopes)
                     details.append((len(ints) + L.DETAIL, leaf))
                 hessian = buffers.floats(no_hessian) if curved else -1
-                ints += [a, b, first, hessian, detail, 0]
+                ints += [a, b, first, hessian, detail, int(role == "joint" and c.name in tables.holding)]
                 row += 1
             counts[role] += rows
     layout = buffers.layout
@@ -139,11 +140,11 @@ def _coupling(tables: Tables, c, first: int, records: list[list[int]], tape: Tap
     return fill
 
 
-def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:
+def _second_rate(rate: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:
     """u'' is needed for accelerations only, and therefore belongs to the gradient tape."""
 
     def fill() -> None:
-        registers[2] = tape.add(der(der(u)))
+        registers[2] = tape.add(der(rate))
 
     return fill
 

@@ -10,6 +10,7 @@ from mbdsl.elements import Declared, declaring, loaded, modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.mechanism.sticking import holding, row_name, sticks
 from mbdsl.system.body_models import motion_module, motion_modules
 
 
@@ -76,10 +77,19 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
                 groups.setdefault(_GAMMA, []).append(c)
             if c.friction is not None:
                 groups.setdefault((4, "law", _along(c.kind), False), []).append(c)
+                if sticks(c.kind, c.values):
+                    row = row_holding(c)
+                    groups.setdefault((1, "joint", declaring(row.kind).__name__, True), []).append(row)
         elif isinstance(c.kind, ForceKind):
             order, role = (4, "law") if by_law(c) else (3, "spring")
             groups.setdefault((order, role, module.__name__, False), []).append(c)
     return [Block(key[1], kernels_of(key[2]), tuple(groups[key]), key[3]) for key in sorted(groups)]
+
+
+def row_holding(joint: Component) -> Component:
+    """The row that holds a joint whose friction sticks, which is no component of the scene."""
+    kind, values = holding(joint)
+    return Component(row_name(joint.name), kind, values, joint.ports, (), joint.span)
 
 
 def kernels_of(name: str) -> ModuleType | Declared:

@@ -8,7 +8,7 @@ those of Phi first; in what follows, ``lam`` is this vector.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -25,6 +25,7 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.sticking import row_name
 from mbdsl.messages import few
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.rotation import BASE
@@ -269,6 +270,18 @@ class System:
         if self._work is None:
             self._work = self.workspace()
         self._work.numbers[at] = value
+
+    def activate(self, left_out: Collection[int]) -> None:
+        """Let those rows that hold at times only act in all later evaluations that are not among ``left_out``."""
+        if self.tables.switchable:
+            if self._work is None:
+                self._work = self.workspace()
+            self.mark_switchable(self._work.layout, left_out)
+
+    def mark_switchable(self, layout: NDArray[np.int64], left_out: Collection[int]) -> None:
+        """Mark in ``layout`` which of the rows that hold at times only are left out."""
+        for row in self.tables.switchable:
+            layout[layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = int(row in left_out)
 
     def set_turn(self, name: str, angle: float) -> None:
         """Set the reference ``angle`` for counting the revolutions of body ``name``, if q does not contain them."""
@@ -571,6 +584,8 @@ class System:
             if name in self.tables.rows:
                 first = self.n + self.tables.rows[name]
                 order.extend(range(first, first + component.kind.rows))
+            if (row := row_name(name)) in self.tables.holding:
+                order.append(self.n + self.tables.rows[row])
             if name in self.tables.velocity_rows:
                 first = self.n + self.tables.velocity_rows[name]
                 order.extend(range(first, first + len(component.velocity_constraints)))
@@ -584,7 +599,7 @@ class System:
         """A name for each constraint, e.g. "O.Phi[1]", and "skate.Gam[1]" for nonholonomic ones (m + p,)."""
         components = self.scene.components
         ordered = sorted(self.tables.rows.items(), key=lambda item: item[1])
-        names = [f"{j}.Phi[{k + 1}]" for j, _ in ordered for k in range(components[j].kind.rows)]
+        names = [f"{j}.Phi[{k + 1}]" for j, _ in ordered for k in range(self.tables.joint(j).kind.rows)]
         ordered = sorted(self.tables.velocity_rows.items(), key=lambda item: item[1])
         return names + [f"{j}.Gam[{k + 1}]" for j, _ in ordered for k in range(len(components[j].velocity_constraints))]
 
@@ -607,7 +622,7 @@ class System:
             first = t.coordinates[body.name]
             found.append((f"q[{first}:{first + len(body.coordinates)}]", body.name, ", ".join(body.coordinates)))
         for name, first in sorted(t.rows.items(), key=lambda item: item[1]):
-            kind = self.scene.components[name].kind
+            kind = self.tables.joint(name).kind
             found.append((f"Phi[{first}:{first + kind.rows}]", name, kind.name))
         for name, first in sorted(t.velocity_rows.items(), key=lambda item: item[1]):
             component = self.scene.components[name]

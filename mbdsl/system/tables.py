@@ -18,7 +18,7 @@ from mbdsl.bodies.contract import Body
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.kernels.columns import PLANE as C
 from mbdsl.mechanism import energies
-from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.system import switches
 from mbdsl.system.structure import Block, expressions
 
@@ -91,6 +91,21 @@ class Tables:
         """The number of states, whose coordinates are the last ones."""
         return len(self.scene.states())
 
+    @cached_property
+    def holding(self) -> dict[str, Component]:
+        """The joints that hold others while their friction sticks; no components of the scene."""
+        joints = (c for b in self.blocks if b.role == "joint" for c in b.components)
+        return {c.name: c for c in joints if c.name not in self.scene.components}
+
+    @cached_property
+    def switchable(self) -> tuple[int, ...]:
+        """Rows of constraints that hold at times only; left out unless a run activates them."""
+        return tuple(sorted(self.rows[name] for name in self.holding))
+
+    def joint(self, name: str) -> Component:
+        """A joint that has rows."""
+        return self.holding[name] if name in self.holding else self.scene.components[name]
+
     @property
     def pair_rows(self) -> int:
         """Rows of the gradient table."""
@@ -99,7 +114,7 @@ class Tables:
     @property
     def has_tape(self) -> bool:
         own = any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
-        return own or bool(self.scene.events)
+        return own or self.scene.has_events
 
 
 class Buffers:

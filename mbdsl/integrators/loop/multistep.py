@@ -20,6 +20,7 @@ from mbdsl.integrators.loop.coupled_correction import FAR
 from mbdsl.integrators.loop.linear_solve import DENSE
 from mbdsl.integrators.loop.newton import newton
 from mbdsl.integrators.loop.rotation_chart import from_rates
+from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.step_control import (
     after,
     best_order_uneven,
@@ -32,7 +33,7 @@ from mbdsl.integrators.loop.step_control import (
     to_grid,
 )
 from mbdsl.integrators.loop.step_times import end_of_step
-from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
+from mbdsl.integrators.loop.switch_location import REACTIONS, length_before_switch, until_switch
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import half, turn, untangled
@@ -246,6 +247,8 @@ def take(t0, h, formulas, run):
     accepted = status == S.RUNNING and (not controlled or error <= 1.0)
     if status != S.SINGULAR or layout[L.SOLVER] == DENSE:  # otherwise the run continues with the dense solver
         if integers[S.WATCHING]:
+            if integers[S.WATCHING] == REACTIONS and status == S.RUNNING:
+                evaluate(end_of_step(t0, h, run), run)
             part = until_switch(status, accepted, h, run)
             if part < 1.0:
                 return cut(part, h, formulas, run), h, error

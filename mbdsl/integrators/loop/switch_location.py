@@ -32,6 +32,9 @@ LEFT = 1e-3
 #: the part of a zone after which steps of ordinary methods end, and what is added to that of others for the part of the
 #: way to a switch
 MIDDLE, EARLIER = 0.5, 0.25
+#: value of WATCHING if reactions decide events: the last correction of a step may change them more than a little, and
+#: switches are evaluated behind it
+REACTIONS = 2
 #: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
 ON, BETWEEN = 0, 1
 
