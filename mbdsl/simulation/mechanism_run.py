@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
+from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state, state_at
 from mbdsl.initial.shared_loads import undetermined
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.initial.weights import members_of
-from mbdsl.errors import UsageError
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S

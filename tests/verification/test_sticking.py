@@ -148,7 +148,7 @@ initial equation
 end Two;
 """
     for speed in ("0 m/s", "0.1 m/s"):  # at the start, and where they stop
-        with pytest.raises(mbdsl.InitialisationError, match="friction of `p`, `q` .* is not unique"):
+        with pytest.raises(mbdsl.InitialisationError, match=r"friction of `p`, `q` .* is not unique"):
             mbdsl.simulate(mbdsl.parse(text.replace("V", speed)), stop=1, step=0.01, method="hht-si2")
 
 
