@@ -8,15 +8,12 @@ row is left out while the joint slides.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 from mbdsl.elements import find
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, call, input_signal, multiplier
-
-if TYPE_CHECKING:
-    from mbdsl.mechanism.scene import Component
 
 #: numbers of a joint, as of discrete variables: the sense of sliding (0: at rest), whether its row holds it, where, and
 #: the speed against that sense at which it has stopped, which is more than rounding
@@ -67,8 +64,8 @@ def sticks(kind: object, values: Mapping) -> bool:
     return isinstance(kind, JointKind) and bool(values.get("sticks") and values.get("mu_s"))
 
 
-def holding(joint: Component) -> tuple[JointKind, dict]:
-    """Kind and values of the row that holds a joint."""
+def holding(joint: Any) -> tuple[JointKind, dict]:
+    """Kind and values of the row that holds a joint, a component."""
     assert isinstance(joint.kind, JointKind)
     name, law = HOLDS[joint.kind.friction_along]
     kind = find(name, joint.kind.spatial)
