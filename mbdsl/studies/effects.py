@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import EFFECTS
+from mbdsl.elements.declaration import EFFECTS
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene

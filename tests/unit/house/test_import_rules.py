@@ -55,7 +55,7 @@ CIRCLES = {
     ("mbdsl.viewing.structure", "mbdsl.viewing.structure_files"): "a Structure writes itself to files",
     ("mbdsl.viewing.structure", "mbdsl.viewing.structure_svg"): "a Structure shows itself in a notebook",
     ("mbdsl.viewing.structure", "mbdsl.viewing.structure_text"): "a Structure prints itself as text",
-    ("mbdsl.elements.kind", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
+    ("mbdsl.elements.declaration", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
     ("mbdsl.expressions.symbolic", "mbdsl.expressions.printing"): "an expression prints itself as text",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_component"): "type: what a name stands for may be a component",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_model"): "type: a namespace belongs to a flat model",
