@@ -341,6 +341,7 @@ def modes_about(point: operating_points.OperatingPoint, count: int | None) -> Mo
 def _shares(system: System, t: float, q: Array, shape: Complex) -> dict[str, float]:
     """Share of each body in the kinetic energy of a shape; in the squared displacements if only massless parts move."""
     energy = (shape.conj() * (system.M(t, q) @ shape)).real
+    energy[system.n - system.tables.states :] = 0.0
     if not energy.sum() > 0.0:
         energy = np.abs(shape * system.tables.scale) ** 2
     parts: dict[str, float] = {}

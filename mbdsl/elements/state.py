@@ -13,7 +13,10 @@ from mbdsl.elements.kind import BodyKind, Parameter, in_space
 KIND = BodyKind(
     "State",
     doc="A variable with a derivative.",
-    parameters=(Parameter("nominal", "any", None, "size of its values, to which errors refer", positive=True),),
+    parameters=(
+        Parameter("nominal", "any", None, "size of its values, to which errors refer", positive=True),
+        Parameter("rate", "any", None, "its derivative at the start, from which its value at the start follows"),
+    ),
     coordinates=("s",),
     is_frame=True,
     table=lambda v: (1.0,),

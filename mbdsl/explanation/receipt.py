@@ -196,7 +196,7 @@ def _takes(motion: MechanismRun, names: SignalNames, name: str) -> str:
     if name.startswith("energy."):
         return "a formula of coordinates and velocities"
     root = names.expressions[name][0] if name in names.expressions else scene.signal(name)
-    reads = [leaf.value for leaf in leaves(root) if leaf.op == "multiplier" and isinstance(leaf.value, tuple)]
+    reads = [leaf.value for leaf in leaves(root) if leaf.op == "multiplier"]
     rows = [motion.system.tables.multipliers[key] - motion.system.n for key in reads]
     if not rows:
         return "a formula of coordinates and velocities"

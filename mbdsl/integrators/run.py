@@ -115,7 +115,7 @@ class MethodRun(RunState):
 
     def _stop_at_events(self) -> None:
         """Prepare switches, zones and the bounds of the step size, for a run with a tolerance."""
-        self.events = Events(self)
+        self.events = Events(self, self.change_inputs)
         self.landings = Landings(self, self.events.blame)
         self.standstill = Standstill(self)
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
@@ -167,14 +167,10 @@ class MethodRun(RunState):
         if t is None and self.tol is not None and self.events.set is not None:
             v, a, lam = self._act_at_start(q, v, a, lam)
         system, t0, vectors = self.system, self.start if t is None else t, self.vectors
-        n, scale = system.n, system.tables.scale
+        n, largest = system.n, self._largest
         method = modules()[self.method].METHOD
         if method.inverts_mass:
             self._check_masses()
-
-        def largest(x: Array) -> float:
-            return float(np.abs(x * scale).max(initial=0.0))
-
         if controlled:
             left = max(self.stop - t0, self.reals[S.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
@@ -190,7 +186,7 @@ class MethodRun(RunState):
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
         if stiff:  # the method damps the transient; extrapolated over a step, its rates would spoil the start values
-            jerk, fa_rate = np.zeros(n), np.zeros(n)
+            jerk, fa_rate = np.zeros(system.n), np.zeros(system.n)
         if t is None:
             self.numbers[self.counters] = system.tables.numbers[self.counters]
             if self.tol is not None and self.events.set is not None:
@@ -210,15 +206,19 @@ class MethodRun(RunState):
         if t is None:
             self._begin_events(behind, q, v, lam)
         # this evaluation gives the gradients at the start of the first step
-        self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
+        self.evaluate(t0, self.vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[L.KEEP] = 1
         self.integers[S.HISTORY], self.integers[S.AIMED] = 1, 0
         self.keep_state()
 
+    def _largest(self, x: Array) -> float:
+        """The largest scaled entry of x (n,)."""
+        return float(np.abs(x * self.system.tables.scale).max(initial=0.0))
+
     def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """v, a and lam behind the event at the start."""
         assert self.events.set is not None
-        v = self.events.set.begin(self.start, q, v, self.left_out)
+        v = self.events.set.begin(self.start, self.stop, q, v, self.left_out)
         if self.events.set.acted:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
         return v, a, lam

@@ -25,6 +25,7 @@ from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
+from mbdsl.mechanism.poses import PlanarPose, SpatialPose
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.messages import did_you_mean
 
@@ -69,9 +70,9 @@ class Frame:
     motion: tuple[Expr, Expr, Expr] | None = None
 
     @property
-    def pose(self) -> tuple[float, ...]:
-        """(x, y, phi)."""
-        return self.x, self.y, self.phi
+    def pose(self) -> Any:
+        """A PlanarPose, or a SpatialPose (:mod:`mbdsl.mechanism.poses`)."""
+        return PlanarPose(self.x, self.y, self.phi)
 
 
 @dataclass(frozen=True)
@@ -87,9 +88,8 @@ class SpatialFrame(Frame):
     rotor: int = 0  #: in a reduced scene, the number of the rotor on a gyrostat with which the frame turns; 0: none
 
     @property
-    def pose(self) -> tuple[float, ...]:
-        """Origin and axes."""
-        return self.x, self.y, self.z, *self.axes
+    def pose(self) -> SpatialPose:
+        return SpatialPose((self.x, self.y, self.z, *self.axes))
 
 
 @dataclass(frozen=True, repr=False)
@@ -136,6 +136,11 @@ class Component:
     def deforms(self) -> bool:
         """Whether it is a body with more coordinates than a pose, whose number depends on ``values``."""
         return isinstance(self.kind, BodyKind) and self.kind.coordinates_of is not None
+
+
+def is_state(component: Component) -> bool:
+    """Whether a component with a coordinate is a state, and not a body."""
+    return component.kind.variant == STATE
 
 
 @dataclass(frozen=True)
@@ -442,9 +447,10 @@ class Scene:
         Returns
         -------
         list of Component
-            In the order of their declaration.
+            In the order of their declaration, the states last.
         """
-        return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        found = [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        return sorted(found, key=lambda c: c.kind.variant == STATE)
 
     def signals(self) -> dict[str, Expr]:
         """Signals of all components, and the variables; those of frames are not listed.
@@ -634,7 +640,7 @@ class Scene:
         """
         if leaf.op != "coordinate":
             return None
-        frame, key = leaf.value  # type: ignore[misc]
+        frame, key = leaf.value
         motion = self._prescribed_frames.get(frame)
         if motion is None:
             return None

@@ -38,7 +38,7 @@ from mbdsl.simulation.left_out_rows import violated, violations
 from mbdsl.simulation.plan import Plan, check_space
 from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
-from mbdsl.system import System, build
+from mbdsl.system import System, build, state_sizes
 from mbdsl.system.bending import first_bend
 from mbdsl.system.signals import begin
 from mbdsl.system.tables import gravity
@@ -148,6 +148,7 @@ class MechanismRun:
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size
         self._widens = True  #: whether the run may change the size: the first one
+        self._states_sized = False  #: whether the sizes of states are those of a run
         self._systems, self._spaces = self._built()
         self.parts: list[PartRun] = []
         self.assembled: list[tuple[System, InitialState]] = []
@@ -253,6 +254,9 @@ class MechanismRun:
             self._is_not_kinematic(part)
             system = build(part.dynamic.scene, part.dynamic, size=self._size)
             return self._moving(Part(part.dynamic), system, lap, start)
+        if system.tables.states:
+            state_sizes.estimate(system.tables, initial.v, initial.a, plan.stop - plan.start)
+            integration = _run(system, method, plan, options)
         integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
         lap("initialise")
         return PartRun(part, system, method, initial, integration)
@@ -470,16 +474,26 @@ class MechanismRun:
 
         The largest displacement becomes the size, and the run has to be repeated.
         """
+        again = self._sized()
         if not self._widens:
-            return False
+            return again
         self._widens, tables = False, self.system.tables
         q = self.states()[1][:, tables.lengths]
         way = float(np.abs(q - q[:1]).max(initial=0.0))
         if not tables.outgrown_from * tables.size < way < np.inf:
-            return False
+            return again
         for own in (tables, *(p.system.tables for p in self.parts)):
             own.resize(way)
         return True
+
+    def _sized(self) -> bool:
+        """Set the sizes of states by the first run; whether its weights were far from them."""
+        if self._states_sized:
+            return False
+        self._states_sized, span = True, self.plan.stop - self.plan.start
+        ends = [(p, np.vstack([p.first, p.integration.out[: p.integration.written]])) for p in self.parts]
+        found = [state_sizes.measured(p.system.tables, p.split(x)[1], span) for p, x in ends if p.system.tables.states]
+        return any(found)
 
     def invalid(self) -> bool:
         """Whether the present state is not one of the model: a body deforms beyond the range of its theory, or a

@@ -39,6 +39,7 @@ from mbdsl.simulation.mechanism_run import Kept, MechanismRun
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.result_checks import TOO_MANY_STEPS
 from mbdsl.simulation.undecided_contacts import undecided
+from mbdsl.system.state_sizes import weights
 
 Array = NDArray[np.float64]
 
@@ -200,10 +201,9 @@ class Ladder:
     def _judge(self, last: Trial) -> None:
         """The claim, from the run before and the one before that."""
         before = self.trials[-1]
-        n, scale = min(len(before.t), len(last.t)), self.motion.system.tables.scale
-        speed = error_norm.fastest(scale, last.v, self.span)
+        n, norm = min(len(before.t), len(last.t)), weights(self.motion.system.tables, last.v, self.span)
         dq = self.motion.system.difference(before.q[:n], last.q[:n])
-        found = error_norm.differences(scale, speed, dq, before.v[:n] - last.v[:n])
+        found = error_norm.differences(norm.q, norm.speed, dq, before.v[:n] - last.v[:n], norm.v)
         beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, observed_order([*self.trials, last])
@@ -224,7 +224,7 @@ class Ladder:
                 last.claim = np.clip(former, last.claim, CHANCE_OF_BACKENDS * last.claim)
         if len(before.claim):  # the difference is due to the error of the run before, unless this run is worse
             before.claim[:n] = np.maximum(before.claim[:n], last.difference[:n])
-        last.contacts = self._undecided(last, before, speed)
+        last.contacts = self._undecided(last, before, norm.speed)
         last.claim = np.maximum(last.claim, last.contacts)
 
     def _fall(self, before: Trial, last: Trial, fall: float) -> float:
@@ -441,7 +441,7 @@ class Ladder:
         """The growth at the times of a run, from the states in ``kept``, and the number of parts with a known growth to
         the end."""
         motion, t = self.motion, last.t
-        speed = error_norm.fastest(motion.system.tables.scale, last.v, self.span)
+        speed = weights(motion.system.tables, last.v, self.span).speed
         return along(motion.parts_of(kept), t, speed, finer)
 
     def _rounding(self, trial: Trial) -> Array:
@@ -455,7 +455,7 @@ class Ladder:
         """The error (N,) along a run because times and places of its events are rounded, as decimals of a model are:
         the width of a short window is a difference of two of them."""
         found = np.zeros(len(trial.t))
-        speed = error_norm.fastest(self.motion.system.tables.scale, trial.v, self.span)
+        speed = weights(self.motion.system.tables, trial.v, self.span).speed
         for run in trial.kept.integrations:
             if (events := getattr(run, "events", None)) is not None and events.times:
                 sums = np.append(0.0, np.cumsum(events.rounding)) / speed

@@ -18,7 +18,6 @@ from mbdsl.errors import IntegrationError, MbdslError, UsageError
 from mbdsl.integrators import available, compiled
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
-from mbdsl.numerics.error_norm import fastest
 from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.simulation.error_growth import along
 from mbdsl.simulation.mechanism_run import MechanismRun
@@ -31,6 +30,7 @@ from mbdsl.studies.cross_check import Verdict, ask
 from mbdsl.studies.families import family, precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.time_limits import allowance, limited
+from mbdsl.system.state_sizes import weights
 
 #: accuracy from which on radau5 is as fast as the methods of its family with higher order (docs/methods.md)
 FINE = 1e-7
@@ -200,7 +200,7 @@ class _Search:
         """Error due to amplified rounding at the end of the newest run, and the number of parts with a known one."""
         motion = self.motions[ladder.method, ladder.fixed]
         t, _, v = motion.states()
-        speed = fastest(motion.system.tables.scale, v, float(t[-1] - t[0]))
+        speed = weights(motion.system.tables, v, float(t[-1] - t[0])).speed
         grown, known = along(motion.parts_of(motion.keep()), t, speed, finer)
         return rounding(1.0) * math.exp(min(grown.log.max(), 700.0)), known
 

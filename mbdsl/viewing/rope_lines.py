@@ -27,11 +27,9 @@ def line(c: Component, motion: AnyMotion, at: Callable[[str, str], Array]) -> tu
 
     def values(roots: list[Expr]) -> Array:
         def leaf(n: Expr) -> Array:
-            if n.op == "start" and isinstance(n.value, Expr):
+            if n.op == "start":
                 return values([n.value])[0, :1]
-            if n.op == "coordinate" and isinstance(n.value, tuple):
-                return at(*n.value)
-            return np.zeros(len(motion.t))
+            return at(*n.value) if n.op == "coordinate" else np.zeros(len(motion.t))
 
         def angle(_: Expr, y: Array, x: Array) -> Array:
             return np.unwrap(np.arctan2(y, x))

@@ -239,8 +239,9 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
             DRIVER if kind.driver is not None and not kind.relations else JOINT,
             kind.pose is not None and not kind.free,
         )
-    # a coupling is drawn between two of the bodies whose coordinates it reads
-    first, last = (e.body_j, e.also[-1]) if e.component.relations and e.also else (e.body_i, e.body_j)
+    # a coupling is drawn between two of the bodies whose coordinates it reads, a rate from its state to one of them
+    reads = e.component.relations or kind.name == "StateRate"
+    first, last = (e.body_j, e.also[-1]) if reads and e.also else (e.body_i, e.body_j)
     return Link(e.name, kind.name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 # limits the steps of an explicit method
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY, FULL = range(12)
 STIFF = 12
-#: the run has ended by `terminate`; an assertion of the model does not hold; when-equations act without end at one time
-TERMINATED, ASSERTED, ENDLESS = 13, 14, 15
+#: an assertion of the model does not hold; when-equations act without end at one time
+ASSERTED, ENDLESS = 13, 14
 
 # -- reals of the run ----------------------------------------------------------------------------------------
 # times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,
