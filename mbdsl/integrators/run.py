@@ -179,12 +179,15 @@ class MethodRun(RunState):
             a, lam = accelerations(system, behind, q, v, left_out)
         fa, jerk, fa_rate = self._rates_at(behind, q, v, a, lam)
         found = jerk
-        if controlled:
+        if self.grid:
+            self.h = self._to_grid(t0)
+        elif controlled:
             self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
             self.h = representable(self.h, self)
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
-        stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
+        fixed = self.grid > 0.0 or not controlled
+        stiff = fixed and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
         if stiff:  # the method damps the transient; extrapolated over a step, its rates would spoil the start values
             jerk, fa_rate = np.zeros(system.n), np.zeros(system.n)
         if t is None:
@@ -258,7 +261,8 @@ class MethodRun(RunState):
         elif self.tol is not None:
             if has_order:
                 self.events.begin(behind, q, v, lam)
-            self.landings.begin(self.start)
+            if not self.grid:
+                self.landings.begin(self.start)
 
     def watch(self) -> None:
         """Keep the ends of all steps, and search fixed steps for peaks of laws that they pass over.
@@ -286,6 +290,11 @@ class MethodRun(RunState):
             self.overlooked.finish()
         elif self.integers[S.THIN]:
             self.drain()
+
+    def _to_grid(self, t: float) -> float:
+        """The first step from t on, of a run with fixed steps that ends steps at events."""
+        self.reals[S.NOW] = t
+        return float(step_control.to_grid(self))
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, reals, scale = modules()[self.method], self.reals, self.vectors[L.SCALE, : self.system.n]

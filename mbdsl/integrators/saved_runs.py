@@ -27,7 +27,7 @@ SETTINGS = [
     *(S.LAST_STEP, S.STABILISED, S.CONTROLLED, S.EVERY, S.LANDING),
     *(S.WATCHING, S.CORNERS, S.NOTES, S.MARGIN, S.OLDER),
 ]
-CONSTANTS = [S.START, S.STOP, S.TOL, S.LEAST_H, S.WITHIN]
+CONSTANTS = [S.START, S.STOP, S.TOL, S.LEAST_H, S.WITHIN, S.GRID, S.SLIVER]
 COUNTS = 2**53  #: largest value of a counter, which statistics convert to a float
 CUTS = 1000  #: largest number of times that a step is cut short
 

@@ -143,7 +143,8 @@ class Instance:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = self._classes.get(id(d))  # loops declare the same again and again
         if kind is None:
-            kind = self._classes[id(d)] = classify(d, member.unit, self.around, self.assembly.spatial)
+            defined = d.name in self._derived or d.name in self._set
+            kind = self._classes[id(d)] = classify(d, member.unit, self.around, self.assembly.spatial, defined)
         self._check_declared(d, kind, block)
         looped = block and d.indices
         if d.condition is not None and kind != "value" and not self._decide(d.condition, scope):

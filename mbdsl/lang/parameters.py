@@ -97,7 +97,7 @@ def _evaluate(
             dimension = _dimension_of(evaluate(d.value, scope))
             unit = slot.unit = unit or (quantities.unit_text(dimension) if dimension else "")
         e, at = given.value, given.value.at
-        value = given.evaluate() if "input" not in d.prefixes else evaluate(given.value, given.scope.for_signals())
+        value = given.evaluate() if slot.constant else evaluate(given.value, given.scope.for_signals())
         with placed(at):
             rank = len(sizes) if sizes or d.type else min(len(values.shape(value)), 0)
             value = given.pick(value, rank, namespace.contexts)
