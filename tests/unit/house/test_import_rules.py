@@ -51,7 +51,6 @@ CIRCLES = {
     ("mbdsl.simulation.result_file", "mbdsl.simulation.trajectory"): "type: a file is written from a Trajectory",
     ("mbdsl.simulation.trajectory", "mbdsl.simulation.signal_table"): "a Trajectory lists its signals as a table",
     ("mbdsl.studies.sweep_results", "mbdsl.studies.sweep_figures"): "a Sweep draws itself",
-    ("mbdsl.studies.sweep_results", "mbdsl.studies.sweep_files"): "a Sweep writes itself to files",
     ("mbdsl.viewing.structure", "mbdsl.viewing.structure_files"): "a Structure writes itself to files",
     ("mbdsl.viewing.structure", "mbdsl.viewing.structure_svg"): "a Structure shows itself in a notebook",
     ("mbdsl.viewing.structure", "mbdsl.viewing.structure_text"): "a Structure prints itself as text",
