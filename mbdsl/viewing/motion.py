@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,7 +48,7 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> AnyMotion:
 
 
 def _in_plane(trajectory: Trajectory, most: int) -> Motion:
-    system, scene = trajectory.system, trajectory.scene
+    system, scene = trajectory.system, without_states(trajectory.scene)
     owners = frames_of_bodies(scene)
     models = system.tables.models
     size = sum(3 * len(owners[name]) + 2 * STATIONS if body.deforms else 3 for name, body in models.items())
@@ -78,7 +80,7 @@ def _in_plane(trajectory: Trajectory, most: int) -> Motion:
 
 
 def _in_space(trajectory: Trajectory, most: int) -> SpaceMotion:
-    scene, system = trajectory.scene, trajectory.system
+    scene, system = without_states(trajectory.scene), trajectory.system
     owners = frames_of_bodies(scene)
     models = system.tables.models
     rows = shown_rows(trajectory, most, 7 * len(models))
@@ -128,6 +130,18 @@ def chosen_rows(t: Array, most: int) -> NDArray[np.int64]:
     rows = np.where(even - t[after - 1] <= t[after] - even, after - 1, after)
     rows[-1] = len(t) - 1
     return np.unique(rows)
+
+
+def without_states(scene: Scene) -> Scene:
+    """The scene as it is drawn: states have no place."""
+    names = {c.name for c in scene.states()}
+    if not names:
+        return scene
+    frames = {name: frame for name, frame in scene.frames.items() if frame.body not in names}
+    kept = {
+        name: c for name, c in scene.components.items() if name not in names and frames.keys() >= {*c.ports.values()}
+    }
+    return replace(scene, components=kept, frames=frames)
 
 
 def frames_of_bodies(scene: Scene) -> dict[str, list[str]]:
