@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Counter
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, visible
+from mbdsl.messages import count
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def save(found: Sweep, args: argparse.Namespace) -> None:
     for path in args.output:
         found.save(path)
         if not args.quiet:
-            print(f"{visible(path, line=True)}: {count(len(found), 'run')}")
+            print(values.written(path, count(len(found), "run")))
 
 
 def save_table(found: Any, args: argparse.Namespace, what: str = "tables") -> None:
@@ -93,4 +93,4 @@ def save_table(found: Any, args: argparse.Namespace, what: str = "tables") -> No
 
         write(found, args.table)
         if not getattr(args, "quiet", False):
-            print(f"{visible(args.table, line=True)}: {what}")
+            print(values.written(args.table, what))

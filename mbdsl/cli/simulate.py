@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from mbdsl.mechanism.scene import Scene
-    from mbdsl.results.rows_file import Column
+    from mbdsl.results.rows_file import StoredColumn
     from mbdsl.simulation.checkpoint import Checkpoint
     from mbdsl.simulation.run_options import RunOptions
     from mbdsl.simulation.streaming import Stream
@@ -42,21 +42,20 @@ if TYPE_CHECKING:
 NAMES = ("method", "step", "tol", "accuracy", "start", "stop", "interval", "force", "general", "initial")
 
 
-SUFFIXES = ", ".join(results.formats())  #: of result files
 COMMAND = Command(
     "integrate a model and write its trajectory",
     "Integrate a model in time and write signals to a file. Times take units: 2, 2s, 1ms.",
-    f"""
+    """
     @model method_and_option
     @force general step tol accuracy
     --verify  repeat the run with another method and print the digits that agree
     @budget start stop interval
-    --from {{static}}  start at rest at the equilibrium that `mbdsl static` finds; default: the initial values of the
+    --from {static}  start at rest at the equilibrium that `mbdsl static` finds; default: the initial values of the
         model
     --input NAME=FILE ...  values of an input over time: the columns `time` and NAME (or the only other one) of a result
         file or CSV, in SI units or those of its row of units; linear between the rows
     --signals PATTERN,...  signals to write (globs, expressions); default: coordinates and velocities of all bodies
-    --output FILE  result file ({SUFFIXES}); default: the model's name + .csv
+    --output FILE  result file ({results}); default: the model's name + .csv
     @units_of_file
     --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is
         done
@@ -129,7 +128,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         **{name: getattr(args, name) for name in NAMES},
         options=options,
         budget=args.budget if args.accuracy is not None else None,
-        signals=values.patterns(args.signals) if args.signals else None,
+        signals=values.signals(args),
         checkpoint=kept(args, output, resumed) if args.checkpoint else None,
     )
     if args.accuracy is not None or args.verify:  # these compare whole trajectories
@@ -278,7 +277,7 @@ def write(
     """
     from mbdsl.lang.stored_model import to_text
 
-    columns: Mapping[str, Column] | dict[str, np.ndarray]
+    columns: Mapping[str, StoredColumn] | dict[str, np.ndarray]
     if stream and stream.file:
         columns = stream.file.columns()
         names = [name for name in columns if name != "time"]

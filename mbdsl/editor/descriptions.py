@@ -184,7 +184,7 @@ def _si(number: s.Number) -> str:
 
 def declaration(d: s.Declaration) -> str:
     """A declaration without its arguments, description and condition."""
-    order = ("final", "inner", "outer", "parameter", "constant", "input", "connector")
+    order = ("final", "inner", "outer", "parameter", "constant", "discrete", "input", "connector")
     words = [p for p in order if p in d.prefixes] + [d.type, d.name]
     indices = f"[{', '.join(write(i) for i in d.indices)}]" if d.indices else ""
     text = " ".join(filter(None, words)) + indices

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from mbdsl.elements.row import Row, Rows
 
@@ -40,7 +40,7 @@ class Parameter:
 
     name: str
     unit: str = "1"
-    default: object = REQUIRED
+    default: Any = REQUIRED
     doc: str = ""
     shape: tuple[int, ...] = ()
     or_shapes: tuple[tuple[int, ...], ...] = ()  #: other shapes that are accepted
@@ -211,7 +211,7 @@ class Kind:
 def _variant(file: str, spatial: bool) -> Kind:
     from mbdsl.elements import of_variant
 
-    return of_variant(file, spatial).KIND  # type: ignore[no-any-return]
+    return of_variant(file, spatial).KIND
 
 
 @dataclass(eq=False, repr=False)
@@ -504,7 +504,7 @@ def zero(*names: str) -> Callable[[Mapping], dict]:
 def _number(values: Mapping, name: str) -> float:
     """A number by its name in formulas: ``k``, or ``k[1]`` of several."""
     name, _, index = name.partition("[")
-    return values[name][int(index[:-1]) - 1] if index else values[name]  # type: ignore[no-any-return]
+    return values[name][int(index[:-1]) - 1] if index else values[name]
 
 
 def law_or_spring(law: str) -> Callable[[Mapping], str | None]:

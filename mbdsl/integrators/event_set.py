@@ -1,9 +1,9 @@
 """Events of a model during a run: which when-equations act, and what they change.
 
-At one time there is one event. Conditions are evaluated with the values after the last change; a when-equation acts if
-a condition of it becomes true, the first such branch alone; and this is repeated until no discrete value changes. A
-condition that is true at the start has not become true (MLS 3.6, section 8.3.5), but for `initial()`, and a clock that
-ticks then. Actions are done in the order of the text, and `reinit` after all others of a round.
+At one time there is one event. A when-equation acts if a condition of it becomes true, the first such branch alone.
+What it sets is what the others read, and ``pre(x)`` are the values before. Then these become the present ones, and this
+is repeated until no value changes. A condition that is true at the start has not become true (MLS 3.6, section 8.3.5),
+but for `initial()`, and a clock that ticks then.
 
 A jump of a velocity signal s by reinit is an impulse along s:
 
@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import InitialisationError, Span
+from mbdsl.errors import InitialisationError, ModelError, Span
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.mechanism.events import INITIAL, Action, Branch
@@ -31,6 +31,7 @@ from mbdsl.system.signals import gradients, values
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
+MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
 
 
 class Acted(NamedTuple):
@@ -105,8 +106,20 @@ class EventSet:
 
     # -- one event -----------------------------------------------------------------------------------------------------
 
-    def begin(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
-        """The event at the start; the velocities (n,) behind it."""
+    def begin(self, t: float, stop: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+        """The event at the start; the velocities (n,) behind it.
+
+        Raises
+        ------
+        ModelError
+            If a clock ticks so often until ``stop`` [s] that the run would not end.
+        """
+        for clock in self.events.clocks:
+            if (stop - t) / float(clock.period) > MOST_TICKS:
+                message = f"{clock.name} ticks {(stop - t) / float(clock.period):.2g} times until t = {stop:g} s"
+                raise ModelError(
+                    message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
+                )
         self.reset()
         self._put()
         due = self._due(t)
@@ -140,20 +153,13 @@ class EventSet:
                 self.values[name] = 1.0
         for _ in range(ROUNDS):
             self._remember()
-            truth = self._truth(t, q, v, left_out)
-            rose, self._was = truth & ~self._was, truth
-            branches = self._rising(rose)
-            if not branches:
-                break
-            before = dict(self.values), v
-            v = self._do(branches, t, q, v, left_out)
-            acted += branches
-            if self.ended or self.failed is not None:
-                break
-            if self.values == before[0] and v is before[1]:
+            before, at_first = dict(self.values), v
+            done, v = self._round(t, q, v, left_out)
+            acted += done
+            if self.ended or self.failed is not None or (self.values == before and v is at_first):
                 break
         else:
-            self.endless = branches
+            self.endless = list({id(x): x for x in acted[-len(self._conditions) :]}.values())
         for name in pulses:
             if name in self.values:
                 self.values[name] = 0.0
@@ -166,6 +172,22 @@ class EventSet:
             self.acted.append(Acted(t, tuple(acted)))
         self.history.append((t, tuple(self.values[x] for x in self.names)))
         return v
+
+    def _round(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[list[Branch], Array]:
+        """Everything that acts with the same values before; the branches, and the velocities behind them.
+
+        What one when-equation sets is what the conditions of others read; each of them acts at most once.
+        """
+        done: list[Branch] = []
+        while not self.ended and self.failed is None:
+            truth = self._truth(t, q, v, left_out)
+            branches = [x for x in self._rising(truth & ~self._was) if all(x is not y for y in done)]
+            if not branches:
+                break
+            v = self._do(branches, t, q, v, left_out)
+            done += branches
+        self._was = truth
+        return done, v
 
     def _remember(self) -> None:
         """pre(x) <- x of all variables."""
@@ -248,7 +270,7 @@ class EventSet:
             return S.ASSERTED
         if self.endless:
             return S.ENDLESS
-        return S.TERMINATED if self.ended else S.RUNNING
+        return S.DONE if self.ended else S.RUNNING
 
     # -- results -------------------------------------------------------------------------------------------------------
 

@@ -206,12 +206,12 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = 4 * least if at_once else LEFT * reals[S.LAST_H]
+                most = max(4 * least, 1.01 * run.sliver * run.grid) if at_once else LEFT * reals[S.LAST_H]
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
                 if found is None:
                     return self._progress(t, old) if at_once else S.RUNNING, None
-                if found > 0.0 and declared(run.method).order > PRECISE:
+                if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
                     way = self._refined(t, q, v, a, found)
                     found = self._distance(t, way, lam, old, most) or found
                 s = found
@@ -278,7 +278,7 @@ class Events:
 
     def _way(self, q: Array, v: Array, a: Array, c: Array | float = 0.0) -> Way:
         """q and v after the time s, with the accelerations a + 2 c s."""
-        if declared(self.run.method).order <= PRECISE:
+        if declared(self.run.method).order <= PRECISE and not self.run.grid:
             return lambda s: (self.system.moved(q, s * (v + s / 2 * a)), v + s * a)
         return lambda s: (self.system.moved(q, s * (v + s / 2 * a + s * s / 3 * c)), v + s * a + s * s * c)
 

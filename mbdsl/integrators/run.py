@@ -167,14 +167,10 @@ class MethodRun(RunState):
         if t is None and self.tol is not None and self.events.set is not None:
             v, a, lam = self._act_at_start(q, v, a, lam)
         system, t0, vectors = self.system, self.start if t is None else t, self.vectors
-        n, scale = system.n, system.tables.scale
+        n, largest = system.n, self._largest
         method = modules()[self.method].METHOD
         if method.inverts_mass:
             self._check_masses()
-
-        def largest(x: Array) -> float:
-            return float(np.abs(x * scale).max(initial=0.0))
-
         if controlled:
             left = max(self.stop - t0, self.reals[S.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
@@ -183,14 +179,17 @@ class MethodRun(RunState):
             a, lam = accelerations(system, behind, q, v, left_out)
         fa, jerk, fa_rate = self._rates_at(behind, q, v, a, lam)
         found = jerk
-        if controlled:
+        if self.grid:
+            self.h = self._to_grid(t0)
+        elif controlled:
             self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
             self.h = representable(self.h, self)
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
-        stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
+        fixed = self.grid > 0.0 or not controlled
+        stiff = fixed and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
         if stiff:  # the method damps the transient; extrapolated over a step, its rates would spoil the start values
-            jerk, fa_rate = np.zeros(n), np.zeros(n)
+            jerk, fa_rate = np.zeros(system.n), np.zeros(system.n)
         if t is None:
             self.numbers[self.counters] = system.tables.numbers[self.counters]
             if self.tol is not None and self.events.set is not None:
@@ -210,15 +209,19 @@ class MethodRun(RunState):
         if t is None:
             self._begin_events(behind, q, v, lam)
         # this evaluation gives the gradients at the start of the first step
-        self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
+        self.evaluate(t0, self.vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[L.KEEP] = 1
         self.integers[S.HISTORY], self.integers[S.AIMED] = 1, 0
         self.keep_state()
 
+    def _largest(self, x: Array) -> float:
+        """The largest scaled entry of x (n,)."""
+        return float(np.abs(x * self.system.tables.scale).max(initial=0.0))
+
     def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """v, a and lam behind the event at the start."""
         assert self.events.set is not None
-        v = self.events.set.begin(self.start, q, v, self.left_out)
+        v = self.events.set.begin(self.start, self.stop, q, v, self.left_out)
         if self.events.set.acted:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
         return v, a, lam
@@ -258,7 +261,8 @@ class MethodRun(RunState):
         elif self.tol is not None:
             if has_order:
                 self.events.begin(behind, q, v, lam)
-            self.landings.begin(self.start)
+            if not self.grid:
+                self.landings.begin(self.start)
 
     def watch(self) -> None:
         """Keep the ends of all steps, and search fixed steps for peaks of laws that they pass over.
@@ -286,6 +290,11 @@ class MethodRun(RunState):
             self.overlooked.finish()
         elif self.integers[S.THIN]:
             self.drain()
+
+    def _to_grid(self, t: float) -> float:
+        """The first step from t on, of a run with fixed steps that ends steps at events."""
+        self.reals[S.NOW] = t
+        return float(step_control.to_grid(self))
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, reals, scale = modules()[self.method], self.reals, self.vectors[L.SCALE, : self.system.n]

@@ -40,6 +40,8 @@ def _pattern(system: System) -> sparse_lu.Pattern:
 RECORDED = 16_000
 
 
+#: the part of a fixed step below which no step is taken, but where the caller reads the state at each fixed step
+SLIVER = 0.1
 #: mark of the fields that change during a run, without which it cannot be continued
 KEPT = {"kept": True}
 
@@ -63,6 +65,8 @@ class RunState:
     tol: float | None = None
     every: bool = False
     longest: float = np.inf  #: largest allowed size of controlled steps
+    grid: float = 0.0  #: the fixed step, of a run whose steps end at events as well; else 0
+    sliver: float = SLIVER  #: the part of a fixed step below which none is taken
     rows: OutputTimes | None = None  #: the output times, of a run that has a window of them only in ``times``
     #: time since which the dense solver with pivoting replaces the sparse one
     pivoting_from: float | None = field(default=None, metadata=KEPT)
@@ -122,6 +126,7 @@ class RunState:
         reals[S.START], reals[S.STOP], reals[S.STEP_SIZE] = self.start, self.stop, self.h
         reals[S.STEP_END] = reals[S.NOW] = self.start
         reals[S.TOL] = self.tol or 0.0
+        reals[S.GRID], reals[S.SLIVER] = self.grid, self.sliver
         reals[S.CONTRACTION] = 0.1
         # Newton's tolerances, relative to h times the speed, to the local error, and to the mechanism's size. The last
         # one bounds the second, because differences of an oscillating a do not show the local error. The second is

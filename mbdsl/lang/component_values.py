@@ -53,7 +53,7 @@ def values_of(part: FlatComponent) -> dict:
             continue
         _check_quoted(part, parameter, modifier)
         value = modifier.evaluate()
-        with placed(modifier.value.at):  # type: ignore[union-attr]
+        with placed(modifier.value_at):
             picked = modifier.pick(value, _rank(part, parameter, modifier, values.shape(value)), part.contexts)
             found[parameter.name] = argument_checks.argument(parameter, picked, part.name, modifier.value)
         if parameter.unit == "rad":

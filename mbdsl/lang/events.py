@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 #: functions that have a meaning at events only
 FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
-#: most ticks of a clock: a run to them takes hours
-MOST_TICKS = 10**9
 
 
 def assigned(items: Iterable[s.Item]) -> set[str]:
@@ -140,7 +138,7 @@ class EventsOfModel:
             message = f"the period of sample() is {float(period):g} s, it must be positive"
             raise ModelError(message, span_of(given[1].at))
         name = f"sample({float(start):.17g}, {float(period):.17g})"
-        self._clocks[name] = Clock(name, start, period)
+        self._clocks.setdefault(name, Clock(name, start, period, span_of(given[1].at)))
         return self._truth(name)
 
     # -- when-equations ------------------------------------------------------------------------------------------------

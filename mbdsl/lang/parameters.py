@@ -146,7 +146,7 @@ def _attributes(slot: Slot, attributes: Modifiers, unit: str) -> str:
     written = attributes.get("unit")
     if written is not None and written.value is not None:
         unit = slot.unit = _unit_attribute(written)
-        if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
+        if units.valid(unit).factor != 1.0:
             si = quantities.unit_text(units.dimension(unit))  # values are kept in SI units
             slot.unit = "rad" if si == "1" else si
             slot.display = written, unit
@@ -243,10 +243,10 @@ def _range(value: Value, name: str, bound: Modifier, what: str) -> None:
         if q.varying or not q.number:
             continue
         values.common(q, limit, f"`{name}`")
-        wrong = q.value < limit.value if name == "min" else q.value > limit.value  # type: ignore[operator]
+        wrong = q.known < limit.known if name == "min" else q.known > limit.known
         if wrong:
             word = "least" if name == "min" else "most"
-            found, bounded = (argument_checks.in_unit(x.value, q) for x in (q, limit))  # type: ignore[arg-type]
+            found, bounded = (argument_checks.in_unit(x.known, q) for x in (q, limit))
             raise ModelError(f"{what} is {found}, it must be at {word} {bounded}")
 
 

@@ -36,6 +36,7 @@ class Clock:
     name: str
     start: Fraction
     period: Fraction
+    span: Span | None = field(default=None, compare=False)
 
     def tick(self, k: int) -> float:
         return float(self.start + k * self.period)

@@ -98,7 +98,7 @@ def _numbers(scene: Scene) -> Iterator[tuple[str, float, Span | None]]:
 def _of(value: object) -> Iterator[float]:
     if isinstance(value, Expr):
         for node in walk(value):
-            yield from _of(node.value[0] if node.op == "table" else node.value)  # type: ignore[index]
+            yield from _of(node.value[0] if node.op == "table" else node.value)
     elif isinstance(value, Table):
         yield from (*value.u, *value.y)
     elif isinstance(value, tuple):

@@ -293,11 +293,11 @@ def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -
 
     laws = [value for value in component.values.values() if isinstance(value, Expr)]
     found = leaves(*laws, *component.relations, *component.velocity_constraints)
-    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}  # type: ignore[index]
-    frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]  # type: ignore[index]
+    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}
+    frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]
     for joint in (scene.components[name] for name in reads):
         of_joint = leaves(*joint.relations, *joint.velocity_constraints)
-        frames += [*joint.ports.values(), *(x.value[0] for x in of_joint if x.op == "coordinate")]  # type: ignore[index]
+        frames += [*joint.ports.values(), *(x.value[0] for x in of_joint if x.op == "coordinate")]
     read = sorted({body(frame) for frame in frames})
     ends = [body(frame) for frame in component.ports.values()]
     if not ends:

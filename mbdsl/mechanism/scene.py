@@ -25,6 +25,7 @@ from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
+from mbdsl.mechanism.poses import PlanarPose, SpatialPose
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.messages import did_you_mean
 
@@ -69,9 +70,9 @@ class Frame:
     motion: tuple[Expr, Expr, Expr] | None = None
 
     @property
-    def pose(self) -> tuple[float, ...]:
-        """(x, y, phi)."""
-        return self.x, self.y, self.phi
+    def pose(self) -> Any:
+        """A PlanarPose, or a SpatialPose (:mod:`mbdsl.mechanism.poses`)."""
+        return PlanarPose(self.x, self.y, self.phi)
 
 
 @dataclass(frozen=True)
@@ -87,9 +88,8 @@ class SpatialFrame(Frame):
     rotor: int = 0  #: in a reduced scene, the number of the rotor on a gyrostat with which the frame turns; 0: none
 
     @property
-    def pose(self) -> tuple[float, ...]:
-        """Origin and axes."""
-        return self.x, self.y, self.z, *self.axes
+    def pose(self) -> SpatialPose:
+        return SpatialPose((self.x, self.y, self.z, *self.axes))
 
 
 @dataclass(frozen=True, repr=False)
@@ -640,7 +640,7 @@ class Scene:
         """
         if leaf.op != "coordinate":
             return None
-        frame, key = leaf.value  # type: ignore[misc]
+        frame, key = leaf.value
         motion = self._prescribed_frames.get(frame)
         if motion is None:
             return None

@@ -23,7 +23,7 @@ from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.compiled_loop import has_own_step, loop_name
+from mbdsl.integrators.loop.compiled_loop import controls_locally, has_own_step, loop_name
 from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
@@ -50,8 +50,8 @@ Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
 #: number of steps of the first run between two checks of its displacements
 GLANCE = 64
-#: tolerance of runs with fixed steps that end at events: no step is shortened because of its error
-LOOSE = 1e6
+#: tolerances of runs with fixed steps that end at events: errors shorten no step; of methods with a step of their own
+NOMINAL, LOOSE = 1e-6, 1e6
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 
 
@@ -668,7 +668,10 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         from mbdsl.integrators.backends import External
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    tol, longest = plan.tol, plan.longest
+    tol, grid, longest = plan.tol, 0.0, plan.longest
     if tol is None and system.scene.events:  # steps of a fixed size, which events shorten
-        tol, longest = LOOSE, min(longest, plan.h)
-    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, rows=plan.rows, keeps=keeps)
+        if controls_locally(method):
+            tol, grid = NOMINAL, plan.h
+        else:
+            tol, longest = LOOSE, min(longest, plan.h)
+    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, grid=grid, rows=plan.rows, keeps=keeps)

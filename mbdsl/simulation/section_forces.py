@@ -108,7 +108,7 @@ class Sections:
                 force += np.where(beyond[..., None], load.force, 0.0)
                 turning = _moment(load.place - origin, load.force) + load.moment
                 moment += np.where(beyond[..., None], turning, 0.0)
-        mass = float(self.body.kind.table(self.body.values)[0])  # type: ignore[attr-defined]
+        mass = float(self.body.kind.table(self.body.values)[0])
         field, rotary = np.array(gravity(states.scene), float), float(self.body.values.get("rotary") or 0.0)
         for at, weight in zip(*_points(self.body, x, self.length), strict=True):
             if at not in self._points:

@@ -186,11 +186,12 @@ def _examine(
     inspect: Callable[[MechanismRun], None] | None,
 ) -> None:
     """Complete the results, or raise the error of a run that failed or is less accurate than it has to be."""
-    motion, run.done = run.motion, status in (S.DONE, S.TERMINATED)
+    motion, run.done = run.motion, status == S.DONE
     run.trajectory, run.states = trajectory, states = _collect(run, settings.tol, found, status, clock.seconds)
-    if status == S.DONE and run.stream is None and not settings.every and len(trajectory.t) <= settings.count:
+    complete = run.done and run.stream is None and not settings.every and not trajectory.stats.get("terminated")
+    if complete and len(trajectory.t) <= settings.count:
         raise RuntimeError(f"internal error: the finished run has {len(trajectory.t)} of {settings.count + 1} outputs")
-    if status not in (S.DONE, S.RUNNING, S.TERMINATED):
+    if status not in (S.DONE, S.RUNNING):
         raise failure(motion, trajectory, status)
     if run.stream is not None:
         run.stream.check(trajectory)
@@ -290,7 +291,8 @@ def _collect(
     """The trajectory, and q and v of every part."""
     motion, stream = run.motion, run.stream
     plan, system = motion.plan, motion.system
-    partial = status != S.DONE
+    events = motion.event_set
+    partial = status != S.DONE or (events is not None and bool(events.ended))
     t, q, v, lam, states = motion.output(partial) if stream is None else stream.end(motion, partial)
     stats = {
         "method": plan.method,
@@ -299,7 +301,7 @@ def _collect(
         "tol": tol,
         "error": found.error,
         "horizon": found.horizon,
-        "status": {S.DONE: "done", S.TERMINATED: "done", S.RUNNING: "interrupted"}.get(status, "failed"),
+        "status": {S.DONE: "done", S.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,
@@ -321,7 +323,9 @@ def _collect(
     for array in (t, q, v, lam):
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
-    events = motion.event_set
+    if events is not None:
+        stats["terminated"] = events.ended
+        stats["acted"] = {f"{x.file}:{x.line}": n for x, n in events.counts().most_common() if x is not None}
     numbers = {} if events is None else events.at(t)
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out, numbers)
     trajectory._since = None if stream is None else plan.start

@@ -212,7 +212,7 @@ class Stream:
         self._brackets = []
         for own in known:  # from the last row before the end on
             k = max(0, int(np.searchsorted(own[0], end, side="right")) - 1)
-            self._brackets.append(tuple(x[k:].copy() for x in own))  # type: ignore[arg-type]
+            self._brackets.append(tuple(x[k:].copy() for x in own))
         return motion.rows(times, states) if len(times) else None
 
     def _last(self, motion: MechanismRun) -> Rows | None:
@@ -245,7 +245,7 @@ class Stream:
     def restore(self, motion: MechanismRun, known: dict[str, Any]) -> None:
         """Continue from a state."""
         self._reset()
-        self._released, self._brackets = int(known["released"]), [tuple(x) for x in known["brackets"]]  # type: ignore[misc]
+        self._released, self._brackets = int(known["released"]), [tuple(x) for x in known["brackets"]]
         if known["reached"] is not None:
             self._reached = float(known["reached"])
         if known["pending"] is not None:
@@ -264,7 +264,7 @@ class Stream:
 def _joined(parts: list[Rows]) -> Rows:
     if len(parts) == 1:
         return parts[0]
-    t, q, v, lam = (np.concatenate([rows[k] for rows in parts]) for k in range(4))  # type: ignore[misc]
+    t, q, v, lam = (np.concatenate([rows[k] for rows in parts]) for k in range(4))
     states = [
         (np.concatenate([rows[4][k][0] for rows in parts]), np.concatenate([rows[4][k][1] for rows in parts]))
         for k in range(len(parts[0][4]))

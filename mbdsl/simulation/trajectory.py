@@ -508,7 +508,7 @@ class Trajectory(StateSignals):
         check_out(out)
         chosen = [patterns] if isinstance(patterns, str) else list(patterns)
         times = None if at is None else [at] if isinstance(at, (str, Real)) else list(at)  # type: ignore[arg-type]
-        found = along(self.in_units(units), chosen, None if times is None else [seconds(t, "at") for t in times])  # type: ignore[arg-type]
+        found = along(self.in_units(units), chosen, None if times is None else [seconds(t, "at") for t in times])
         if out is not None:
             found.save(out)
         return found

@@ -83,6 +83,19 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
     return {name: i for i, name in enumerate(ordered)}
 
 
+def _searched(tables: Tables) -> list[Expr]:
+    """The velocity constraints; notes the laws that are searched for peaks in another form."""
+    nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
+    for c in nonholonomic_joints:
+        _search(tables, c, c.velocity_constraints, by_rate)
+    for c in [c for b in tables.blocks if b.related for c in b.components]:
+        _search(tables, c, c.relations, by_motion)
+    for c in (c for b in tables.blocks if b.role == "law" for c in b.components if "searched" in c.values):
+        first, *others = law_expressions(c)
+        tables.row_laws |= {**dict.fromkeys(others), first: c.values["searched"]}
+    return [g for c in nonholonomic_joints for g in c.velocity_constraints]
+
+
 def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
     sizes = columns_of(scene.spatial)
@@ -114,15 +127,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     layout[L.N_ROTATIONS] = len(buffers.rotations)
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
     relations.tabulate(tables, buffers, dofs, tape, later)
-    nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
-    found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
-    for c in nonholonomic_joints:
-        _search(tables, c, c.velocity_constraints, by_rate)
-    for c in [c for b in tables.blocks if b.related for c in b.components]:
-        _search(tables, c, c.relations, by_motion)
-    for c in (c for b in tables.blocks if b.role == "law" for c in b.components if "searched" in c.values):
-        first, *others = law_expressions(c)
-        tables.row_laws |= {**dict.fromkeys(others), first: c.values["searched"]}
+    found = _searched(tables)
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # All values are on the tape now, and with them all switches; derivatives have the same ones.
@@ -216,7 +221,7 @@ def _of_start(scene: Scene) -> float:
 
 def _is_length(root: Expr) -> bool:
     """Whether a position has the unit of a length: angles depend on angles alone."""
-    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}  # type: ignore[index]
+    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}
     return not is_velocity_level(root) and ("x" in keys or "y" in keys)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +64,7 @@ class System:
     tables: Tables
     code: str = ""
     _kernels: dict[int, Kernels] = field(default_factory=dict)
-    _kept: dict[Callable, object] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _kept: dict[Callable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
     _work: Workspace | None = None
     _A: Array | None = None
     _clock: Clock | None = None
@@ -549,7 +549,7 @@ class System:
             return const(self.tables.first_angles.get(x, 0.0))
         if x.op != "coordinate":
             return None
-        name, key = x.value  # type: ignore[misc]
+        name, key = x.value
         frame = self.scene.frames[name]
         if frame.body in self.tables.models or frame.motion is not None:
             return None
@@ -559,7 +559,7 @@ class System:
         """``make(self)``, made once; searches for peaks, which read signals of a System, are kept in it that way."""
         if make not in self._kept:
             self._kept[make] = make(self)
-        return self._kept[make]  # type: ignore[return-value]
+        return self._kept[make]
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

@@ -98,7 +98,8 @@ class Tables:
 
     @property
     def has_tape(self) -> bool:
-        return any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
+        own = any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
+        return own or bool(self.scene.events)
 
 
 class Buffers:

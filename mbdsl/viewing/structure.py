@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.mechanism.edge import Edge
@@ -249,14 +250,15 @@ def _bodies(graph: MechanismGraph, notes: Iterable[Note]) -> dict[str, BodyNode]
     group = 0
     for note in notes:
         group += note.action == "merged"
-        change = {
+        changes: dict[str, dict[str, Any]] = {
             "merged": {"group": group},
             "grounded": {"fixed": True},
             "moved": {"moved": True},
             "kinematic": {"follows": True},
-        }.get(note.action, {})
+        }
+        change = changes.get(note.action, {})
         for name in note.names if change else ():
-            found[name] = replace(found[name], **change)  # type: ignore[arg-type]
+            found[name] = replace(found[name], **change)
     merged = {}
     for note in notes:
         if note.action == "merged":

@@ -159,7 +159,7 @@ def _method(name: str, kind: Kind) -> Callable[..., Handle]:
     method.__name__, method.__qualname__ = name, f"Builder.{name}"
     method.__module__ = "mbdsl.lang.builder"
     method.__doc__ = documentation(name, kind)
-    method.__signature__ = signature(kind)  # type: ignore[attr-defined]
+    vars(method)["__signature__"] = signature(kind)
     return method
 
 

@@ -1,0 +1,211 @@
+"""Events of models, `when`, against closed forms and against a controller in discrete time."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.errors import IntegrationError, ModelError
+from mbdsl.integrators import compiled
+
+METHODS = sorted(set(compiled()) - {"kinematic"})
+SLIDE = """model M
+  Ground ground;
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Prismatic rail(ground{angle}, b.c);
+  {declared}
+initial equation
+  rail.s = {s} m; rail.v = {v} m/s;
+equation
+  {events}
+  annotation(experiment(StopTime = {stop} s));
+end M;"""
+
+
+def slide(declared, events, s=0.0, v=0.0, stop=3.0):
+    text = SLIDE.format(angle="", declared=declared, events=events, s=s, v=v, stop=stop)
+    return mbdsl.parse(text)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("given", [{"step": 7e-3}, {"tol": 1e-6}])
+def test_bouncing_ball(method, given):
+    """A constant force 9 N towards a wall at 0, and reinit of the velocity: the hits are a geometric series."""
+    model = slide(
+        "Integer hits(start = 0); Force weight(b.c, fx = -9 N);",
+        """when rail.s <= 0 m then
+             reinit(rail.v, -0.8*rail.v);
+             hits = pre(hits) + 1;
+           end when;
+           when hits >= 5 then terminate("five hits"); end when;""",
+        s=1.0,
+        stop=10.0,
+    )
+    run = mbdsl.simulate(model, method=method, interval=0.1, **given)
+    first = np.sqrt(2 / 9)
+    last = first * (1 + 2 * sum(0.8**k for k in range(1, 5)))
+    within = 2e-2 if method == "newmark" and "step" in given else 1e-6
+    assert run.t[-1] == pytest.approx(last, rel=within)
+    assert run["rail.v"][-1] == pytest.approx(9 * first * 0.8**5, rel=within)
+    assert run["hits"][-1] == 5
+    assert run["hits"][np.searchsorted(run.t, first) - 1] == 0
+
+
+@pytest.mark.parametrize("method", ["hht-i3", "hht-si2", "nstiff", "nstiff-si2", "generalized-alpha"])
+def test_relay_with_hysteresis_keeps_the_order(method):
+    """An oscillator x'' = F - x, F = 1 or -1 with hysteresis in x: errors fall by four when the step is halved."""
+    model = slide(
+        "Boolean on(start = true); Force f(b.c, fx = if on then 1 N else -1 N);"
+        " TranslationalSpringDamper k(rail, k = 1 N/m);",
+        "when rail.s > 0.5 m then on = false; elsewhen rail.s < -0.3 m then on = true; end when;",
+        s=0.1,
+        stop=4.0,
+    )
+    x, v, t, force = 0.1, 0.0, 0.0, 1.0  # exact: arcs of circles about F, from event to event
+    while t < 4.0:
+        r, phase = np.hypot(x - force, v), np.arctan2(-v, x - force)
+        limit = 0.5 if force > 0 else -0.3
+        turn = np.inf
+        if abs(limit - force) < r:
+            reached = [s * np.arccos((limit - force) / r) + 2 * np.pi * k for s in (1, -1) for k in (-1, 0, 1, 2)]
+            rising = [a for a in reached if (-np.sin(a) > 0) == (force > 0)]
+            turn = min(a - phase for a in rising if a - phase > 1e-12)
+        step = min(turn, 4.0 - t)
+        x, v, t = force + r * np.cos(phase + step), -r * np.sin(phase + step), t + step
+        force = -force if step == turn else force
+    errors = []
+    for h in (2e-2, 1e-2, 5e-3):
+        run = mbdsl.simulate(model, method=method, step=h, interval=4.0)
+        errors.append(np.hypot(run["rail.s"][-1] - x, run["rail.v"][-1] - v))
+    assert errors[-1] < 1e-3
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.25)
+
+
+#: a pendulum whose motor has a relay with hysteresis, between stops with e = 0.7 on one side: two unknowns, no closed
+#: form; the reference is SciPy's DOP853 with the terminal events of the text
+RELAY = """model Relay
+  Ground ground;
+  Body arm(m = 1 kg, I = 0.02 kg.m2, length = 0.6 m);
+  Revolute pin(ground, arm.a);
+  discrete Real u(unit = "N.m", start = 2);
+  Torque motor(pin, tau = u - 0.3 N.m.s*pin.w);
+initial equation
+  pin.phi = -90 deg - 0.3; pin.w = 0 rad/s;
+equation
+  when pin.phi + pi/2 > 0.2 then u = -2; elsewhen pin.phi + pi/2 < -0.2 then u = 2; end when;
+  when pin.phi + pi/2 > 0.35 then reinit(pin.w, -0.7*pin.w); end when;
+end Relay;"""
+RELAY_STOP = 2.0
+
+
+@cache
+def relay_reference():
+    """Angle and speed at the end, with SciPy."""
+    from scipy.integrate import solve_ivp
+
+    t, y, u, past = 0.0, np.array([-0.3, 0.0]), 2.0, 0.0
+    levels = ((0.2, 1), (-0.2, -1), (0.35, 1))
+    while t < RELAY_STOP:
+        events = [lambda t, y, level=level: y[0] - level for level, _ in levels]
+        for event, (_, direction) in zip(events, levels, strict=True):
+            event.terminal, event.direction = True, direction
+        rates = lambda t, y, u=u: [y[1], (u - 0.3 * y[1] - 9.81 * 0.3 * np.sin(y[0])) / 0.11]  # noqa: E731
+        given = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+        if past:  # away from the event
+            near = solve_ivp(rates, (t, t + past), y, **given)
+            t, y = near.t[-1], near.y[:, -1]
+        found = solve_ivp(rates, (t, RELAY_STOP), y, events=events, **given)
+        t, y, past = found.t[-1], found.y[:, -1].copy(), 1e-5
+        hit = [len(x) > 0 for x in found.t_events]
+        u = -2.0 if hit[0] else 2.0 if hit[1] else u
+        y[1] *= -0.7 if hit[2] else 1.0
+    return y
+
+
+@pytest.mark.parametrize("method", sorted(set(METHODS) - {"dop853", "radau5", "radau9", "radau13"}))
+def test_fixed_steps_are_shortened_at_events_and_return_to_their_grid(method):
+    """Impacts and a relay: no method loses its order, and reactions of index 3 bear short steps."""
+    model, errors = mbdsl.parse(RELAY), []
+    for n in (200, 400, 800):
+        run = mbdsl.simulate(model, method=method, step=1 / n, stop=RELAY_STOP, interval=RELAY_STOP)
+        found = run["pin.phi"][-1] + np.pi / 2, run["pin.w"][-1]
+        errors.append(np.abs(np.array(found) - relay_reference()).max())
+        # at most one step more for each event, before which one ends; a sliver joins its neighbour
+        assert run.stats["steps"] <= RELAY_STOP * n + 3 * run.stats["events"]
+    order = 1.0 if method == "newmark" else 2.0
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(order, abs=0.1)
+
+
+def test_sampled_controller():
+    """x'' = u with u held between samples of 10 ms: the exact discrete motion."""
+    model = slide(
+        'discrete Real u(unit = "N"); Force f(b.c, fx = u);',
+        "when sample(0, 10 ms) then u = -4 N/m*rail.s - 2 N.s/m*rail.v; end when;",
+        s=1.0,
+        stop=2.0,
+    )
+    x, v, T = 1.0, 0.0, 0.01
+    for _ in range(200):
+        u = -4 * x - 2 * v
+        x, v = x + T * v + T * T / 2 * u, v + T * u
+    for method in ("hht-si2", "radau5", "nstiff"):
+        run = mbdsl.simulate(model, method=method, step=1e-2, interval=1.0)
+        assert run["rail.s"][-1] == pytest.approx(x, abs=1e-9 if method == "radau5" else 2e-5)
+        assert run["u"][0] == pytest.approx(-4.0)
+
+
+def test_coinciding_clocks_tick_once_and_late_ticks_are_exact():
+    """0.1 k = 0.3 j: both clocks act at the same event; the last tick is 1 s."""
+    model = slide(
+        "Integer a(start = 0), c(start = 0), both(start = 0); Force f(b.c, fx = 1 N);",
+        """when sample(0, 0.1 s) then a = pre(a) + 1; end when;
+           when sample(0, 0.3 s) then c = pre(c) + 1; end when;
+           when change(a) and change(c) then both = pre(both) + 1; end when;""",
+        stop=3.0,
+    )
+    run = mbdsl.simulate(model, method="hht-si2", step=1e-2, interval=1.5)
+    assert (run["a"][-1], run["c"][-1], run["both"][-1]) == (31, 11, 11)
+
+
+def test_conditions_that_hold_at_the_start_do_not_act_and_initial_does():
+    model = slide(
+        "Integer n(start = 0), m(start = 0); Force f(b.c, fx = 0 N);",
+        "when time >= 0 s then n = pre(n) + 1; end when; when initial() then m = 7; end when;",
+        stop=1.0,
+    )
+    run = mbdsl.simulate(model, method="hht-si2", step=1e-2)
+    assert set(run["n"]) == {0} and set(run["m"]) == {7}
+
+
+def test_an_assertion_ends_the_run_with_its_values():
+    model = slide("Force f(b.c, fx = 1 N);", 'when rail.s > 0.5 m then assert(rail.v < 0.5 m/s, "too fast"); end when;')
+    with pytest.raises(IntegrationError, match=r"`rail.v < 0.5 m/s` is false at t = 1 s \(1 against 0.5\): too fast"):
+        mbdsl.simulate(model, method="hht-si2", step=1e-2)
+
+
+def test_equations_that_act_without_end_are_named():
+    model = slide(
+        "Integer x(start = 0), y(start = 0), z(start = 0); Real n = pre(x) + pre(y) + pre(z);",
+        """when time > 1 s then z = 1; end when;
+           when mod(n, 2) > 0.5 then x = pre(x) + 1; end when;
+           when mod(n, 2) < 0.5 then y = pre(y) + 1; end when;""",
+        v=1.0,
+    )
+    with pytest.raises(IntegrationError, match="act without end at t = 1") as problem:
+        mbdsl.simulate(model, method="hht-si2", step=1e-2)
+    assert problem.value.notes
+
+
+def test_refusals():
+    with pytest.raises(ModelError, match="positions do not jump"):
+        slide("Integer n(start = 0);", "when time > 1 s then reinit(rail.s, 0 m); end when;")
+    with pytest.raises(ModelError, match="set by two when-equations"):
+        slide("Integer n(start = 0);", "when time > 1 s then n = 1; end when; when time > 2 s then n = 2; end when;")
+    with pytest.raises(ModelError, match="no discrete variable"):
+        slide("Force f(b.c, fx = 1 N);", "when time > 1 s then rail.s = 1 m; end when;")
+    with pytest.raises(ModelError, match="takes a condition"):
+        slide("Integer n(start = 0);", "when rail.s then n = 1; end when;")
+    fast = slide("Integer n(start = 0);", "when sample(0, 1e-12 s) then n = 1; end when;", stop=3600.0)
+    with pytest.raises(ModelError, match=r"ticks 3\.6e"):
+        mbdsl.simulate(fast)
