@@ -376,6 +376,22 @@ class MethodRun(RunState):
         if self.tol is not None:
             self.events.resume()
 
+    def set_velocity(self, k: int, value: float) -> None:
+        """Set the velocity of a coordinate that no constraint contains, and restart.
+
+        Raises
+        ------
+        InitialisationError
+            If accelerations do not exist.
+        """
+        system, n, t = self.system, self.system.n, self.time
+        self.synchronise()
+        q = system.out_of_charts(self.vectors[L.POSITION0, :n].copy(), self.numbers)
+        v = self.vectors[L.VELOCITY0, :n].copy()
+        v[k] = value
+        a, lam = accelerations(system, t, q, v, self.left_out)
+        self.begin(q, v, a, lam, self.left_out, t=t)
+
     def jump(self, before: float, behind: float, change: Callable[[], None] = lambda: None) -> None:
         """Add a jump of accelerations and forces to the history.
 

@@ -40,7 +40,12 @@ from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
-STATE = "state"  #: the variant of kinds of states
+STATE, RATE_OF_STATE = "state", "state_rate"  #: the variants of kinds of states, and of their equations
+
+
+def is_rate(component: Component) -> bool:
+    """Whether a component is the equation of a state."""
+    return component.kind.variant == RATE_OF_STATE
 
 
 def is_state(component: Component) -> bool:
