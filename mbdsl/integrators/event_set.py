@@ -23,10 +23,13 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError, ModelError, Span
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.integrators.run_state import RunState
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.events import INITIAL, Action, Branch
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.clock_tables import CLOCKS, PLACE
 from mbdsl.system.signals import gradients, values
 
 Array = NDArray[np.float64]
@@ -46,8 +49,10 @@ class EventSet:
 
     Attributes
     ----------
-    history : list of (t, tuple of float)
-        The values of all numbers of the model from each event on, in the order of ``names``.
+    history : list of (k, 1 + numbers)
+        Time, and the values of all numbers of the model from each event on, in the order of ``names``.
+    ticked : list of (k, 2)
+        Time, and the clocks that ticked then as a sum of 2^clock, of ticks in the compiled loop.
     acted : list of Acted
         The events so far.
     ended : str
@@ -64,13 +69,17 @@ class EventSet:
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
         self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
         self._roots = [c for _, c in self._conditions]
+        number = {clock.name: k for k, clock in enumerate(self.events.clocks)}
+        leaf = [c.args[0].value if c.op == "ne" else None for c in self._roots]
+        self._of_clocks = {k: number[str(x)] for k, x in enumerate(leaf) if x in number}  #: condition -> its clock
         self.reset()
 
     def reset(self) -> None:
         """Return to the start."""
         self.values = {name: x.start for name, x in self.events.variables.items()}
         self._was = np.zeros(len(self._roots), bool)
-        self.history: list[tuple[float, tuple[float, ...]]] = []
+        self.history: list[Array] = []
+        self.ticked: list[Array] = []
         self.acted: list[Acted] = []
         self.ended, self.endless = "", list[Branch]()
         self.failed: Action | None = None
@@ -93,6 +102,45 @@ class EventSet:
             if tick > last:
                 yield tick
             last = tick
+
+    def put(self, run: RunState) -> None:
+        """Let the compiled loop go on with the next ticks."""
+        place, clocks = self._place(run)
+        if clocks:
+            run.numbers[place : place + clocks] = self._ticks
+            run.reals[S.NEXT_EVENT] = min(run.reals[S.KNOWN], self.next_tick() - run.reals[S.LEAST_H])
+
+    def next_tick(self) -> float:
+        """The time of the next tick of any clock [s]."""
+        return min((clock.tick(k) for clock, k in zip(self.events.clocks, self._ticks, strict=True)), default=np.inf)
+
+    def take(self, run: RunState) -> None:
+        """Enter the ticks that the compiled loop has done."""
+        place, clocks = self._place(run)
+        count = int(run.numbers[place + clocks]) if clocks else 0
+        if not count:
+            return
+        targets = [a.target for _, a in self.events.of_clocks or ()]
+        first, width = place + clocks + 1, 2 + len(targets)
+        log = run.numbers[first : first + count * width].reshape(count, width)
+        rows = np.empty((count, 1 + len(self.names)))
+        rows[:, 0], rows[:, 1:] = log[:, 0], [self.values[x] for x in self.names]
+        for k, name in enumerate(targets):
+            self.values[name] = float(log[-1, 2 + k])
+            rows[:, 1 + self.names.index(name)] = log[:, 2 + k]
+            if f"pre({name})" in self.values:
+                rows[:, 1 + self.names.index(f"pre({name})")] = log[:, 2 + k]
+        self._remember()
+        self.history.append(rows)
+        self.ticked.append(log[:, :2].copy())
+        self._ticks = [int(x) for x in run.numbers[place : place + clocks]]
+        run.numbers[place + clocks] = 0.0
+
+    @staticmethod
+    def _place(run: RunState) -> tuple[int, int]:
+        """The place in numbers of the counts of clocks, and their number; 0 if Python does what they do."""
+        o = run.layout[L.TICKS]
+        return (int(run.layout[o + PLACE]), int(run.layout[o + CLOCKS])) if o else (0, 0)
 
     def _due(self, t: float) -> list[str]:
         """The clocks that tick up to time t and have not yet acted."""
@@ -170,7 +218,7 @@ class EventSet:
             self._was = self._truth(t, q, v, left_out)
         if acted:
             self.acted.append(Acted(t, tuple(acted)))
-        self.history.append((t, tuple(self.values[x] for x in self.names)))
+        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
         return v
 
     def _round(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[list[Branch], Array]:
@@ -278,11 +326,17 @@ class EventSet:
         """The numbers of the model at times t (N,); at the time of an event, behind it."""
         if not self.history:
             return {}
-        times = np.array([x for x, _ in self.history])
-        rows = np.array([row for _, row in self.history])
+        if len(self.history) > 1:
+            self.history = [np.concatenate(self.history)]
+        times, rows = self.history[0][:, 0], self.history[0][:, 1:]
         which = np.clip(np.searchsorted(times, t + 1e-13 * (1.0 + np.abs(t)), side="right") - 1, 0, None)
         return {name: rows[which, k] for k, name in enumerate(self.names)}
 
     def counts(self) -> Counter[Span | None]:
         """How often each branch acted, by its place in the text."""
-        return Counter(branch.span for event in self.acted for branch in event.branches)
+        found = Counter(branch.span for event in self.acted for branch in event.branches)
+        for branch, clock in self._of_clocks.items():
+            found[self._conditions[branch][0].span] += sum(
+                int((x[:, 1].astype(int) >> clock & 1).sum()) for x in self.ticked
+            )
+        return found

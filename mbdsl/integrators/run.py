@@ -389,7 +389,8 @@ class MethodRun(RunState):
     def _add(self, jump: input_jumps.Jump) -> None:
         """Add a jump to the history."""
         vectors, nothing = self.vectors, np.zeros(self.system.n)
-        start = Start(self.h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
+        h = float(self.reals[S.LAST_H]) if self.controlled else self.h
+        start = Start(h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
         method = modules()[self.method].METHOD
         rows = {L.FORCE0: jump.force, **method.begin(self.coefficients, start)}
         older = len(vectors) - 2 * method.older
@@ -418,6 +419,8 @@ class MethodRun(RunState):
     def _cross_event(self) -> int:
         """Restart after a switch, if one changes where the last step ended; a status."""
         status, restart = self.events.come()
+        if self.events.set is not None:
+            self.events.set.put(self)
         if restart is not None:
             t, q, v, a, lam, longest = restart
             try:
@@ -528,4 +531,8 @@ class MethodRun(RunState):
         return RunData(self.evaluate, self.tangent, self.inertia, *buffers)
 
     def _call(self, steps: int) -> int:
-        return int(self._advance(steps, self.times, self.out, *self.data()))
+        status = int(self._advance(steps, self.times, self.out, *self.data()))
+        if self.layout[L.TICKS]:
+            assert self.events.set is not None
+            self.events.set.take(self)
+        return status
