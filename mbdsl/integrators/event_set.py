@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +25,14 @@ from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.mechanism.events import INITIAL, Action, Branch
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.clock_tables import CLOCKS, PLACE
 from mbdsl.system.signals import gradients, values
+
+if TYPE_CHECKING:
+    from mbdsl.mechanism.events import Action, Branch, Events
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
@@ -42,6 +44,14 @@ class Acted(NamedTuple):
 
     t: float
     branches: tuple[Branch, ...]
+
+
+class Happened(NamedTuple):
+    """A when-equation that acted: time [s], kind, and place of its condition."""
+
+    t: float
+    kind: str
+    span: Span | None
 
 
 class EventSet:
@@ -81,7 +91,8 @@ class EventSet:
         self.history: list[Array] = []
         self.ticked: list[Array] = []
         self.acted: list[Acted] = []
-        self.ended, self.endless = "", list[Branch]()
+        self.ended = ""
+        self.endless: list[Branch] = []
         self.failed: Action | None = None
         self._ticks = [0] * len(self.events.clocks)
 
@@ -164,7 +175,8 @@ class EventSet:
         """
         for clock in self.events.clocks:
             if (stop - t) / float(clock.period) > MOST_TICKS:
-                message = f"{clock.name} ticks {(stop - t) / float(clock.period):.2g} times until t = {stop:g} s"
+                name = f"sample({float(clock.start):g} s, {float(clock.period):g} s)"
+                message = f"{name} ticks {(stop - t) / float(clock.period):.2g} times until t = {stop:g} s"
                 raise ModelError(
                     message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
                 )
@@ -172,7 +184,7 @@ class EventSet:
         self._put()
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
-        return self._act(t, q, v, left_out, [INITIAL, *due])
+        return self._act(t, q, v, left_out, [self.events.initial, *due])
 
     def ticks_by(self, t: float) -> bool:
         """Whether a clock ticks up to time t that has not yet acted."""
@@ -320,6 +332,57 @@ class EventSet:
             return S.ENDLESS
         return S.DONE if self.ended else S.RUNNING
 
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
+
+    def saved(self) -> dict[str, Any]:
+        """What a checkpoint keeps, by name."""
+        number = {id(branch): k for k, branch in enumerate(self.events.branches)}
+        acted = [(x.t, number[id(branch)]) for x in self.acted for branch in x.branches]
+        width = 1 + len(self.names)
+        return {
+            "values": np.array([self.values[x] for x in self.names], float),
+            "was": self._was.astype(float),
+            "ticks": np.array(self._ticks, float),
+            "history": np.concatenate([np.empty((0, width)), *self.history]),
+            "ticked": np.concatenate([np.empty((0, 2)), *self.ticked]),
+            "acted": np.array(acted, float).reshape(-1, 2),
+            "ended": self.ended,
+        }
+
+    def restore(self, run: RunState, kept: Mapping[str, Any]) -> None:
+        """Return to the state of a checkpoint.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            If something is missing, or has a type, shape or range that is impossible in this run.
+        """
+        now, branches = self.saved(), self.events.branches
+        for name, own in now.items():
+            found = kept[name]
+            if isinstance(own, str):
+                fits = isinstance(found, str)
+            else:
+                fits = isinstance(found, np.ndarray) and found.dtype == np.float64 and np.isfinite(found).all()
+                first = 1 if name in ("history", "ticked", "acted") else 0  # tables of any number of rows
+                fits = fits and found.ndim == own.ndim and found.shape[first:] == own.shape[first:]
+            if not fits:
+                raise ValueError(f"{name} of its events does not have the size or type that this model needs")
+        ticks, acted, due = kept["ticks"], kept["acted"], kept["ticked"][:, 1]
+        if not (((ticks >= 0) & (ticks < 2.0**53)).all() and ((due >= 0) & (due < 2.0**53)).all()):
+            raise ValueError("a count of its clocks is impossible")
+        if not ((acted[:, 1] >= 0) & (acted[:, 1] < len(branches))).all():
+            raise ValueError("an event of it has no when-equation")
+        self.values = dict(zip(self.names, kept["values"].tolist(), strict=True))
+        self._was, self._ticks = kept["was"] != 0.0, [int(x) for x in ticks]
+        self.history, self.ticked = [kept["history"].copy()], [kept["ticked"].copy()]
+        self.acted = [Acted(t, (branches[int(k)],)) for t, k in acted.tolist()]
+        self.ended = kept["ended"]
+        place, clocks = self._place(run)
+        if clocks:
+            run.numbers[place + clocks] = 0.0  # the compiled loop does not check it
+        self.put(run)
+
     # -- results -------------------------------------------------------------------------------------------------------
 
     def at(self, t: Array) -> dict[str, Array]:
@@ -335,8 +398,39 @@ class EventSet:
     def counts(self) -> Counter[Span | None]:
         """How often each branch acted, by its place in the text."""
         found = Counter(branch.span for event in self.acted for branch in event.branches)
-        for branch, clock in self._of_clocks.items():
-            found[self._conditions[branch][0].span] += sum(
-                int((x[:, 1].astype(int) >> clock & 1).sum()) for x in self.ticked
-            )
+        found.update({branch.span: len(times) for branch, times in self._of_ticks()})
         return found
+
+    def kinds(self) -> Counter[str]:
+        """How often branches of each kind acted."""
+        found = Counter(kind(branch, self.events) for event in self.acted for branch in event.branches)
+        for branch, times in self._of_ticks():
+            found[kind(branch, self.events)] += len(times)
+        return found
+
+    def happened(self) -> list[Happened]:
+        """All that happened, in the order of time."""
+        found = [Happened(x.t, kind(b, self.events), b.span) for x in self.acted for b in x.branches]
+        for branch, times in self._of_ticks():
+            what = kind(branch, self.events)
+            found += [Happened(t, what, branch.span) for t in times.tolist()]
+        return sorted(found, key=lambda x: x.t)
+
+    def _of_ticks(self) -> Iterator[tuple[Branch, Array]]:
+        """The branches that the compiled loop does, and their times."""
+        if self.ticked:
+            self.ticked = [np.concatenate(self.ticked)]
+            t, due = self.ticked[0][:, 0], self.ticked[0][:, 1].astype(np.int64)
+            for k, clock in self._of_clocks.items():
+                yield self._conditions[k][0], t[(due >> clock) & 1 == 1]
+
+
+def kind(branch: Branch, events: Events) -> str:
+    """The kind of an event: "terminate" or "reinit" by what it does, else "sample", "initial" or "when"."""
+    does = {action.what for action in branch.actions}
+    if found := does & {"terminate", "reinit"}:
+        return min(found, key=("terminate", "reinit").index)
+    read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
+    if read & {clock.name for clock in events.clocks}:
+        return "sample"
+    return "initial" if events.initial in read else "when"

@@ -116,9 +116,8 @@ class Events:
 
     def saved(self) -> dict[str, Any]:
         """What a checkpoint keeps, by name."""
-        return {name: getattr(self, name).copy() for name in ("times", "rounding", "_cut", "_recent")} | {
-            "_fastest": self._fastest
-        }
+        found = {name: getattr(self, name).copy() for name in ("times", "rounding", "_cut", "_recent")}
+        return found | {"_fastest": self._fastest, "set": None if self.set is None else self.set.saved()}
 
     @property
     def changing(self) -> list[Switch]:
@@ -175,7 +174,7 @@ class Events:
 
     def rejoin(self) -> None:
         """Generate the known times that are still to come, after the run was restored from a checkpoint."""
-        run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.NEXT_EVENT]
+        run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.KNOWN]
         if due < np.inf:
             self._known = dropwhile(lambda x: x - before <= due, self._times(run.start))
 

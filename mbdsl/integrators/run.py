@@ -121,7 +121,8 @@ class MethodRun(RunState):
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         self.searched = not_searched()
         reals, integers, span = self.reals, self.integers, self.stop - self.start
-        integers[S.EVERY], reals[S.NEXT_EVENT] = self.every, np.inf
+        integers[S.EVERY] = self.every
+        reals[[S.NEXT_EVENT, S.KNOWN]] = np.inf
         reals[S.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
         reals[S.WITHIN] = landing_part(modules()[self.method].METHOD.order, reals[S.TOL])
         reals[S.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))

@@ -86,6 +86,8 @@ class Events:
     clocks: tuple[Clock, ...] = ()
     whens: tuple[When, ...] = ()
 
+    initial = INITIAL  #: name of the truth of ``initial()``
+
     def __bool__(self) -> bool:
         return bool(self.whens)
 

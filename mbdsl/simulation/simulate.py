@@ -329,6 +329,9 @@ def _collect(
     numbers = {} if events is None else events.at(t)
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out, numbers)
     trajectory._since = None if stream is None else plan.start
+    if events is not None:
+        stats["kinds of events"] = dict(events.kinds().most_common())
+        trajectory.find_events = events.happened
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
     if trajectory.find_steps is None and plan.every and stream is None:
         trajectory.find_steps = lambda: Steps(trajectory, False)

@@ -1,12 +1,13 @@
 """Events of models, `when`, against closed forms and against a controller in discrete time."""
 
+import os
 from functools import cache
 
 import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.errors import IntegrationError, ModelError
+from mbdsl.errors import IntegrationError, ModelError, UsageError
 from mbdsl.integrators import compiled
 
 METHODS = sorted(set(compiled()) - {"kinematic"})
@@ -236,3 +237,70 @@ def test_the_last_of_many_samples_is_at_the_exact_time():
                   "when sample(0, 0.1 s) then n = pre(n) + 1; t = time/(1 s); end when;", stop=10_000.0)  # fmt: skip
     run = mbdsl.simulate(model, method="hht-si2", step=0.1, interval=10_000.0)
     assert (run["n"][-1], run["t"][-1]) == (100_001, 10_000.0)
+
+
+CLOCKED = (
+    'discrete Real u(unit = "N", start = 1); Force f(b.c, fx = u);',
+    "when sample(0, 10 ms) then u = -4 N/m*rail.s; end when; "
+    "when rail.s > 0.05 m then reinit(rail.v, -0.5*rail.v); end when;",
+)
+
+
+def test_events_are_listed_with_kinds_and_lines(tmp_path, capsys):
+    model = slide(*CLOCKED, v=1.0, stop=0.1)
+    run = mbdsl.simulate(model, method="hht-si2", step=1e-3)
+    assert run.stats["kinds of events"] == {"sample": 11, "reinit": 1}
+    reinit = next(x for x in run.events if x.kind == "reinit")
+    assert reinit.t == pytest.approx(0.05, rel=1e-2) and reinit.span.line == 9
+    assert [x.t for x in run.events if x.kind == "sample"] == [k / 100 for k in range(11)]
+    (tmp_path / "m.mbd").write_text(SLIDE.format(angle="", declared=CLOCKED[0], events=CLOCKED[1], s=0, v=1, stop=0.1))
+    words = ["simulate", "m.mbd", "--step", "1ms", "--method", "hht-si2", "--events", "e.csv", "--output", "o.csv"]
+    from mbdsl.cli import main
+
+    here = os.getcwd()
+    os.chdir(tmp_path)
+    try:
+        assert main(words) == 0
+    finally:
+        os.chdir(here)
+    assert "12 events (11 sample, 1 reinit); most of them by line m.mbd:9: 12" in capsys.readouterr().out
+    rows = (tmp_path / "e.csv").read_text().splitlines()
+    assert rows[:2] == ["time,kind,line", '0.0,sample,"m.mbd:9"'] and len(rows) == 13
+
+
+@pytest.mark.parametrize("given", [{"step": 1e-3, "method": "nstiff"}, {"tol": 1e-5, "method": "hht-si2"}])
+def test_a_checkpoint_keeps_events(given, tmp_path):
+    """A run that is interrupted and resumed equals an uninterrupted one bit for bit."""
+    model = slide(*CLOCKED, v=1.0, stop=2.0)
+    whole = mbdsl.simulate(model, interval=0.1, **given)
+    calls = []
+
+    def interrupt(progress):
+        calls.append(progress.t)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+
+    file = str(tmp_path / "c.ck")
+    with pytest.raises(KeyboardInterrupt):
+        mbdsl.simulate(model, interval=0.1, checkpoint=file, progress=interrupt, **given)
+    resumed = mbdsl.resume(file, model)
+    for name in ("rail.s", "u"):
+        np.testing.assert_array_equal(resumed[name], whole[name])
+    assert resumed.stats["kinds of events"] == whole.stats["kinds of events"]
+
+
+@pytest.mark.parametrize("method", ["scipy-radau", "ida"])
+def test_backends_and_steps_by_hand_refuse_events(method):
+    model = slide(*CLOCKED)
+    with pytest.raises(UsageError, match="does not know the `when`"):
+        mbdsl.simulate(model, method=method, tol=1e-5)
+    with pytest.raises(UsageError, match="step by step"):
+        mbdsl.Simulation(model)
+
+
+def test_a_clock_that_would_never_end_is_refused_at_once():
+    model = slide(
+        "Integer n(start = 0); Force f(b.c, fx = 0 N);", "when sample(0, 1e-12 s) then n = pre(n) + 1; end when;"
+    )
+    with pytest.raises(ModelError, match=r"sample\(0 s, 1e-12 s\) ticks 3e\+12 times"):
+        mbdsl.simulate(model, method="hht-si2", step=1e-3)
