@@ -2,6 +2,7 @@
 
 import os
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -304,3 +305,31 @@ def test_a_clock_that_would_never_end_is_refused_at_once():
     )
     with pytest.raises(ModelError, match=r"sample\(0 s, 1e-12 s\) ticks 3e\+12 times"):
         mbdsl.simulate(model, method="hht-si2", step=1e-3)
+
+
+def test_sampled_cart_pole():
+    """A pole on a cart with a sampled controller, whose force is held for 1 ms: RK4 in two coordinates, from sample to
+    sample."""
+    model = mbdsl.parse(
+        (Path(__file__).parents[2] / "docs" / "events.md").read_text().split("```mbd\n")[1].split("```")[0]
+    )
+    M, m, c, J = 1.0, 0.2, 0.3, 0.2 * 0.6**2 / 12
+
+    def rates(y, F):
+        _, phi, vx, w = y
+        A = np.array([[M + m, -m * c * np.sin(phi)], [-m * c * np.sin(phi), J + m * c * c]])
+        b = np.array([F + m * c * np.cos(phi) * w * w, -m * 9.81 * c * np.cos(phi)])
+        return np.array([vx, w, *np.linalg.solve(A, b)])
+
+    y, h = np.array([0.0, np.pi / 2 + 0.2, 0.0, 0.0]), 1e-3
+    for _ in range(1000):
+        F = 6.3 * y[0] + 8 * y[2] - 53.3 * (y[1] - np.pi / 2) - 10.6 * y[3]
+        F = max(-20.0, min(20.0, F))
+        k1 = rates(y, F)
+        k2 = rates(y + h / 2 * k1, F)
+        k3 = rates(y + h / 2 * k2, F)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rates(y + h * k3, F))
+    assert y[:2] - [0, np.pi / 2] == pytest.approx([-0.220807, -0.0332855], abs=1e-6)  # as the specification says
+    for method, within in (("hht-si2", 2e-6), ("nstiff", 5e-6), ("radau5", 1e-7)):
+        run = mbdsl.simulate(model, method=method, stop=1.0, step=1e-3)
+        assert [run["cart.x"][-1], run["pole.phi"][-1]] == pytest.approx(y[:2], abs=within)
