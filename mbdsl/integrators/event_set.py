@@ -290,7 +290,9 @@ class EventSet:
     def _do(self, branches: list[Branch], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
         """The actions of branches; the velocities behind them."""
         jumps: list[tuple[Action, float]] = []
-        for action in (a for branch in branches for a in branch.actions):
+        order, last = self.events.order, len(self.events.order)
+        actions = [a for branch in branches for a in branch.actions]
+        for action in sorted(actions, key=lambda a: order[a.target] if a.what == "set" else last):
             if action.value is None:
                 self.ended = self.ended or action.text or "terminated"
                 continue

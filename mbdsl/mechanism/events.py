@@ -126,6 +126,43 @@ class Events:
         possible = all(leaf.op in ("time", "coordinate", "input") for leaf in leaves(*values))
         return tuple(found) if possible and not _read(values) & (targets | pulses) else None
 
+    @cached_property
+    def order(self) -> dict[str, int]:
+        """Variable -> its place in an event: after those that its new value reads, but for ``pre(x)``.
+
+        Those of a circle (:meth:`circle`) keep the order of the text.
+        """
+        found: dict[str, int] = {}
+        for name in self._reads:
+            self._place(name, found, [])
+        return found
+
+    def circle(self) -> list[str]:
+        """Variables each of which reads the next one in the same event, the first one again at the end; [] if none."""
+        found: dict[str, int] = {}
+        return next((c for name in self._reads if (c := self._place(name, found, []))), [])
+
+    @cached_property
+    def _reads(self) -> dict[str, list[str]]:
+        """Variable that is set -> the variables that are set, which its new values read."""
+        actions = [a for branch in self.branches for a in branch.actions if a.what == "set" and a.value is not None]
+        reads: dict[str, list[str]] = {a.target: [] for a in actions}
+        for a in actions:
+            assert a.value is not None
+            reads[a.target] += [x for x in sorted(_read([a.value])) if x in reads]
+        return reads
+
+    def _place(self, name: str, found: dict[str, int], above: list[str]) -> list[str]:
+        """Enter a variable after those that it reads; the circle above it, if there is one."""
+        if name in above:
+            return [*above[above.index(name) :], name]
+        circle: list[str] = []
+        if name not in found:
+            for x in self._reads[name]:
+                circle = circle or self._place(x, found, [*above, name])
+            found[name] = len(found)
+        return circle
+
     @property
     def expressions(self) -> list[Expr]:
         """All expressions of the when-equations."""

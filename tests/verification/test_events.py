@@ -333,3 +333,18 @@ def test_sampled_cart_pole():
     for method, within in (("hht-si2", 2e-6), ("nstiff", 5e-6), ("radau5", 1e-7)):
         run = mbdsl.simulate(model, method=method, stop=1.0, step=1e-3)
         assert [run["cart.x"][-1], run["pole.phi"][-1]] == pytest.approx(y[:2], abs=within)
+
+
+def test_equations_of_one_event_are_sorted_and_circles_are_errors():
+    """y = 2 x is after x = 1 + pre(x), whatever the text says first; and so is a chain of three."""
+    declared = "Integer x(start = 0), y(start = 0), z(start = 0); Force f(b.c, fx = 0 N);"
+    events = ("when sample(0, 1 s) then z = y + x; end when;", "when sample(0, 1 s) then y = 2*x; end when;",
+              "when sample(0, 1 s) then x = 1 + pre(x); end when;")  # fmt: skip
+    for text in (" ".join(events), " ".join(events[::-1])):
+        run = mbdsl.simulate(slide(declared, text, stop=2.0), method="hht-si2", step=0.1, interval=1.0)
+        assert [list(run[x]) for x in "xyz"] == [[1, 2, 3], [2, 4, 6], [3, 6, 9]]
+    with pytest.raises(ModelError, match=r"cyclic definition: x -> y -> x") as problem:
+        slide(declared, "when time > 1 s then x = y + 1; y = x; end when;")
+    assert "pre(x)" in problem.value.hint and problem.value.notes
+    with pytest.raises(ModelError, match=r"cyclic definition: x -> x"):
+        slide(declared, "when time > 1 s then x = x + 1; end when;")
