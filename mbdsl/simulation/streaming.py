@@ -132,7 +132,8 @@ class Stream:
         t, q, v, lam, states = rows
         own = lam if motion.own_reactions else None
         h = motion.plan.h if motion.plan.tol is None else None
-        trajectory = Trajectory(motion.system, t, q, v, own, {"status": "done", "h": h}, (), motion.left_out)
+        numbers = {} if motion.event_set is None else motion.event_set.at(t)
+        trajectory = Trajectory(motion.system, t, q, v, own, {"status": "done", "h": h}, (), motion.left_out, numbers)
         if self.file is None:
             names = [name for name in self._choose(trajectory) if name != "time"]
             self.file = RowsFile(["time", *names], self._near, self._kept)

@@ -227,7 +227,8 @@ class Runner:
 
     def trajectory(self, run: Computed) -> Trajectory:
         """A run as a trajectory, for access to its signals."""
-        return Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats))
+        unknown = {name: np.full(len(run.t), np.nan) for name in self._system.scene.events.variables}  # not stored
+        return Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats), inputs=unknown)
 
     def blank(self) -> Trajectory:
         """An empty trajectory, for names and units."""
