@@ -121,7 +121,8 @@ class MethodRun(RunState):
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         self.searched = not_searched()
         reals, integers, span = self.reals, self.integers, self.stop - self.start
-        integers[S.EVERY], reals[S.NEXT_EVENT] = self.every, np.inf
+        integers[S.EVERY] = self.every
+        reals[[S.NEXT_EVENT, S.KNOWN]] = np.inf
         reals[S.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
         reals[S.WITHIN] = landing_part(modules()[self.method].METHOD.order, reals[S.TOL])
         reals[S.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
@@ -417,7 +418,8 @@ class MethodRun(RunState):
     def _add(self, jump: input_jumps.Jump) -> None:
         """Add a jump to the history."""
         vectors, nothing = self.vectors, np.zeros(self.system.n)
-        start = Start(self.h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
+        h = float(self.reals[S.LAST_H]) if self.controlled else self.h
+        start = Start(h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
         method = modules()[self.method].METHOD
         rows = {L.FORCE0: jump.force, **method.begin(self.coefficients, start)}
         older = len(vectors) - 2 * method.older
@@ -446,6 +448,8 @@ class MethodRun(RunState):
     def _cross_event(self) -> int:
         """Restart after a switch, if one changes where the last step ended; a status."""
         status, restart = self.events.come()
+        if self.events.set is not None:
+            self.events.set.put(self)
         if restart is not None:
             t, q, v, a, lam, longest = restart
             try:
@@ -556,4 +560,8 @@ class MethodRun(RunState):
         return RunData(self.evaluate, self.tangent, self.inertia, *buffers)
 
     def _call(self, steps: int) -> int:
-        return int(self._advance(steps, self.times, self.out, *self.data()))
+        status = int(self._advance(steps, self.times, self.out, *self.data()))
+        if self.layout[L.TICKS]:
+            assert self.events.set is not None
+            self.events.set.take(self)
+        return status

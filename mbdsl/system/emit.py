@@ -114,6 +114,19 @@ def _inertia(bodies: list[tuple[int, Block]], task: str, row: str, target: str) 
     return [f"loops.inertia({task}, {row}, {target}, vectors, numbers, layout)", *own]
 
 
+def _tasks(lines: list[str], has_tape: bool) -> list[str]:
+    """The body of ``inertia``: the tasks of the mass matrix, and that of when-equations."""
+    if not has_tape:
+        return [f"    {line}" for line in lines]
+    return [
+        "    if task == L.ACT:",
+        "        o, t = layout[L.TICKS], numbers[layout[L.REGISTERS]]",
+        "        expression_tape.run(t, layout[o], layout[o + 1], vectors, vectors, numbers, layout)",
+        "    else:",
+        *(f"        {line}" for line in lines),
+    ]
+
+
 def inertia_lines(blocks: list[Block]) -> list[str]:
     """The statements of ``inertia``."""
     return _inertia(_loops(blocks)[0], "task", "row", "target") or [
@@ -217,7 +230,7 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
         "",
         "",
         "def inertia(task, row, target, vectors, numbers, layout):",
-        *(f"    {text}" for text in inertia_lines(blocks)),
+        *_tasks(inertia_lines(blocks), has_tape),
         "",
     ]
     return "\n".join(lines)
