@@ -16,7 +16,8 @@ until more than mu_s N is needed (:mod:`mbdsl.mechanism.sticking`).
 
 from collections.abc import Mapping
 
-from mbdsl.elements.kind import Parameter, Signal, power, zero
+from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements.kind import zero
 
 EFFECTS = {"friction": zero("mu", "mu_s")}
 #: of joints that stick

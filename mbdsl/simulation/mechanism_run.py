@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
-from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state, state_at
 from mbdsl.initial.shared_loads import undetermined
@@ -36,7 +35,7 @@ from mbdsl.numerics.hermite import between
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.left_out_rows import violated, violations
-from mbdsl.simulation.plan import Plan, check_space
+from mbdsl.simulation.plan import Plan, check_events, check_space
 from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build, state_sizes
@@ -143,6 +142,8 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
+        if scene.has_events:
+            check_events(plan.method, scene)
         whole = plan.general or scene.has_events
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
@@ -675,9 +676,6 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
-        if system.scene.sticking:
-            message = f"{method} does not find the events at which `{system.scene.sticking[0].name}` sticks and slides"
-            raise UsageError(message, hint="take a method of mbdsl, such as radau5; or leave `sticks` out")
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     tol, grid, longest = plan.tol, 0.0, plan.longest
     if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten

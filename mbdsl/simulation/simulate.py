@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -325,10 +326,16 @@ def _collect(
     own = lam if motion.own_reactions else None
     if events is not None:
         stats["terminated"] = events.ended
-        stats["acted"] = {f"{x.file}:{x.line}": n for x, n in events.counts().most_common() if x is not None}
+        lines = Counter[str]()
+        for x, n in events.counts().items():
+            lines[f"{x.file}:{x.line}" if x is not None else "an event of a Builder"] += n
+        stats["acted"] = dict(lines.most_common())
     numbers = {} if events is None else events.at(t)
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out, numbers)
     trajectory._since = None if stream is None else plan.start
+    if events is not None:
+        stats["kinds of events"] = dict(events.kinds().most_common())
+        trajectory.find_events = events.happened
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
     if trajectory.find_steps is None and plan.every and stream is None:
         trajectory.find_steps = lambda: Steps(trajectory, False)

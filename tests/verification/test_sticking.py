@@ -153,7 +153,7 @@ end Two;
 
 
 def test_backends_are_refused():
-    with pytest.raises(mbdsl.UsageError, match="does not find the events at which `slide` sticks"):
+    with pytest.raises(mbdsl.UsageError, match="does not know friction that sticks, of `slide`"):
         mbdsl.simulate(mbdsl.parse(OSCILLATOR), stop=1, tol=1e-5, method="scipy-radau")
 
 
