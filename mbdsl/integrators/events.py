@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
+from mbdsl.integrators.contact_set import UnsolvedContactsError
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.switch_location import LEFT
@@ -106,7 +107,8 @@ class Events:
         self.times: list[float] = []
         self.rounding: list[float] = []
         #: the when-equations of the model; None if it has none
-        self.set: EventSet | None = EventSet(self.system) if self.system.scene.events else None
+        self.set: EventSet | None = EventSet(self.system) if self.system.scene.has_events else None
+        self.unsolved: UnsolvedContactsError | None = None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -228,9 +230,13 @@ class Events:
             before = v
             try:
                 v = self.set.act(t, q, v, run.left_out)
+                q, run.left_out = self.set.q, self.set.left_out(run.left_out)
                 if v is not before:
                     q, v = onto_constraints(system, t, q, v, run.left_out)
                 a, lam = accelerations(system, t, q, v, run.left_out)
+            except UnsolvedContactsError as problem:
+                self.unsolved = problem
+                return S.UNSOLVED, None
             except InitialisationError:
                 return self.no_accelerations(t, q, v), None
             for at, value in self.set.numbers().items():
@@ -242,7 +248,8 @@ class Events:
         longest = min(h, min(run.stop, reals[S.NEXT_EVENT]) - t)
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
-        status = self._known_progress(t) if timed else self._progress(t, new)
+        struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
+        status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
         return status, Restart(t, q, v, a, lam, longest)
@@ -257,7 +264,8 @@ class Events:
             return False  # the history of methods of higher order would need the jumps of rates
         if (self.system.switches(t, q, v, lam) != self.system.switches(t + s, q, v, lam)).any():
             return False
-        if events.act(t + s, q, v, run.left_out, put=False) is not v:
+        acted = events.act(t + s, q, v, run.left_out, put=False)
+        if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
             events.undo()
             return False
         self._next(t + s)

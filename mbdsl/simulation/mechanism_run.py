@@ -140,7 +140,7 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
-        whole = plan.general or bool(scene.events)
+        whole = plan.general or scene.has_events
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
@@ -159,7 +159,7 @@ class MechanismRun:
         self._failure = S.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = (
-            plan.tol is not None or bool(scene.events) or backend(plan.method) is not None
+            plan.tol is not None or scene.has_events or backend(plan.method) is not None
         )  # different for each part
         self._taken = 0
 
@@ -516,7 +516,7 @@ class MechanismRun:
     @property
     def event_set(self) -> EventSet | None:
         """The events of the present run; None of a model without when-equations."""
-        run = self.parts[0].integration if self.parts and self.system.scene.events else None
+        run = self.parts[0].integration if self.parts and self.system.scene.has_events else None
         return run.events.set if isinstance(run, MethodRun) else None
 
     # -- from the parts to the scene ---------------------------------------------------------------------------
@@ -669,6 +669,6 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     tol, longest = plan.tol, plan.longest
-    if tol is None and system.scene.events:  # steps of a fixed size, which events shorten
+    if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten
         tol, longest = LOOSE, min(longest, plan.h)
     return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, rows=plan.rows, keeps=keeps)
