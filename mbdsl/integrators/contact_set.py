@@ -28,10 +28,11 @@ from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
 
-#: relative to the mechanism's size: gaps that count as closed, overlap at the start that is rounding, and the overlap
-#: at which a gap has closed, which is more than the rounding error of gaps
+#: relative to the mechanism's size: gaps that count as closed; error of the gap of a closed contact, and overlap at the
+#: start that is rounding; and the overlap at which a gap has closed, which is more than the rounding error of gaps
 NEAR, OVERLAP, ROUNDING = 1e-9, 1e-6, 1e-14
 SLOW = 1e-10  #: speed of a gap, relative to the fastest motion, that counts as rest
+SAME = 1e-13  #: relative change of velocities that is rounding
 #: a contact rests if its impacts end within this part of the tolerance, and of a run, or within this part of a run
 OF_TOLERANCE, LEAST = 1e-3, 2e-14
 LOOSEST = 1e-5  #: tolerance that counts, of runs with fixed steps too
@@ -94,10 +95,14 @@ class ContactSet:
         inactive = (int(row) for row, mode in zip(self.rows, modes, strict=True) if mode != CLOSED)
         return tuple(sorted({row for row in left_out if row not in own} | set(inactive)))
 
+    def all_open(self, values: dict[str, float]) -> bool:
+        """Whether no row of a contact is closed."""
+        return all(values[number(c.name, MODE)] != CLOSED for c in self.contacts)
+
     def act(
         self, t: float, q: Array, v: Array, left_out: tuple[int, ...], values: dict[str, float]
     ) -> tuple[Array, Array]:
-        """q and v (n,) behind the event at time t; sets the modes and counts in ``values``.
+        """q and v (n,) behind the event at time t, ``v`` itself if it does not change; sets the modes and counts in ``values``.
 
         Raises
         ------
@@ -107,8 +112,8 @@ class ContactSet:
         self.struck = False
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
         gaps = self._gaps(t, q)
-        which = np.flatnonzero((gaps < NEAR * self.system.tables.size) | (modes != OPEN))
-        closed, dependent = np.zeros(0, int), np.zeros(0, int)
+        which = np.flatnonzero(gaps < np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size)
+        closed, dependent, given = np.zeros(0, int), np.zeros(0, int), v
         if len(which):
             others = tuple(sorted({*left_out, *self.rows.tolist()}))
             touching = self._touching(t, q, v, which, others)
@@ -118,7 +123,7 @@ class ContactSet:
         for k, contact in enumerate(self.contacts):
             mode = CLOSED if k in closed else DEPENDENT if k in dependent else OPEN
             values[number(contact.name, MODE)] = mode
-        return q, v
+        return q, given if np.abs(v - given).max(initial=0.0) <= SAME * np.abs(given).max(initial=0.0) else v
 
     def _back(
         self, t: float, q: Array, v: Array, touching: Touching, depth: Array, others: tuple[int, ...]

@@ -128,7 +128,7 @@ class EventSet:
         self.reset()
         if self.contacts is not None:
             self.contacts.begin(t, q, stop - t, tol, self.values)
-        self._put()
+        self._put(self.values)
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
         return self._act(t, q, v, left_out, [INITIAL, *due])
@@ -163,6 +163,7 @@ class EventSet:
             self._remember()
             before, at_first = dict(self.values), v
             if self.contacts is not None:
+                self._put(self.values)
                 q, v = self.contacts.act(t, q, v, left_out, self.values)
                 left_out = self.left_out(left_out)
                 self.q, self.struck = q, self.struck or self.contacts.struck
@@ -176,8 +177,8 @@ class EventSet:
             if name in self.values:
                 self.values[name] = 0.0
         self._remember()
-        if put:
-            self._put()
+        if put or self.contacts is not None:
+            self._put(self.values if put else self._undone[0])
         if pulses:
             self._was = self._truth(t, q, v, left_out)
         if acted:
@@ -210,11 +211,11 @@ class EventSet:
         for before, name in self._before.items():
             self.values[before] = self.values[name]
 
-    def _put(self) -> None:
+    def _put(self, given: dict[str, float]) -> None:
         """Set the numbers of the System."""
         for name in self.system.tables.inputs:
-            if name in self.values:
-                self.system.set_input(name, self.values[name])
+            if name in given:
+                self.system.set_input(name, given[name])
 
     def numbers(self) -> dict[int, float]:
         """Offset in ``numbers`` -> value, of all variables that the equations contain."""
@@ -225,7 +226,7 @@ class EventSet:
         """Expressions in a state with the present values; reactions are those of the equations of motion."""
         lam = None
         if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
-            self._put()
+            self._put(self.values)
             lam = accelerations(self.system, t, q, v, left_out)[1][None]
         inputs = {name: np.array([x]) for name, x in self.values.items()}
         return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]

@@ -333,12 +333,21 @@ class Events:
 
     def _reactions(self, t: float, q: Array, v: Array, lam: Array) -> Array:
         """The multipliers at a state; ``lam``, those of a state nearby, if no switch depends on them."""
-        if not self.system.tables.switches_of_multipliers:
+        if not self.system.tables.switches_of_multipliers or self._all_open:
             return lam
         try:
             return accelerations(self.system, t, q, v, self.run.left_out)[1]
         except InitialisationError:
             return lam
+
+    @property
+    def _all_open(self) -> bool:
+        """Whether only rigid contacts look at reactions, and none of them is closed."""
+        contacts = self.set.contacts if self.set is not None else None
+        if contacts is None or not contacts.all_open(self.set.values):  # type: ignore[union-attr]
+            return False
+        own = {c.condition for c in contacts.contacts}
+        return all(x.node in own for x in self.system.tables.switches if reads_reactions(x))
 
     def _known_progress(self, t: float) -> int:
         """The status after an event at a time that was known in advance."""
