@@ -325,6 +325,9 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     InitialisationError
         As :func:`initial_state` does.
     """
+    if system.scene.contacts:
+        message = "equilibria and linear models with rigid contacts are not available"
+        raise InitialisationError(message, system.scene.contacts[0].span, "take a stop with stiffness `k` in its place")
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
     given = for_assembly(system.scene, positions)
     for shape in _shapes(system, graph, t, positions):

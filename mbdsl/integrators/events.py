@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from itertools import dropwhile
 from typing import Any, NamedTuple
 
@@ -344,9 +345,12 @@ class Events:
     def _all_open(self) -> bool:
         """Whether only rigid contacts look at reactions, and none of them is closed."""
         contacts = self.set.contacts if self.set is not None else None
-        if contacts is None or not contacts.all_open(self.set.values):  # type: ignore[union-attr]
-            return False
-        own = {c.condition for c in contacts.contacts}
+        return contacts is not None and self._only_contacts and contacts.all_open(self.set.values)  # type: ignore[union-attr]
+
+    @cached_property
+    def _only_contacts(self) -> bool:
+        """Whether the switches that read reactions are those of rigid contacts."""
+        own = {c.condition for c in self.system.scene.contacts}
         return all(x.node in own for x in self.system.tables.switches if reads_reactions(x))
 
     def _known_progress(self, t: float) -> int:

@@ -66,6 +66,7 @@ class MethodRun(RunState):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.overlooked: Overlooked | None = None
+        self.begun: tuple[Array, Array, Array] | None = None  #: q, v, lam behind an event at the start
         self._rates: tuple | None = None
         self._prepare()
         self._load()
@@ -224,6 +225,7 @@ class MethodRun(RunState):
         q, self.left_out = events.q, events.left_out(self.left_out)
         if events.acted or events.contacts is not None:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
+            self.begun = q, v, lam
         return q, v, a, lam
 
     def _rates_at(self, t: float, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:

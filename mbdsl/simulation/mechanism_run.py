@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
+from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state, state_at
 from mbdsl.initial.shared_loads import undetermined
@@ -80,7 +81,8 @@ class PartRun:
     @property
     def first(self) -> Array:
         """The row (1, 2 n + m + p) of outputs at the start."""
-        return np.concatenate([self.initial.q, self.initial.v, self.initial.lam])[None]
+        begun = self.integration.begun if isinstance(self.integration, MethodRun) else None
+        return np.concatenate(begun or (self.initial.q, self.initial.v, self.initial.lam))[None]
 
     @property
     def last(self) -> Array:
@@ -667,6 +669,9 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
+        if contacts := system.scene.contacts:
+            hint = "take one of the methods that `mbdsl methods` lists as compiled, such as hht-si2 or dop853"
+            raise ModelError(f"{method} does not know rigid contacts", contacts[0].span, hint)
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     tol, longest = plan.tol, plan.longest
     if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten
