@@ -197,12 +197,12 @@ class Modes(Sequence[Mode]):
         UsageError
             If there are no modes, there is no such mode, or the file cannot be written.
         """
-        from mbdsl.viewing.mode_animation import ModeAnimation, Row
+        from mbdsl.viewing.mode_animation import ModeAnimation, ModeRow
 
         rows = []
         for found in self.modes:
             moves = few([f"{name} {part:.0%}" for name, part in found.bodies.items() if part >= 0.05], 4)
-            rows.append(Row(found.frequency, found.damped_frequency, found.damping, moves, found.unstable))
+            rows.append(ModeRow(found.frequency, found.damped_frequency, found.damping, moves, found.unstable))
         state = about(self.at, self.t)
         shapes = np.array([found.shape for found in self.modes], complex)
         animation = ModeAnimation(self.system, self.t, self.q, shapes, rows, state, mode)

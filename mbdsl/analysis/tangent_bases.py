@@ -172,7 +172,7 @@ class Moving:
 
     def _of_a_beam(self, expression: Expr) -> bool:
         frames = self.system.scene.frames
-        names = (x.value[0] for x in leaves(expression) if x.op == "coordinate")  # type: ignore[index]
+        names = (x.value[0] for x in leaves(expression) if x.op == "coordinate")
         return any(frames[name].body in self.bends for name in names)
 
     def _of_beams(self, q: Array, v: Array) -> tuple[Array, Array]:

@@ -6,7 +6,8 @@ While the gap is open, its row is left out. Where it closes, Newton's law of res
 impact; where impacts end, the row holds the contact closed until its reaction would pull.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, Signal, in_space
 
 KIND = JointKind(
     "Contact",

@@ -102,7 +102,7 @@ class ContactSet:
     def act(
         self, t: float, q: Array, v: Array, left_out: tuple[int, ...], values: dict[str, float]
     ) -> tuple[Array, Array]:
-        """q and v (n,) behind the event at time t, ``v`` itself if it does not change; sets the modes and counts in ``values``.
+        """q and v (n,) behind the event at time t, ``v`` itself if it does not change; ``values`` get the modes.
 
         Raises
         ------

@@ -5,7 +5,7 @@ Both front-ends use it, the text (:mod:`mbdsl.lang.instantiate`) and the library
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -298,6 +298,27 @@ class Assembly:
 
     # -- the result --------------------------------------------------------------------------------------------
 
+    def _leave_out(self, effects: Iterable[str]) -> None:
+        """Leave out further effects; values that depend on them are forgotten."""
+        left_out = tuple(dict.fromkeys((*self.without, *effects)))
+        if left_out != self.without:
+            self.without = left_out
+            self.plain.clear()
+            for part in self.parts.values():
+                part.forget()
+
+    def _declared_frames(self) -> tuple[dict[str, Frame], dict[str, str]]:
+        """Frames that have been declared, and other names of frames."""
+        frames, aliases = dict[str, Frame](), dict[str, str]()
+        for member in self.frames:
+            found = member.target() if isinstance(member, FrameMember) else member
+            frame = found.frame if isinstance(found, PortNode) else found
+            if frame is not None and frame.name == member.name:
+                frames[frame.name] = frame
+            elif frame is not None:
+                aliases[member.name] = frame.name
+        return frames, aliases
+
     def scene(
         self,
         root: Namespace,
@@ -306,12 +327,7 @@ class Assembly:
         experiment: Experiment | None = None,
     ) -> Scene:
         """Complete the checks and make the Scene."""
-        left_out = tuple(dict.fromkeys((*self.without, *(experiment.without if experiment else ()))))
-        if left_out != self.without:
-            self.without = left_out
-            self.plain.clear()
-            for part in self.parts.values():
-                part.forget()
+        self._leave_out(experiment.without if experiment else ())
         for part in self.parts.values():
             part.values  # noqa: B018  errors in values come before those of connections
         self.connect_all()
@@ -326,14 +342,8 @@ class Assembly:
         if self.spatial:
             turned = (part.own_frame(port) for part in self.parts.values() for port in part.nodes)
             frames |= {frame.name: frame for frame in turned if frame.name not in frames}
-        aliases: dict[str, str] = {}
-        for member in self.frames:
-            found = member.target() if isinstance(member, FrameMember) else member
-            frame = found.frame if isinstance(found, PortNode) else found
-            if frame is not None and frame.name == member.name:
-                frames[frame.name] = frame
-            elif frame is not None:
-                aliases[member.name] = frame.name
+        declared, aliases = self._declared_frames()
+        frames |= declared
         initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn, self.states).values())
         if self.states:
             for state, rate, description in self.states.variables():

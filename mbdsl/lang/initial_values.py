@@ -204,8 +204,8 @@ class InitialValues:
         what = f"the initial value of `{name}`"
         if target.dimension == NUMBER:
             doubts.angle(self.warn, value, e, what)
-        number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
-        return InitialValue(name, target.value, number, fixed, span_of(at), _display(value.unit, target.dimension))  # type: ignore[arg-type]
+        number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)
+        return InitialValue(name, target.expression, number, fixed, span_of(at), _display(value.unit, target.dimension))
 
 
 @lru_cache

@@ -46,6 +46,17 @@ _NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
 _PAIRS = {")": "(", "]": "[", "}": "{"}
 
 
+def leading(text: str) -> str:
+    """The numeral at the beginning of a text; "" if there is none."""
+    return text[: _end(NUMERAL, text, 0)]
+
+
+def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
+    """The end of what matches at a place of a text; the place itself if nothing does."""
+    found = pattern.match(text, at)
+    return at if found is None else found.end()
+
+
 #: kinds of tokens for editors and highlighting
 COMMENT, STRING, NUMBER, UNIT = "comment", "string", "number", "unit"
 KEYWORD, NAME, OPERATOR, WRONG = "keyword", "name", "operator", "wrong"
@@ -101,7 +112,7 @@ def scan(source: Source) -> Iterator[Token]:
         if found is None:
             if text[at] == '"':
                 # Later texts are not searched for their ends either, so that the time remains linear.
-                strings_end, last, end = False, "OPEN_STRING", _LINE.match(text, at).end()  # type: ignore[union-attr]
+                strings_end, last, end = False, "OPEN_STRING", _end(_LINE, text, at)
             else:
                 last, end = "WRONG", at + 1
             yield Token(last, text[at:end], at, end, source)
@@ -131,7 +142,7 @@ def scan(source: Source) -> Iterator[Token]:
             last = "NUMBER" if takes_unit else "STRING"
         yield Token(last, word, at, end, source)
         if takes_unit:
-            blank = _BLANK.match(text, end).end()  # type: ignore[union-attr]
+            blank = _end(_BLANK, text, end)
             if unit := units.scan(text, blank):
                 last, end = "UNIT", unit[1]
                 yield Token(last, unit[0].text, blank, end, source)

@@ -23,7 +23,7 @@ from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
-from mbdsl.mechanism.scene import Component, Scene, is_state
+from mbdsl.mechanism.scene import Component, Scene, is_rate, is_state
 from mbdsl.messages import count, few
 
 
@@ -241,7 +241,7 @@ class MechanismGraph(GraphAlgorithms):
         lines = [self.summary(), "", "bodies"]
         bodies = {name: c for name, c in self.bodies.items() if not is_state(c)}
         lines += [f"  {n}  {c.kind.name}  {', '.join(c.coordinates)}" for n, c in bodies.items()]
-        rates = [e for e in self.forces if e.name.startswith("der(")]
+        rates = [e for e in self.forces if is_rate(e.component)]
         if rates:
             lines += ["", "states"]
             lines += [f"  {e.body_j}  reads {', '.join((*e.also, *e.reads)) or 'itself and time only'}" for e in rates]
@@ -299,11 +299,11 @@ def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -
 
     laws = [value for value in component.values.values() if isinstance(value, Expr)]
     found = leaves(*laws, *component.relations, *component.velocity_constraints)
-    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}  # type: ignore[index]
-    frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]  # type: ignore[index]
+    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}
+    frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]
     for joint in (scene.components[name] for name in reads):
         of_joint = leaves(*joint.relations, *joint.velocity_constraints)
-        frames += [*joint.ports.values(), *(x.value[0] for x in of_joint if x.op == "coordinate")]  # type: ignore[index]
+        frames += [*joint.ports.values(), *(x.value[0] for x in of_joint if x.op == "coordinate")]
     read = sorted({body(frame) for frame in frames})
     ends = [body(frame) for frame in component.ports.values()]
     if not ends:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from functools import cache
+from typing import Any
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
@@ -38,7 +39,7 @@ class Formulas:
         self,
         kind: Kind,
         name: str,
-        value: Callable[[str], object],
+        value: Callable[[str], Any],
         coordinate: Callable[[str, str], Expr],
     ) -> None:
         self.kind, self.name, self.given, self.coordinate = kind, name, value, coordinate
@@ -78,9 +79,9 @@ class Formulas:
 
         def own(leaf: Expr) -> Expr | None:
             if leaf.op == "coordinate":
-                return self.coordinate(*leaf.value)  # type: ignore[misc]
+                return self.coordinate(*leaf.value)
             if leaf.op == "multiplier":
-                return multiplier(self.name, leaf.value[1])  # type: ignore[index]
+                return multiplier(self.name, leaf.value[1])
             if leaf.op == "input":
                 name, _, index = str(leaf.value).partition("[")
                 return expr(self.element(name, int(index[:-1])) if index else self.value(name))
@@ -111,13 +112,13 @@ class Formulas:
         """The law given for the parameter ``name``; None if none is given, or if this is not a law parameter."""
         known = name in self.kind.law_parameters or name in self.kind.computed
         given = self.given(name) if known else None
-        return None if given is None else expr(given)  # type: ignore[arg-type]
+        return None if given is None else expr(given)
 
     # -- names in formulas -------------------------------------------------------------------------------------
 
     def value(self, name: str) -> Expr | float:
         parameter = self.kind.parameter(name)
-        return self.signal(name) if parameter is None or parameter.law else self.given(name)  # type: ignore[return-value]
+        return self.signal(name) if parameter is None or parameter.law else self.given(name)
 
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
@@ -126,8 +127,8 @@ class Formulas:
             return input_signal(contacts.number(self.name, contacts.NUMBERS[index - 1]))
         if name == "slope" and isinstance(self.kind, JointKind):
             law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
-            return diff(expr(self.given(law)), self.signal(argument))[0]  # type: ignore[arg-type]
-        return self.given(name)[index - 1]  # type: ignore[index]
+            return diff(expr(self.given(law)), self.signal(argument))[0]
+        return self.given(name)[index - 1]
 
 
 class _LawsFirst:

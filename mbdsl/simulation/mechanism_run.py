@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
-from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state, state_at
 from mbdsl.initial.shared_loads import undetermined
@@ -24,7 +23,7 @@ from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.compiled_loop import has_own_step, loop_name
+from mbdsl.integrators.loop.compiled_loop import controls_locally, has_own_step, loop_name
 from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
@@ -36,7 +35,7 @@ from mbdsl.numerics.hermite import between
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.left_out_rows import violated, violations
-from mbdsl.simulation.plan import Plan, check_space
+from mbdsl.simulation.plan import Plan, check_events, check_space
 from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build, state_sizes
@@ -51,8 +50,8 @@ Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
 #: number of steps of the first run between two checks of its displacements
 GLANCE = 64
-#: tolerance of runs with fixed steps that end at events: no step is shortened because of its error
-LOOSE = 1e6
+#: tolerances of runs with fixed steps that end at events: errors shorten no step; of methods with a step of their own
+NOMINAL, LOOSE = 1e-6, 1e6
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 
 
@@ -142,10 +141,13 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
+        if scene.has_events:
+            check_events(plan.method, scene)
         whole = plan.general or scene.has_events
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
+        check_events(plan.method, scene)
         self.system = build(scene, mechanism, plan.general)
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size
@@ -669,11 +671,11 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
-        if contacts := system.scene.contacts:
-            hint = "take one of the methods that `mbdsl methods` lists as compiled, such as hht-si2 or dop853"
-            raise ModelError(f"{method} does not know rigid contacts", contacts[0].span, hint)
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    tol, longest = plan.tol, plan.longest
+    tol, grid, longest = plan.tol, 0.0, plan.longest
     if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten
-        tol, longest = LOOSE, min(longest, plan.h)
-    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, rows=plan.rows, keeps=keeps)
+        if controls_locally(method):
+            tol, grid = NOMINAL, plan.h
+        else:
+            tol, longest = LOOSE, min(longest, plan.h)
+    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, grid=grid, rows=plan.rows, keeps=keeps)

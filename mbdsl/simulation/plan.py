@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
-from mbdsl.integrators import declared, modules
+from mbdsl.integrators import backend, declared, modules
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
@@ -108,6 +108,20 @@ def _span(scene: Scene, asked: RunOptions) -> tuple[float, float]:
     if end is None:
         raise UsageError(f"no stop time: {scene.name} has none in its experiment annotation", hint=NO_STOP)
     return float(said.start if asked.start is None else asked.start), float(end)
+
+
+def check_events(method: str, scene: Scene) -> None:
+    """Refuse methods that cannot stop at the events of a model.
+
+    Raises
+    ------
+    UsageError
+        If the model has when-equations or rigid contacts, and the method is a backend or kinematic.
+    """
+    if scene.has_events and (backend(method) is not None or declared(method).order == 0):
+        hint = "take one of mbdsl's own methods, such as hht-si2 or radau5"
+        what = "`when`" if scene.events else "rigid contacts"
+        raise UsageError(f"{method} does not know the {what} of {scene.name}", scene.first_event, hint)
 
 
 def check_space(method: str, scene: Scene) -> None:

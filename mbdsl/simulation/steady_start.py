@@ -21,7 +21,7 @@ class AtRest(Trajectory):
     """A trajectory of points at rest, with zero accelerations."""
 
     @property
-    def _motion(self) -> tuple[Array, Array]:  # type: ignore[override]
+    def _motion(self) -> tuple[Array, Array]:
         return np.zeros_like(self.q), self._lam  # type: ignore[return-value]
 
 

@@ -50,7 +50,7 @@ def _first_steps(node: object, functions: bool = True) -> Iterator[tuple[s.Step,
         for step in node.steps:
             yield from _first_steps(step.indices, functions)
     elif isinstance(node, s.Literal) and isinstance(node.value, Quantity):
-        for leaf in symbolic.leaves(symbolic.expr(node.value.value)):  # type: ignore[arg-type]
+        for leaf in symbolic.leaves(node.value.expression):
             named = leaf.value[0] if isinstance(leaf.value, tuple) else leaf.value
             if leaf.op in ("coordinate", "multiplier", "input"):
                 first, _, index = str(named).split(".")[0].partition("[")

@@ -36,7 +36,8 @@ def variable(item: s.Relation | s.If, around: Sequence[s.Item]) -> str | None:
 def solved_for_derivative(item: s.Relation) -> str | None:
     """The remedy for an equation that contains `der(x)` within an expression; None for others."""
     for side, other in ((item.left, item.right), (item.right, item.left)):
-        found = [e for e in s.inside(side) if isinstance(e, s.Call) and derivative(e) is not None]
+        calls = [e for e in s.inside(side) if isinstance(e, s.Call)] if side is not None else []
+        found = [e for e in calls if (x := derivative(e)) is not None and len(x.steps) == 1]
         if len(found) != 1 or other is None:
             continue
         rate = write(found[0])
