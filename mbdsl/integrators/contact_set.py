@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.mechanism.contacts import CLOSED, COUNT, DEPENDENT, EDGE, IMPULSE, MODE, OPEN, number
 from mbdsl.numerics import contact_modes
 from mbdsl.numerics.contact_modes import Contacts
 from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_sequence
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.contact_numbers import CLOSED, COUNT, DEPENDENT, EDGE, IMPULSE, MODE, OPEN, number
 
 Array = NDArray[np.float64]
 

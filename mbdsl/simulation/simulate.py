@@ -141,9 +141,8 @@ def _prepared(
     if announce is not None:
         _announce_redundant(motion, announce)
     run.at_start = diagnostics.warnings(run, before=True)
-    if asked.checkpoint is not None and scene.has_events:
-        first = scene.first_event
-        raise UsageError("checkpoints do not keep the values of when-equations", first, "run without --checkpoint")
+    if asked.checkpoint is not None and scene.contacts:
+        raise UsageError("checkpoints do not keep rigid contacts", scene.first_event, "run without --checkpoint")
     if asked.checkpoint is not None:
         said, first = asked.repeatable(), asked.initial if rest is None else rest
         if first is not None:
