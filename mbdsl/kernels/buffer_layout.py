@@ -89,7 +89,8 @@ OF_MULTIPLIERS = 52  #: 1 if force laws depend on multipliers, as friction does
 # constraints by expression: offset in layout of a list with the offset of each record; number of constraints
 RELATIONS, N_RELATIONS = 53, 54
 RELATION = 5  #: ints of such a record before its leaves
-BLOCKS = 55  #: first block header
+N_STATES = 55  #: number of states, which are the last coordinates
+BLOCKS = 56  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------
