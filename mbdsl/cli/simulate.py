@@ -18,7 +18,7 @@ from mbdsl.cli._arguments import Parser
 from mbdsl.cli._options import Command
 from mbdsl.cli._runs import displayed, ended
 from mbdsl.cli._summary import extreme_lines, print_warnings, summary
-from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.errors import IntegrationError, Span, UsageError
 from mbdsl.simulation import result_file, result_units
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
@@ -60,6 +60,7 @@ COMMAND = Command(
     --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is
         done
     --checkpoint-every T  time between checkpoints, wall clock; default 60 s. An interrupted run always writes one
+    --events FILE.csv  write the time, the kind and the line of each event of when-equations
     --stats FILE.json  write counts and phase times
     @talk
     """,
@@ -110,7 +111,7 @@ def _with_inputs(args: argparse.Namespace, scene: Scene) -> Scene:
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{values.stem(args)}.csv"
     rows = f"{args.checkpoint}.rows" if args.checkpoint else None
-    outputs = [output, args.stats, args.checkpoint, rows]
+    outputs = [output, args.stats, args.checkpoint, rows, getattr(args, "events", None)]
     output_files.check(outputs, [args.model])
     results.format_of(output)
 
@@ -155,6 +156,9 @@ def _run(
     over = bool(heard) or isinstance(failure, KeyboardInterrupt)
     args.verify = args.verify and not over
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
+    if getattr(args, "events", None):
+        lines = [f"{x.t!r},{x.kind},{_place(x.span)}" for x in trajectory.events]
+        write_text(args.events, "\n".join(["time,kind,line", *lines, ""]))
     if args.stats:
         write_text(args.stats, json.dumps(trajectory.stats, indent=2) + "\n")
     print_warnings(trajectory, args.quiet)
@@ -169,6 +173,11 @@ def _run(
     if stream and stream.problem:
         raise UsageError(stream.problem, hint=f"{output} has the results until t = {stream.reached:g} s")
     return end(args, trajectory, output, over)
+
+
+def _place(span: Span | None) -> str:
+    """File and line, as a cell of a table."""
+    return "" if span is None else f'"{span.file}:{span.line}"'
 
 
 def check_signals(scene: Scene, patterns: list[str]) -> None:

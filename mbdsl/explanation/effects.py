@@ -145,7 +145,9 @@ class Effects:
             if isinstance(c.kind, ForceKind) and not by_law(c):
                 present.setdefault(c.kind.name, []).append(c)
         for name, found in present.items():
-            own = (k for k in self.kernels("springs") if k.split(".")[0] in ("loops", module_of(found[0])))
+            own = (
+                k for k in self.kernels("springs") if k.split(".")[0] in ("loops", "tangent_loops", module_of(found[0]))
+            )
             yield self.entry(name, found, "", tuple(own))
         springs = [name for name, kind in kinds().items() if isinstance(kind, ForceKind) and kind.springs is not None]
         if absent := [name for name in springs if name not in present]:

@@ -215,7 +215,7 @@ def _share(motion: MechanismRun, receipt: Receipt) -> None:
     total, spent = measure(motion)
     of: dict[str, float] = {}
     for (effect, function), seconds in spent.items():
-        own = effect == "springs" and not function.startswith("loops.")
+        own = effect == "springs" and not function.startswith(("loops.", "tangent_loops."))
         key = function.split(".")[0] if own else effect
         of[key] = of.get(key, 0.0) + seconds
     rows = _rows(motion)

@@ -116,9 +116,8 @@ class Events:
 
     def saved(self) -> dict[str, Any]:
         """What a checkpoint keeps, by name."""
-        return {name: getattr(self, name).copy() for name in ("times", "rounding", "_cut", "_recent")} | {
-            "_fastest": self._fastest
-        }
+        found = {name: getattr(self, name).copy() for name in ("times", "rounding", "_cut", "_recent")}
+        return found | {"_fastest": self._fastest, "set": None if self.set is None else self.set.saved()}
 
     @property
     def changing(self) -> list[Switch]:
@@ -159,16 +158,23 @@ class Events:
         """Set NEXT_EVENT to a time before the next known event, by more than the rounding error of times."""
         before = self.run.reals[S.LEAST_H]
         later = (x - before for x in self._known)
-        self.run.reals[S.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+        due = next((x for x in later if x > t + before), np.inf)
+        self.run.reals[S.NEXT_EVENT] = self.run.reals[S.KNOWN] = due
+        if self.set is not None:
+            self.set.put(self.run)
 
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
         known = self.system.time_events(t, self.run.stop, corners=declared(self.run.method).order > 2)
-        return known if self.set is None else heapq.merge(known, self.set.ticks(t, self.run.stop))
+        return (
+            known
+            if self.set is None or self.run.layout[L.TICKS]
+            else heapq.merge(known, self.set.ticks(t, self.run.stop))
+        )
 
     def rejoin(self) -> None:
         """Generate the known times that are still to come, after the run was restored from a checkpoint."""
-        run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.NEXT_EVENT]
+        run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.KNOWN]
         if due < np.inf:
             self._known = dropwhile(lambda x: x - before <= due, self._times(run.start))
 

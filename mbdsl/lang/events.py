@@ -150,7 +150,17 @@ class EventsOfModel:
         """The events of the model, checked."""
         whens = tuple(self._when(item, scope) for item, scope in self._whens)
         self._single(whens)
-        return Events(dict(self._variables), tuple(self._clocks.values()), whens)
+        found = Events(dict(self._variables), tuple(self._clocks.values()), whens)
+        if circle := found.circle():
+            first = {a.target: a.span for b in reversed(found.branches) for a in reversed(b.actions) if a.what == "set"}
+            notes = tuple((f"{x} is set here", span) for x in circle[1:-1] if (span := first[x]) is not None)
+            raise ModelError(
+                f"cyclic definition: {' -> '.join(circle)}",
+                first[circle[0]],
+                f"break the circle by the value before the event, `pre({circle[-1]})`",
+                notes=notes[:5],
+            )
+        return found
 
     def _when(self, item: s.When, scope: Scope) -> When:
         scope = scope.for_signals()

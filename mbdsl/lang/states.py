@@ -22,7 +22,8 @@ from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.scene import Component, Description, Frame, InitialValue, SpatialFrame
+from mbdsl.mechanism.scene import Component, Description, Frame, InitialValue
+from mbdsl.mechanism.scene_parts import SpatialFrame
 
 if TYPE_CHECKING:
     from mbdsl.lang.entities import Slot

@@ -35,7 +35,7 @@ from mbdsl.numerics.hermite import between
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.left_out_rows import violated, violations
-from mbdsl.simulation.plan import Plan, check_space
+from mbdsl.simulation.plan import Plan, check_events, check_space
 from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build, state_sizes
@@ -140,10 +140,13 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
+        if scene.events:
+            check_events(plan.method, scene)
         whole = plan.general or bool(scene.events)
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
+        check_events(plan.method, scene)
         self.system = build(scene, mechanism, plan.general)
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from mbdsl.integrators.event_set import Happened
     from mbdsl.plotting.profiles import Profile
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.simulation.signal_table import Signals
@@ -82,6 +83,11 @@ class Trajectory(StateSignals):
     def time(self) -> Array:
         """Times (N,) [s]; the same as ``t``."""
         return self.t
+
+    @property
+    def events(self) -> list[Happened]:
+        """What when-equations did in the run: times [s], kinds, and the places of their conditions in the text."""
+        return self.find_events()
 
     # -- names -------------------------------------------------------------------------------------------------
     @property

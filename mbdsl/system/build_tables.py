@@ -15,7 +15,7 @@ from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.system import gradient_rows, moving_frames, nonholonomic, relations, switches
+from mbdsl.system import clock_tables, gradient_rows, moving_frames, nonholonomic, relations, switches
 from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.peaks_in_time import abrupt
@@ -140,7 +140,9 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
-    _fill_tape(buffers, tape, later)
+    actions = clock_tables.compilable(scene.events, scene.spatial)
+    clock_tables.declare(scene.events, actions, tape)
+    _fill_tape(buffers, tape, later, lambda known: clock_tables.tabulate(scene.events, actions, tape, known, buffers))
     for node, register in tape.angles.items():
         tables.angles.setdefault(node, []).append(layout[L.REGISTERS] + register)
     tables.starts = {node: layout[L.REGISTERS] + register for node, register in tape.begun.items()}
@@ -296,15 +298,20 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
     )
 
 
-def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """Append the gradients to the values, then store the program and its tables."""
+def _fill_tape(
+    buffers: Buffers, tape: Tape, later: list[Callable[[], None]], of_clocks: Callable[[dict], Callable[[], None]]
+) -> None:
+    """Append the gradients to the values, and what clocks do, then store the program and its tables."""
     layout = buffers.layout
-    values = len(tape.code)
+    values, known = len(tape.code), tape.known
     for fill in later:
         fill()
+    gradients = len(tape.code)
+    write = of_clocks(known)
     layout[L.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
-    layout[L.TAPE_LENGTH], layout[L.GRADIENT_LENGTH] = values, len(tape.code) - values
+    layout[L.TAPE_LENGTH], layout[L.GRADIENT_LENGTH] = values, gradients - values
     layout[L.REGISTERS] = buffers.floats(tape.registers)
+    write()
     headers = []
     for table in tape.tables:
         breaks, coefficients = piecewise(table)

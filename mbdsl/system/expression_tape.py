@@ -95,6 +95,15 @@ class Tape:
             self.code.append((OPCODE[node.op], target, a[0], a[1], a[2]))
         return self._where[root]
 
+    @property
+    def known(self) -> dict[Expr, int]:
+        """The registers of all nodes so far; a copy."""
+        return dict(self._where)
+
+    def continue_from(self, known: dict[Expr, int]) -> None:
+        """Let what follows share the nodes ``known`` only."""
+        self._where = dict(known)
+
     def take(self, leaves: list[Expr]) -> None:
         """Append a register for each of ``leaves``, which the caller fills."""
         for leaf in leaves:

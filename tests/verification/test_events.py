@@ -1,12 +1,14 @@
 """Events of models, `when`, against closed forms and against a controller in discrete time."""
 
+import os
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.errors import IntegrationError, ModelError
+from mbdsl.errors import IntegrationError, ModelError, UsageError
 from mbdsl.integrators import compiled
 
 METHODS = sorted(set(compiled()) - {"kinematic"})
@@ -209,3 +211,140 @@ def test_refusals():
     fast = slide("Integer n(start = 0);", "when sample(0, 1e-12 s) then n = 1; end when;", stop=3600.0)
     with pytest.raises(ModelError, match=r"ticks 3\.6e"):
         mbdsl.simulate(fast)
+
+
+@pytest.mark.parametrize("method", ["hht-i3", "hht-si2", "hht-add", "nstiff", "nstiff-si2", "generalized-alpha"])
+def test_ticks_in_compiled_code_are_those_of_python(method, monkeypatch):
+    """Two clocks, one of them off the grid of steps, forces that jump, and a value before the event: bit for bit the
+    same counts, and motions that differ by rounding."""
+    text = RELAY.replace("when pin.phi + pi/2 > 0.35", "when pin.phi > 9").replace(
+        "when pin.phi + pi/2 > 0.2 then u = -2; elsewhen pin.phi + pi/2 < -0.2 then u = 2; end when;",
+        """when sample(0, 10 ms) then u = -3 N.m*(pin.phi + pi/2) - 0.2 N.m.s*pin.w + 1 N.m*d; n = pre(n) + 1; end when;
+        when sample(2.5 ms, 0.03 s) then d = cos(40*time); end when;""",
+    )
+    text = text.replace("discrete Real u", "Integer n(start = 0); discrete Real d(start = 0); discrete Real u")
+    given = {"method": method, "step": 5e-3, "stop": 1.0, "interval": 0.1}
+    compiled_ones = mbdsl.simulate(mbdsl.parse(text.replace("+ 1 N.m*d", "+ 1 N.m*pre(d)")), **given)
+    assert compiled_ones.stats["events"] == 100 + 34
+    monkeypatch.setattr("mbdsl.integrators.tick_history.HIGHEST", -1)
+    python = mbdsl.simulate(mbdsl.parse(text.replace("+ 1 N.m*d", "+ 1 N.m*pre(d)")), **given)
+    for name in ("n", "d", "u", "pin.phi", "pin.w"):
+        assert compiled_ones[name] == pytest.approx(python[name], abs=1e-9, rel=1e-9), name
+
+
+def test_the_last_of_many_samples_is_at_the_exact_time():
+    """A sum of 0.1 s would be late by 1e-9 s after 100,000 of them; 0.1 k is the nearest double."""
+    model = slide("Integer n(start = 0); discrete Real t(start = 0); Force f(b.c, fx = 0 N);",
+                  "when sample(0, 0.1 s) then n = pre(n) + 1; t = time/(1 s); end when;", stop=10_000.0)  # fmt: skip
+    run = mbdsl.simulate(model, method="hht-si2", step=0.1, interval=10_000.0)
+    assert (run["n"][-1], run["t"][-1]) == (100_001, 10_000.0)
+
+
+CLOCKED = (
+    'discrete Real u(unit = "N", start = 1); Force f(b.c, fx = u);',
+    "when sample(0, 10 ms) then u = -4 N/m*rail.s; end when; "
+    "when rail.s > 0.05 m then reinit(rail.v, -0.5*rail.v); end when;",
+)
+
+
+def test_events_are_listed_with_kinds_and_lines(tmp_path, capsys):
+    model = slide(*CLOCKED, v=1.0, stop=0.1)
+    run = mbdsl.simulate(model, method="hht-si2", step=1e-3)
+    assert run.stats["kinds of events"] == {"sample": 11, "reinit": 1}
+    reinit = next(x for x in run.events if x.kind == "reinit")
+    assert reinit.t == pytest.approx(0.05, rel=1e-2) and reinit.span.line == 9
+    assert [x.t for x in run.events if x.kind == "sample"] == [k / 100 for k in range(11)]
+    (tmp_path / "m.mbd").write_text(SLIDE.format(angle="", declared=CLOCKED[0], events=CLOCKED[1], s=0, v=1, stop=0.1))
+    words = ["simulate", "m.mbd", "--step", "1ms", "--method", "hht-si2", "--events", "e.csv", "--output", "o.csv"]
+    from mbdsl.cli import main
+
+    here = os.getcwd()
+    os.chdir(tmp_path)
+    try:
+        assert main(words) == 0
+    finally:
+        os.chdir(here)
+    assert "12 events (11 sample, 1 reinit); most of them by line m.mbd:9: 12" in capsys.readouterr().out
+    rows = (tmp_path / "e.csv").read_text().splitlines()
+    assert rows[:2] == ["time,kind,line", '0.0,sample,"m.mbd:9"'] and len(rows) == 13
+
+
+@pytest.mark.parametrize("given", [{"step": 1e-3, "method": "nstiff"}, {"tol": 1e-5, "method": "hht-si2"}])
+def test_a_checkpoint_keeps_events(given, tmp_path):
+    """A run that is interrupted and resumed equals an uninterrupted one bit for bit."""
+    model = slide(*CLOCKED, v=1.0, stop=2.0)
+    whole = mbdsl.simulate(model, interval=0.1, **given)
+    calls = []
+
+    def interrupt(progress):
+        calls.append(progress.t)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+
+    file = str(tmp_path / "c.ck")
+    with pytest.raises(KeyboardInterrupt):
+        mbdsl.simulate(model, interval=0.1, checkpoint=file, progress=interrupt, **given)
+    resumed = mbdsl.resume(file, model)
+    for name in ("rail.s", "u"):
+        np.testing.assert_array_equal(resumed[name], whole[name])
+    assert resumed.stats["kinds of events"] == whole.stats["kinds of events"]
+
+
+@pytest.mark.parametrize("method", ["scipy-radau", "ida"])
+def test_backends_and_steps_by_hand_refuse_events(method):
+    model = slide(*CLOCKED)
+    with pytest.raises(UsageError, match="does not know the `when`"):
+        mbdsl.simulate(model, method=method, tol=1e-5)
+    with pytest.raises(UsageError, match="step by step"):
+        mbdsl.Simulation(model)
+
+
+def test_a_clock_that_would_never_end_is_refused_at_once():
+    model = slide(
+        "Integer n(start = 0); Force f(b.c, fx = 0 N);", "when sample(0, 1e-12 s) then n = pre(n) + 1; end when;"
+    )
+    with pytest.raises(ModelError, match=r"sample\(0 s, 1e-12 s\) ticks 3e\+12 times"):
+        mbdsl.simulate(model, method="hht-si2", step=1e-3)
+
+
+def test_sampled_cart_pole():
+    """A pole on a cart with a sampled controller, whose force is held for 1 ms: RK4 in two coordinates, from sample to
+    sample."""
+    model = mbdsl.parse(
+        (Path(__file__).parents[2] / "docs" / "events.md").read_text().split("```mbd\n")[1].split("```")[0]
+    )
+    M, m, c, J = 1.0, 0.2, 0.3, 0.2 * 0.6**2 / 12
+
+    def rates(y, F):
+        _, phi, vx, w = y
+        A = np.array([[M + m, -m * c * np.sin(phi)], [-m * c * np.sin(phi), J + m * c * c]])
+        b = np.array([F + m * c * np.cos(phi) * w * w, -m * 9.81 * c * np.cos(phi)])
+        return np.array([vx, w, *np.linalg.solve(A, b)])
+
+    y, h = np.array([0.0, np.pi / 2 + 0.2, 0.0, 0.0]), 1e-3
+    for _ in range(1000):
+        F = 6.3 * y[0] + 8 * y[2] - 53.3 * (y[1] - np.pi / 2) - 10.6 * y[3]
+        F = max(-20.0, min(20.0, F))
+        k1 = rates(y, F)
+        k2 = rates(y + h / 2 * k1, F)
+        k3 = rates(y + h / 2 * k2, F)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rates(y + h * k3, F))
+    assert y[:2] - [0, np.pi / 2] == pytest.approx([-0.220807, -0.0332855], abs=1e-6)  # as the specification says
+    for method, within in (("hht-si2", 2e-6), ("nstiff", 5e-6), ("radau5", 1e-7)):
+        run = mbdsl.simulate(model, method=method, stop=1.0, step=1e-3)
+        assert [run["cart.x"][-1], run["pole.phi"][-1]] == pytest.approx(y[:2], abs=within)
+
+
+def test_equations_of_one_event_are_sorted_and_circles_are_errors():
+    """y = 2 x is after x = 1 + pre(x), whatever the text says first; and so is a chain of three."""
+    declared = "Integer x(start = 0), y(start = 0), z(start = 0); Force f(b.c, fx = 0 N);"
+    events = ("when sample(0, 1 s) then z = y + x; end when;", "when sample(0, 1 s) then y = 2*x; end when;",
+              "when sample(0, 1 s) then x = 1 + pre(x); end when;")  # fmt: skip
+    for text in (" ".join(events), " ".join(events[::-1])):
+        run = mbdsl.simulate(slide(declared, text, stop=2.0), method="hht-si2", step=0.1, interval=1.0)
+        assert [list(run[x]) for x in "xyz"] == [[1, 2, 3], [2, 4, 6], [3, 6, 9]]
+    with pytest.raises(ModelError, match=r"cyclic definition: x -> y -> x") as problem:
+        slide(declared, "when time > 1 s then x = y + 1; y = x; end when;")
+    assert "pre(x)" in problem.value.hint and problem.value.notes
+    with pytest.raises(ModelError, match=r"cyclic definition: x -> x"):
+        slide(declared, "when time > 1 s then x = x + 1; end when;")

@@ -33,7 +33,8 @@ WITHIN = 37  #: the part of a zone after which a step that would pass over it en
 ZONE, ROOM = 38, 32
 # of fixed steps that end at events: the step of the grid, 0 for other steps; part of it below which no step is taken
 GRID, SLIVER = ZONE + 2 * ROOM, ZONE + 2 * ROOM + 1
-REALS = SLIVER + 1
+KNOWN = SLIVER + 1  #: the next known event that is no tick of a clock, as NEXT_EVENT
+REALS = KNOWN + 1
 
 # -- integers of the run -------------------------------------------------------------------------------------
 # steps done, and their total number; Newton iterations; matrix evaluations; factorisations; outputs written; whether
