@@ -99,9 +99,6 @@ class Simulation:
     ) -> None:
         asked = RunOptions.of(given)
         scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
-        if scene.events:
-            hint = "run it with `mbdsl.simulate`, or set inputs between the steps of this simulation in their place"
-            raise UsageError("models with `when` cannot be run step by step", scene.events.branches[0].span, hint)
         said, step = scene.experiment, asked.step
         self._method = asked.method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self._method).steps or backend(self._method) is not None:

@@ -140,8 +140,6 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
-        if scene.events:
-            check_events(plan.method, scene)
         whole = plan.general or bool(scene.events)
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):

@@ -139,21 +139,6 @@ def check_space(method: str, scene: Scene) -> None:
         )
 
 
-def check_events(method: str, scene: Scene) -> None:
-    """Check that a method knows the events of ``scene``, a model with when-equations.
-
-    Raises
-    ------
-    UsageError
-        If it is a third-party integrator.
-    """
-    if method not in modules():
-        first = scene.events.branches[0].span
-        raise UsageError(
-            f"{method} does not know the `when` of {scene.name}", first, "take one of mbdsl's own methods: hht-si2, ..."
-        )
-
-
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:
     """The tolerance of the run; None with a fixed step."""
     can = declared(method).steps
