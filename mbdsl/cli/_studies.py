@@ -70,7 +70,7 @@ def varied(args: argparse.Namespace) -> dict[str, str]:
         if name in (other for other, _ in args.vary[:k]):
             raise UsageError(f"`{name}` is varied twice", hint="give all of its values in one --vary")
     if args.output:
-        from mbdsl.studies.sweep_files import SUFFIXES
+        from mbdsl.studies.sweep_figures import SUFFIXES
 
         for path in args.output:
             output_files.suffix_of(path, SUFFIXES)

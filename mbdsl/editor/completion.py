@@ -13,7 +13,8 @@ from mbdsl.editor.entities import Entity, OfKind
 from mbdsl.editor.unit_proposals import proposals
 from mbdsl.editor.vocabulary import words
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import EFFECTS, REQUIRED, Kind
+from mbdsl.elements.declaration import EFFECTS, REQUIRED
+from mbdsl.elements.kind import Kind
 from mbdsl.lang import orientations, quantities, shapes
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS, TABLE_ARGUMENTS

@@ -7,7 +7,8 @@ the contact of solid bodies (Hertz) becomes stiffer with the depth.
 """
 
 from mbdsl.elements import contact_law
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import ForceKind, Signal, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH
 

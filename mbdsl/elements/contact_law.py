@@ -13,7 +13,7 @@ which follows from v dv/dd = -F/m by separation of the variables. It is solved f
 from collections.abc import Mapping
 from math import log
 
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 

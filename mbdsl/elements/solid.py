@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from mbdsl.elements import body
-from mbdsl.elements.kind import BodyKind, Parameter
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind
 
 MASS = (
     Parameter("m", "kg", None, "mass; or give the density", minimum=0.0),

@@ -8,7 +8,8 @@ as it integrates the velocities of bodies, with the derivatives of f in its matr
 
 from mbdsl.bodies import spatial_state_kernels as motion_in_space
 from mbdsl.bodies import state_kernels as motion
-from mbdsl.elements.kind import BodyKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind, in_space
 
 KIND = BodyKind(
     "State",

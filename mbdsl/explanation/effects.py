@@ -11,7 +11,7 @@ from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.integrators import declared
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.scene import Component, is_rate, is_state
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.system.emit import evaluate_lines, tangent_lines
@@ -74,11 +74,14 @@ class Effects:
         """All effects, in the order of the receipt."""
         n, m, p = (sum(getattr(part.system, key) for part in self.motion.parts) for key in "nmp")
         joints = [c for c in self.solved if isinstance(c.kind, JointKind) and c.kind.rows]
-        bodies = [c for c in self.solved if isinstance(c.kind, BodyKind) and c.kind.coordinates]
-        laws = [c for c in self.solved if isinstance(c.kind, ForceKind) and by_law(c)]
+        states = [c for c in self.solved if is_state(c)]
+        bodies = [c for c in self.solved if isinstance(c.kind, BodyKind) and c.kind.coordinates and c not in states]
+        laws = [c for c in self.solved if isinstance(c.kind, ForceKind) and by_law(c) and not is_rate(c)]
         rolling = [c for c in self.solved if c.velocity_constraints]
         nothing = "everything is fixed, or moved by drivers"
-        yield self.entry("bodies", bodies, nothing, self.kernels("bodies"), n)
+        yield self.entry("bodies", bodies, nothing, self.kernels("bodies"), n - len(states))
+        if states:
+            yield self.entry("states", states, "none", self.kernels("laws", "expressions"), len(states))
         yield self.entry("joints", joints, "no constraint is left", self.kernels("joints"), m)
         yield from self.redundant()
         kernels = self.kernels("nonholonomic rows", "expressions")
@@ -89,7 +92,7 @@ class Effects:
         yield from self.forces()
         nothing = "no force is given by an expression"
         yield self.entry("forces by expression", laws, nothing, self.kernels("laws", "expressions"))
-        found = [c for c in self.scene.components.values() if _damps(c)]
+        found = [c for c in self.scene.components.values() if _damps(c) and not is_rate(c)]
         nothing = self.without("damping", "no force depends on velocities")
         yield self.entry("velocity-dependent forces", found, nothing, ("within those of the forces",))
         yield self.friction()
@@ -142,7 +145,9 @@ class Effects:
             if isinstance(c.kind, ForceKind) and not by_law(c):
                 present.setdefault(c.kind.name, []).append(c)
         for name, found in present.items():
-            own = (k for k in self.kernels("springs") if k.split(".")[0] in ("loops", module_of(found[0])))
+            own = (
+                k for k in self.kernels("springs") if k.split(".")[0] in ("loops", "tangent_loops", module_of(found[0]))
+            )
             yield self.entry(name, found, "", tuple(own))
         springs = [name for name, kind in kinds().items() if isinstance(kind, ForceKind) and kind.springs is not None]
         if absent := [name for name in springs if name not in present]:

@@ -20,7 +20,7 @@ from mbdsl.kernels import buffer_layout as L
 from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
-from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene import Scene, is_rate
 from mbdsl.mechanism.signal_names import ACCELERATIONS, ACCELERATIONS_IN_SPACE, SignalNames
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
@@ -215,11 +215,11 @@ def _share(motion: MechanismRun, receipt: Receipt) -> None:
     total, spent = measure(motion)
     of: dict[str, float] = {}
     for (effect, function), seconds in spent.items():
-        own = effect == "springs" and not function.startswith("loops.")
+        own = effect == "springs" and not function.startswith(("loops.", "tangent_loops."))
         key = function.split(".")[0] if own else effect
         of[key] = of.get(key, 0.0) + seconds
     rows = _rows(motion)
-    laws = rows["forces by expression"] + rows["friction"]
+    laws = rows["forces by expression"] + rows["friction"] + rows["states"]
     on_tape = sum(rows.values()) - rows["springs"]
     for e in receipt.entries:
         if not e.present:
@@ -244,9 +244,11 @@ def _share(motion: MechanismRun, receipt: Receipt) -> None:
 def _rows(motion: MechanismRun) -> dict[str, int]:
     """Numbers of users of the loops and the tape: expressions by effect, and rows of linear forces."""
     found = dict.fromkeys(("forces by expression", "friction", "nonholonomic rows", "drivers", "moving frames"), 0)
-    found["springs"] = 0
+    found["springs"] = found["states"] = 0
     for c in solved(motion):
-        if isinstance(c.kind, ForceKind):
+        if is_rate(c):
+            found["states"] += 1
+        elif isinstance(c.kind, ForceKind):
             found["forces by expression" if by_law(c) else "springs"] += c.kind.rows
         elif isinstance(c.kind, JointKind):
             found["friction"] += c.friction is not None

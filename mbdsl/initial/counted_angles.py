@@ -13,7 +13,8 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.formulas import evaluate
 from mbdsl.expressions.spatial_coordinates import CARDAN, LOCAL, QUATERNION, named
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.mechanism.scene import Component, Frame, Scene, SpatialFrame
+from mbdsl.mechanism.scene import Component, Frame, Scene
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.signals import gradients, values

@@ -167,9 +167,8 @@ class MethodRun(RunState):
         controlled = self.controlled
         if t is None and self.tol is not None and self.events.set is not None:
             v, a, lam = self._act_at_start(q, v, a, lam)
-        system, t0, vectors = self.system, self.start if t is None else t, self.vectors
-        n, largest = system.n, self._largest
-        method = modules()[self.method].METHOD
+        system, t0 = self.system, self.start if t is None else t
+        method, largest = modules()[self.method].METHOD, self._largest
         if method.inverts_mass:
             self._check_masses()
         if controlled:
@@ -192,14 +191,8 @@ class MethodRun(RunState):
         if stiff:  # the method damps the transient; extrapolated over a step, its rates would spoil the start values
             jerk, fa_rate = np.zeros(system.n), np.zeros(system.n)
         if t is None:
-            self.numbers[self.counters] = system.tables.numbers[self.counters]
-            if self.tol is not None and self.events.set is not None:
-                for at, value in self.events.set.numbers().items():
-                    self.numbers[at] = value
-        in_charts = system.into_charts(q, self.numbers)
-        vectors[L.POSITION0, :n] = vectors[L.POSITION, :n] = in_charts
-        vectors[L.VELOCITY0, :n] = vectors[L.VELOCITY, :n] = v
-        vectors[L.FORCE0, :n] = system.M(t0, q) @ a
+            self._write_numbers()
+        in_charts = self._write_start(t0, q, v, a)
         self._begin_method(
             method, Start(self.h, in_charts, v, a, lam, fa, jerk, fa_rate, stiff), t is None or controlled
         )
@@ -209,15 +202,34 @@ class MethodRun(RunState):
             self._begin_own(t0, min(self.stop - t0, longest), found if method.order > PRECISE else jerk)
         if t is None:
             self._begin_events(behind, q, v, lam)
-        # this evaluation gives the gradients at the start of the first step
-        self.evaluate(t0, self.vectors, self.frames, self.gradients, self.numbers, self.layout)
+        self._make_ready(t0)
+
+    def _make_ready(self, t: float) -> None:
+        """Evaluate the gradients at the start of the first step."""
+        self.evaluate(t, self.vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[L.KEEP] = 1
         self.integers[S.HISTORY], self.integers[S.AIMED] = 1, 0
         self.keep_state()
 
     def _largest(self, x: Array) -> float:
-        """The largest scaled entry of x (n,)."""
+        """The largest of coordinates or rates (n,), in the mechanism's size and in radians."""
         return float(np.abs(x * self.system.tables.scale).max(initial=0.0))
+
+    def _write_numbers(self) -> None:
+        """Write the numbers that count turns, and discrete variables, at the start of the run."""
+        self.numbers[self.counters] = self.system.tables.numbers[self.counters]
+        if self.tol is not None and self.events.set is not None:
+            for at, value in self.events.set.numbers().items():
+                self.numbers[at] = value
+
+    def _write_start(self, t: float, q: Array, v: Array, a: Array) -> Array:
+        """Write the state at the start of the first step; returns its positions in charts."""
+        n, vectors = self.system.n, self.vectors
+        in_charts = self.system.into_charts(q, self.numbers)
+        vectors[L.POSITION0, :n] = vectors[L.POSITION, :n] = in_charts
+        vectors[L.VELOCITY0, :n] = vectors[L.VELOCITY, :n] = v
+        vectors[L.FORCE0, :n] = self.system.M(t, q) @ a
+        return in_charts
 
     def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """v, a and lam behind the event at the start."""
@@ -364,6 +376,22 @@ class MethodRun(RunState):
             self.jump(t, t, change)
         if self.tol is not None:
             self.events.resume()
+
+    def set_velocity(self, k: int, value: float) -> None:
+        """Set the velocity of a coordinate that no constraint contains, and restart.
+
+        Raises
+        ------
+        InitialisationError
+            If accelerations do not exist.
+        """
+        system, n, t = self.system, self.system.n, self.time
+        self.synchronise()
+        q = system.out_of_charts(self.vectors[L.POSITION0, :n].copy(), self.numbers)
+        v = self.vectors[L.VELOCITY0, :n].copy()
+        v[k] = value
+        a, lam = accelerations(system, t, q, v, self.left_out)
+        self.begin(q, v, a, lam, self.left_out, t=t)
 
     def jump(self, before: float, behind: float, change: Callable[[], None] = lambda: None) -> None:
         """Add a jump of accelerations and forces to the history.

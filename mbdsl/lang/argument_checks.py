@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, TypeGuard, overload
 
-from mbdsl.elements.kind import ANY, Parameter
+from mbdsl.elements.declaration import ANY, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.lang import quantities, units, values

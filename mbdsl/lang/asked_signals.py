@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from functools import cached_property
 
-from mbdsl.elements.kind import ANY
+from mbdsl.elements.declaration import ANY
 from mbdsl.errors import MbdslError, ModelError, SyntaxProblem, UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, expr, input_signal, is_const, leaves
 from mbdsl.lang import functions, units

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import REQUIRED, JointKind, Parameter
+from mbdsl.elements.declaration import REQUIRED, Parameter
+from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, orientations, values
 from mbdsl.lang import syntax as s

@@ -13,7 +13,8 @@ from mbdsl.lang.connections import PortNode
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.scene import Frame, Input, Table
+from mbdsl.mechanism.scene import Frame, Input
+from mbdsl.mechanism.scene_parts import Table
 
 if TYPE_CHECKING:
     from mbdsl.lang.flat_component import FlatComponent
@@ -235,7 +236,7 @@ class TableMember:
 
     def _text(self, name: str) -> str | None:
         """The value of an argument that is a text; None if it is not given."""
-        from mbdsl.elements.kind import Parameter
+        from mbdsl.elements.declaration import Parameter
 
         modifier = self.modifiers.get(name)
         if modifier is None or modifier.value is None:
@@ -277,7 +278,7 @@ class TableMember:
         return tuple(numbers), dimension
 
     def _choice(self, name: str, choices: tuple[str, ...]) -> str:
-        from mbdsl.elements.kind import Parameter
+        from mbdsl.elements.declaration import Parameter
 
         modifier = self.modifiers.get(name)
         if modifier is None or modifier.value is None:

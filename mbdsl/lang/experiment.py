@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from mbdsl.elements.kind import EFFECTS
+from mbdsl.elements.declaration import EFFECTS
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, functions, units, values
 from mbdsl.lang import syntax as s

@@ -8,7 +8,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.elements.kind import ANY, REQUIRED, BodyKind, JointKind, Kind, SensorKind
+from mbdsl.elements.declaration import ANY, REQUIRED
+from mbdsl.elements.kind import BodyKind, JointKind, Kind, SensorKind
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
@@ -28,7 +29,8 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism import signals, wrenches
 from mbdsl.mechanism.frozen_dict import FrozenDict
 from mbdsl.mechanism.poses import SpatialPose
-from mbdsl.mechanism.scene import Frame, SpatialFrame
+from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.mechanism.signal_names import accelerations
 
 if TYPE_CHECKING:

@@ -19,7 +19,8 @@ from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.poses import SpatialPose
-from mbdsl.mechanism.scene import Frame, SpatialFrame
+from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.messages import did_you_mean
 
 

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from math import hypot
 from typing import Any
 
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
@@ -23,7 +23,7 @@ from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism import poses
-from mbdsl.mechanism.scene import SpatialFrame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.messages import did_you_mean
 
 PARAMETERS = {

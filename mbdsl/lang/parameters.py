@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, declared_display, functions, quantities, units, values
 from mbdsl.lang import syntax as s
@@ -120,7 +122,7 @@ def _evaluate(
         if comes_in or slot.derived or slot.discrete:
             value = starts(value, dimension, sizes)
         assert value is not None
-        value = _check(value, d, what, dimension, unit, sizes, attributes, e, slot.assembly)
+        value = _check(value, d, _Wanted(what, dimension, unit, sizes), attributes, e, slot.assembly)
         if comes_in:
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
         elif slot.derived:
@@ -171,17 +173,19 @@ def _unit_attribute(written: Modifier) -> str:
     return text
 
 
+class _Wanted(NamedTuple):
+    """What a value has to be: its description for messages, its dimension, unit and sizes."""
+
+    what: str
+    dimension: Dimension | None
+    unit: str
+    sizes: list[int]
+
+
 def _check(
-    value: Value,
-    d: s.Declaration,
-    what: str,
-    dimension: Dimension | None,
-    unit: str,
-    sizes: list[int],
-    attributes: Modifiers,
-    e: s.Expression | None,
-    assembly: Assembly,
+    value: Value, d: s.Declaration, wanted: _Wanted, attributes: Modifiers, e: s.Expression | None, assembly: Assembly
 ) -> Value:
+    what, dimension, unit, sizes = wanted
     shape = values.shape(value)
     if (sizes or d.type) and (
         len(sizes) != len(shape) or any(a not in (b, -1) for a, b in zip(sizes, shape, strict=True))

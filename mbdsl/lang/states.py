@@ -22,7 +22,8 @@ from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.scene import Component, Description, Frame, InitialValue, SpatialFrame
+from mbdsl.mechanism.scene import Component, Description, Frame, InitialValue
+from mbdsl.mechanism.scene_parts import SpatialFrame
 
 if TYPE_CHECKING:
     from mbdsl.lang.entities import Slot
@@ -51,13 +52,13 @@ class State:
         return f"{self.name}.c"
 
 
-def derived(items: Iterable[s.Item]) -> set[str]:
-    """Names of the variables whose derivative an equation gives, also within `for` and `if`."""
-    found = set()
+def derived(items: Iterable[s.Item]) -> dict[str, s.Relation]:
+    """Names of the variables whose derivative an equation gives, also within `for` and `if`, and these equations."""
+    found = dict[str, s.Relation]()
     for item in items:
         if isinstance(item, s.Relation):
             if (target := target_of(item)) is not None and len(target.steps) == 1:
-                found.add(target.steps[0].name)
+                found[target.steps[0].name] = item
         elif isinstance(item, s.For):
             found |= derived(item.items)
         elif isinstance(item, s.If):

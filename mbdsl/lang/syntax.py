@@ -54,9 +54,10 @@ def children(node: object) -> collections.abc.Iterator[Node]:
             yield from children(part)
 
 
-def inside(node: Node) -> collections.abc.Iterator[Node]:
+def inside(node: object) -> collections.abc.Iterator[Node]:
     """All nodes of a piece of syntax, each before those in it."""
-    yield node
+    if isinstance(node, Node):
+        yield node
     for part in children(node):
         yield from inside(part)
 

@@ -15,7 +15,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions.symbolic import Expr, walk
-from mbdsl.mechanism.scene import Scene, Table
+from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene_parts import Table
 
 #: sizes in SI units beyond which a number of a mechanism is suspected; its square is still a double
 LARGE, SMALL = 1e25, 1e-25

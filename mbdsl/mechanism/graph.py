@@ -22,7 +22,7 @@ from mbdsl.mechanism.connected_groups import connected
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
-from mbdsl.mechanism.scene import Component, Scene, is_state
+from mbdsl.mechanism.scene import Component, Scene, is_rate, is_state
 from mbdsl.messages import count, few
 
 
@@ -235,7 +235,7 @@ class MechanismGraph(GraphAlgorithms):
         lines = [self.summary(), "", "bodies"]
         bodies = {name: c for name, c in self.bodies.items() if not is_state(c)}
         lines += [f"  {n}  {c.kind.name}  {', '.join(c.coordinates)}" for n, c in bodies.items()]
-        rates = [e for e in self.forces if e.name.startswith("der(")]
+        rates = [e for e in self.forces if is_rate(e.component)]
         if rates:
             lines += ["", "states"]
             lines += [f"  {e.body_j}  reads {', '.join((*e.also, *e.reads)) or 'itself and time only'}" for e in rates]

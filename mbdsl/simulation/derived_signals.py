@@ -11,7 +11,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.mechanism import poses
 from mbdsl.mechanism.energies import energies
-from mbdsl.mechanism.scene import SpatialFrame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled

@@ -30,6 +30,7 @@ from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
+from mbdsl.messages import did_you_mean
 from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.input_values import Inputs
@@ -215,6 +216,32 @@ class Simulation:
         if function is None:
             function = self._functions[name] = self._reading().function((name,))
         return function()[0]
+
+    def __setitem__(self, name: str, value: float) -> None:
+        """Set a state, such as the current of a motor; the motion continues with it from the present time on.
+
+        Parameters
+        ----------
+        name : str
+            Name of the state.
+        value : float
+            Its value in SI units.
+
+        Raises
+        ------
+        UsageError
+            If it is not a state, or the value is not a finite number.
+        """
+        states = [c.name for c in self.scene.states()]
+        if name not in states:
+            hint = did_you_mean(name, states, "states") or "the model has no states; inputs are set by `inputs`"
+            raise UsageError(f"`{name}` is not a state and cannot be set", hint=hint)
+        if not np.isfinite(number := float(value)):
+            raise UsageError(f"{name} = {value}: expected a finite number")
+        part = next(p for p in self._motion.parts if name in p.system.tables.coordinates)
+        assert isinstance(part.integration, MethodRun)
+        part.integration.set_velocity(part.system.tables.coordinates[name], number)
+        self._bind()
 
     def reader(self, *names: str) -> Reader:
         """Choose signals that are read together.

@@ -219,10 +219,7 @@ class RunOptions:
         UsageError
             If a value is not a number with a unit of its dimension.
         """
-        found = dict(given)
-        for name, option in OPTIONS.items():
-            if option.unit and name in found:
-                found[name] = optional(found[name], option.unit, name)
+        found = converted(cls, given)
         if isinstance(found.get("times"), (list, tuple)):
             found["times"] = values(found["times"], "s", "times")
         return cls(**found)
@@ -248,8 +245,27 @@ UNASKED = RunOptions()  #: all options are those of the model, or the defaults
 REPEATED = tuple("method step tol start stop interval options times force general parameters without".split())
 
 
-def takes_options(names: Iterable[str] | None = None) -> Callable[[F], F]:
+def unit_of(option: Field) -> str:
+    """The unit of an option that is a number; "" of others."""
+    return option.metadata.get("unit") or OPTIONS.get(option.name, Option()).unit
+
+
+def converted(table: type, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that a program gives, with numbers in the units of the fields of ``table``.
+
+    Raises
+    ------
+    UsageError
+        If a value is not a number with a unit of its dimension.
+    """
+    units = {x.name: unit_of(x) for x in fields(table)}
+    return {name: optional(x, units[name], name) if units.get(name) else x for name, x in given.items()}
+
+
+def takes_options(names: Iterable[str] | None = None, table: type = RunOptions) -> Callable[[F], F]:
     """Decorate a function with ``**given``: its signature and its help show these options, others are refused.
+
+    The options are the fields of the dataclass ``table``, all or those with ``names``.
 
     Raises
     ------
@@ -260,7 +276,7 @@ def takes_options(names: Iterable[str] | None = None) -> Callable[[F], F]:
     def decorate(function: F) -> F:
         own = inspect.signature(function)
         known = [x for x in own.parameters.values() if x.kind is not inspect.Parameter.VAR_KEYWORD]
-        known += [_parameter(x) for x in fields(RunOptions) if names is None or x.name in names]
+        known += [_parameter(x) for x in fields(table) if names is None or x.name in names]
         function.__signature__ = own.replace(parameters=known)  # type: ignore[attr-defined]
         allowed = [x.name for x in known]
 
@@ -292,6 +308,6 @@ def described(doc: str | None, names: Collection[str]) -> str | None:
 def _parameter(option: Field) -> inspect.Parameter:
     """An option as an argument of a function; numbers may be texts with units."""
     given = str(option.type)
-    if option.name in OPTIONS and OPTIONS[option.name].unit:
+    if unit_of(option):
         given = given.replace("float", "float | str")
     return inspect.Parameter(option.name, inspect.Parameter.KEYWORD_ONLY, default=option.default, annotation=given)

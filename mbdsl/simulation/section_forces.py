@@ -25,7 +25,8 @@ from mbdsl.errors import UsageError
 from mbdsl.mechanism import scene as scenes
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.energies import gravity
-from mbdsl.mechanism.scene import Component, SpatialFrame
+from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.simulation.frame_accelerations import States, acceleration
 
 Array = NDArray[np.float64]

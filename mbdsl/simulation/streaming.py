@@ -21,10 +21,10 @@ from mbdsl.integrators.run import MethodRun
 from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation.diagnostics.fixed_steps import Watch
+from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.mechanism_run import MechanismRun, Rows
 from mbdsl.simulation.plan import in_memory, width
 from mbdsl.simulation.result_checks import check_bending, check_left_out, check_lines_of_centres, failed
-from mbdsl.simulation.tolerance_calibration import DENSE, MOST_COMPARED
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.batch_accelerations import MANY
 
@@ -87,7 +87,7 @@ class Stream:
         """Decide whether the rows of a motion that is not prepared yet are streamed, and how many are in memory."""
         plan, tables = motion.plan, motion.system.tables
         columns = width(motion.system.scene)
-        short = not plan.every and (plan.count <= MOST_COMPARED or plan.count * columns <= LEAST)
+        short = not plan.every and (plan.count <= LADDER.most_compared or plan.count * columns <= LEAST)
         # angles that count turns depend on all earlier rows
         turns = motion.system.counts_angles or any(body.counter >= 0 for body in tables.models.values())
         if short or backend(plan.method) is not None or turns:
@@ -95,7 +95,7 @@ class Stream:
             return
         self._block = max(FEWEST, min(BLOCK, NUMBERS // max(1, columns)))
         if plan.rows is not None:
-            step = plan.h / plan.rows.spacing if plan.tol is None else DENSE
+            step = plan.h / plan.rows.spacing if plan.tol is None else LADDER.dense
             motion.plan = replace(plan, rows=replace(plan.rows, window=max(self._block, 4 * int(np.ceil(step)) + 8)))
 
     # -- while the run goes on ---------------------------------------------------------------------------------

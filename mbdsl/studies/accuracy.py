@@ -20,10 +20,10 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.simulation.error_growth import along
+from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import DEFAULT_METHOD
 from mbdsl.simulation.progress import Progress
-from mbdsl.simulation.tolerance_calibration import FINER, MOST_NUMBERS
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, own_step, setting
 from mbdsl.studies.cross_check import Verdict, ask
@@ -180,10 +180,10 @@ class _Search:
             motion = self.motions[ladder.method, ladder.fixed]
             numbers = motion.steps * sum(p.system.n + p.system.unknowns for p in motion.parts)
             with suppress(MbdslError):
-                if numbers <= MOST_NUMBERS:
+                if numbers <= LADDER.most_numbers:
                     self.begin("sensitivity to rounding")
                     self.run(ladder.case(), interval=0.0)
-                    for finer in FINER:
+                    for finer in LADDER.finer:
                         found, examined = self._amplified(ladder, finer)
                         if examined < known or self.rounding <= self.accuracy:
                             break  # there are no tangent equations at some steps, or their result suffices

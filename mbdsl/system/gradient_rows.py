@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
+from typing import Any, NamedTuple
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
@@ -16,6 +17,17 @@ from mbdsl.system.structure import Block, law_expressions
 from mbdsl.system.tables import Buffers, Tables
 
 
+class _Laws(NamedTuple):
+    """What laws are written to."""
+
+    tables: Tables
+    buffers: Buffers
+    dofs: Any
+    tape: Tape
+    later: list[Callable[[], None]]
+    slopes: dict[tuple[Expr, str], list[Expr]]  #: the expressions ds/dz of laws that several rows have
+
+
 def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
     """Write the record of each row of the gradient table: a, b, first slot, second derivative, detail (see
     :mod:`mbdsl.kernels.buffer_layout`)."""
@@ -23,7 +35,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     couplings: list[list[int]] = []
-    slopes: dict[tuple[Expr, str], list[Expr]] = {}
+    laws = _Laws(tables, buffers, dofs, tape, later, {})
     no_hessian = [0.0] * columns_of(tables.scene.spatial).SQUARE
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
@@ -57,7 +69,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 elif role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
-                    leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later, slopes)
+                    leaf = _law(laws, c, j, (a, b))
                     details.append((len(ints) + L.DETAIL, leaf))
                 hessian = buffers.floats(no_hessian) if curved else -1
                 ints += [a, b, first, hessian, detail, 0]
@@ -148,10 +160,10 @@ def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None
     return fill
 
 
-def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later, slopes) -> list[int]:
+def _law(to: _Laws, c: Component, j: int, pair: tuple[int, int]) -> list[int]:
     """Record of a law: register of s, sign, number of frames that s depends on; per frame its row and the registers of
-    ds/dz; number of multipliers that s depends on, and the registers of ds/dlam. ``slopes`` keeps the expressions ds/dz
-    of laws that several rows have."""
+    ds/dz; number of multipliers that s depends on, and the registers of ds/dlam."""
+    tables, buffers, dofs, tape, slopes = to.tables, to.buffers, to.dofs, to.tape, to.slopes
     law = law_expressions(c)[j]
     used = frames_in(law)
     reactions = [x for x in leaves(law) if x.op == "multiplier"]
@@ -172,5 +184,5 @@ def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later, slopes) -> list
             leaf.extend([tables.frames[name], *(tape.add(g) for g in slopes[law, name])])
         leaf.extend([len(reactions), *(tape.add(diff(law, x)[0]) for x in reactions)])
 
-    later.append(fill)
+    to.later.append(fill)
     return leaf

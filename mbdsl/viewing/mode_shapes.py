@@ -103,7 +103,7 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> ModeShap
 
     Returns
     -------
-    Shapes
+    ModeShapes
         Displacements of tracks and beams by central differences, which are exact for rigid bodies, each mode scaled so
         that its largest displacement is a tenth of the extent of the mechanism.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,7 +48,7 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> AnyMotion:
 
 
 def _in_plane(trajectory: Trajectory, most: int) -> Motion:
-    system, scene = trajectory.system, trajectory.scene
+    system, scene = trajectory.system, without_states(trajectory.scene)
     owners = frames_of_bodies(scene)
     models = system.tables.models
     size = sum(3 * len(owners[name]) + 2 * STATIONS if body.deforms else 3 for name, body in models.items())
@@ -78,7 +80,7 @@ def _in_plane(trajectory: Trajectory, most: int) -> Motion:
 
 
 def _in_space(trajectory: Trajectory, most: int) -> SpaceMotion:
-    scene, system = trajectory.scene, trajectory.system
+    scene, system = without_states(trajectory.scene), trajectory.system
     owners = frames_of_bodies(scene)
     models = system.tables.models
     rows = shown_rows(trajectory, most, 7 * len(models))
@@ -126,6 +128,16 @@ def chosen_rows(t: Array, most: int) -> NDArray[np.int64]:
     rows = nearest(t, np.linspace(t[0], t[-1], most))
     rows[-1] = len(t) - 1
     return np.unique(rows)
+
+
+def without_states(scene: Scene) -> Scene:
+    """The scene as it is drawn: states have no place."""
+    names = {c.name for c in scene.states()}
+    if not names:
+        return scene
+    frames = {name: frame for name, frame in scene.frames.items() if frame.body not in names}
+    others = (c for c in scene.components.values() if frames.keys() >= {*c.ports.values()})
+    return replace(scene, components={c.name: c for c in others if c.name not in names}, frames=frames)
 
 
 def nearest(t: Array, wanted: Array) -> NDArray[np.int64]:

@@ -16,6 +16,7 @@ from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import MechanismGraph, SubMechanism
 from mbdsl.mechanism.graph_algorithms import Loop
 from mbdsl.mechanism.reduction import Note, reduce
+from mbdsl.mechanism.scene import is_rate
 from mbdsl.messages import few
 from mbdsl.viewing.structure_redundancy import redundancy
 
@@ -240,7 +241,7 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
             kind.pose is not None and not kind.free,
         )
     # a coupling is drawn between two of the bodies whose coordinates it reads, a rate from its state to one of them
-    reads = e.component.relations or kind.name == "StateRate"
+    reads = e.component.relations or is_rate(e.component)
     first, last = (e.body_j, e.also[-1]) if reads and e.also else (e.body_i, e.body_j)
     return Link(e.name, kind.name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
 

@@ -143,9 +143,18 @@ NEAREST = {
         "tests/unit/elements/test_flexible_beam.py",
         "tests/unit/bodies/test_floating.py",
     ),
+    "mbdsl/bodies/floating_beam_mass": (
+        "tests/unit/elements/test_flexible_beam.py",
+        "tests/unit/bodies/test_floating.py",
+    ),
     "mbdsl/elements/flexible_beam": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/bodies/test_floating.py"),
     "mbdsl/elements/ground": (*STARTS[:1], "tests/unit/mechanism/test_graph.py", PLANAR_IN_SPACE),
     "mbdsl/elements/kind": (*KERNELS, "tests/unit/mechanism/test_graph.py", "tests/unit/explanation/test_receipt.py"),
+    "mbdsl/elements/declaration": (
+        *KERNELS,
+        "tests/unit/mechanism/test_graph.py",
+        "tests/unit/explanation/test_receipt.py",
+    ),
     "mbdsl/bodies/point_mass_kernels": STARTS,
     "mbdsl/elements/point_mass": (
         *(f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/mechanism/test_graph.py"),
@@ -206,7 +215,13 @@ NEAREST = {
     "mbdsl/system/index1": REDUCTIONS,
     "mbdsl/system/stabilised_index2": REDUCTIONS,
     "mbdsl/expressions/interval_arithmetic": ("tests/unit/expressions/test_intervals.py",),
+    "mbdsl/expressions/interval_tables": ("tests/unit/expressions/test_intervals.py",),
     "mbdsl/system/loops": ("tests/unit/system/test_reductions.py", "tests/unit/explanation/test_receipt.py", *FULL),
+    "mbdsl/system/tangent_loops": (
+        "tests/unit/system/test_reductions.py",
+        "tests/unit/explanation/test_receipt.py",
+        *FULL,
+    ),
     "mbdsl/initial/weights": (
         "tests/unit/initial/test_initial.py",
         "tests/unit/mechanism/test_reduction.py",

@@ -9,6 +9,7 @@ import pytest
 import mbdsl
 
 MACHINES = Path(__file__).parents[1] / "data" / "machines"
+GALLERY = Path(__file__).parents[2] / "models" / "gallery"
 #: angles of the boom [deg] at 1, 2, 3 s, in minimal coordinates
 BOOM = [20.3535, 33.2030, 34.5896]
 
@@ -30,3 +31,10 @@ def test_motor_crank():
     # the limit of the current is reached, and the integrator stops there
     assert run["i"].max() == pytest.approx(10.0, abs=1e-3)
     assert np.abs(run["der(z)"]).max() <= 50.0
+
+
+@pytest.mark.parametrize(("name", "model"), [("boom", "hydraulic_boom"), ("motor_crank", "motor_crank")])
+def test_models_of_the_gallery_are_these(name, model):
+    one, other = mbdsl.load(MACHINES / f"{name}.mbd"), mbdsl.load(GALLERY / f"{model}.mbd")
+    assert one.components == other.components
+    assert one.initial == other.initial

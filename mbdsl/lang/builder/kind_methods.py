@@ -12,7 +12,8 @@ from textwrap import fill, indent
 from typing import Any
 
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import REQUIRED, BodyKind, Kind, Parameter
+from mbdsl.elements.declaration import REQUIRED, Parameter
+from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import UsageError
 from mbdsl.lang.builder.handles import Handle
 from mbdsl.lang.kind_reference import notes

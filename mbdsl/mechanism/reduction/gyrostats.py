@@ -27,7 +27,8 @@ from mbdsl.mechanism.graph import GROUND, MechanismGraph
 from mbdsl.mechanism.poses import SpatialPose, product, turned
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.reduction.plane import RIGID
-from mbdsl.mechanism.scene import Component, Frame, Scene, SpatialFrame
+from mbdsl.mechanism.scene import Component, Frame, Scene
+from mbdsl.mechanism.scene_parts import SpatialFrame
 
 Vector = tuple[float, ...]
 #: differences of moments of inertia, relative to the largest, and distances from the axle, relative to the largest

@@ -15,7 +15,8 @@ from math import atan2, hypot, pi
 from typing import Any
 
 from mbdsl.elements import find
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, PairKind
+from mbdsl.elements.declaration import REQUIRED
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, PairKind
 from mbdsl.elements.row_derivatives import axes_in, freedom
 from mbdsl.errors import ModelError
 from mbdsl.expressions.spatial_coordinates import named

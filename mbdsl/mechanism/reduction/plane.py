@@ -23,7 +23,8 @@ from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
 from mbdsl.mechanism.poses import turned
-from mbdsl.mechanism.scene import Frame, SpatialFrame
+from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 
 Vector = tuple[float, ...]
 
