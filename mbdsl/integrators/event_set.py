@@ -97,6 +97,7 @@ class EventSet:
         self.ended = ""
         self.endless: list[Branch] = []
         self.failed: Action | None = None
+        self._over = False  #: whether the event at the end has acted
         self._ticks = [0] * len(self.events.clocks)
 
     # -- clocks --------------------------------------------------------------------------------------------------------
@@ -204,6 +205,12 @@ class EventSet:
         """
         self._undone = (dict(self.values), self._was, list(self._ticks), len(self.history), len(self.acted))
         return self._act(t, q, v, left_out, self._due(t), put)
+
+    def end(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> None:
+        """The event at the end of the run, if `terminal()` is read."""
+        if self.events.terminal in self.values and not self._over:
+            self._over = True
+            self._act(t, q, v, left_out, [self.events.terminal])
 
     def undo(self) -> None:
         """Take the last event back."""

@@ -223,7 +223,8 @@ class Events:
                 if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
                     way = self._refined(t, q, v, a, found)
                     found = self._distance(t, way, lam, old, most) or found
-                s = found
+                # behind an event, rounding may leave a condition on its former side
+                s = 2 * least if found == 0.0 and at_once and self.set is not None else found
             else:
                 way = self._way(q, v, a)
             old_a = a

@@ -508,6 +508,9 @@ class MethodRun(RunState):
                 steps -= ROOM
             return self._examined(status)
         status = self._advance_by(steps if self.tol is None else min(steps, WINDOW))
+        if status == S.DONE and self.tol is not None and self.events.set is not None:
+            q, v, _ = self.state()
+            self.events.set.end(self.time, q, v, self.left_out)
         return self._examined(S.RUNNING if status == S.FULL else status)
 
     def _examined(self, status: int) -> int:

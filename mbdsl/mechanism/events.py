@@ -86,7 +86,7 @@ class Events:
     clocks: tuple[Clock, ...] = ()
     whens: tuple[When, ...] = ()
 
-    initial = INITIAL  #: name of the truth of ``initial()``
+    initial, terminal = INITIAL, TERMINAL  #: names of the truth of ``initial()`` and of ``terminal()``
 
     def __bool__(self) -> bool:
         return bool(self.whens)
