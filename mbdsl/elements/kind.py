@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from mbdsl.elements.row import Row, Rows
 
@@ -21,6 +21,7 @@ EFFECTS = {
     "damping": "dampers, and what laws of springs and dampers say of velocities",
     "flexibility": "deformation of bodies",
     "gravity": "gravity",
+    "contact": "contacts and stops",
 }
 
 K = TypeVar("K", bound="Kind")
@@ -66,6 +67,17 @@ class Signal:
     doc: str = ""
 
 
+class Latch(NamedTuple):
+    """A number of a component that an event sets: where ``condition`` becomes true, it becomes ``value`` (formulas).
+
+    It does so if the value of ``target``, such as ``alpha[1]``, is None; then formulas contain a discrete number.
+    """
+
+    target: str
+    condition: str
+    value: str
+
+
 def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
     """The reactions of a joint by their formulas; components that it does not transmit are omitted."""
     given = (("fx", "N", fx, "force along x"), ("fy", "N", fy, "force along y"), ("tau", "N.m", tau, "torque"))
@@ -105,6 +117,9 @@ class Kind:
     signals: tuple[Signal, ...] = ()
     results: tuple[Signal, ...] = ()  #: forces and powers: further signals, which have no start
     energy: str = ""
+    #: names of formulas that others contain, which are no signals
+    terms: Mapping[str, str] = field(default_factory=dict)
+    latches: tuple[Latch, ...] = ()  #: numbers that events set
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
     #: of joints without frames: the law parameters that are functions of positions; in a declaration they come first,
     #: in this order, with or without their names

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
@@ -17,6 +19,11 @@ def components_of(part: FlatComponent) -> list[Component]:
     if part.kind.computed:
         return spans(part, part.modifier("over"))
     return [_component(part)]
+
+
+def latches_of(part: FlatComponent) -> Iterable[tuple[str, Expr, Expr]]:
+    """The numbers of a component that events set, as of :meth:`mbdsl.mechanism.signals.Formulas.latches`."""
+    return part.formulas.latches() if part.kind.latches else ()
 
 
 def _component(part: FlatComponent) -> Component:

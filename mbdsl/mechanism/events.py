@@ -6,12 +6,13 @@ event, and the truth of ``initial()``, ``terminal()`` and of every ``sample(star
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
 from mbdsl.errors import Span
-from mbdsl.expressions.symbolic import Expr
+from mbdsl.expressions.symbolic import Expr, call, input_signal
 
 INITIAL, TERMINAL = "initial()", "terminal()"
 
@@ -80,6 +81,16 @@ class Events:
 
     def __bool__(self) -> bool:
         return bool(self.whens)
+
+    def latching(self, found: Iterable[tuple[str, Expr, Expr]]) -> Events:
+        """These events, before which numbers of components are set, (name, condition, value): where the condition
+        becomes true, and at the start."""
+        variables, whens = dict[str, Discrete](), list[When]()
+        for name, condition, value in found:
+            variables |= {x: Discrete(x) for x in (INITIAL, name)}
+            at_start = call("ne", input_signal(INITIAL), 0.0)
+            whens.append(When((Branch((condition, at_start), (Action("set", name, value),)),)))
+        return Events(variables | self.variables, self.clocks, (*whens, *self.whens)) if whens else self
 
     @property
     def branches(self) -> list[Branch]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
-from mbdsl.expressions.symbolic import Expr, diff, expr, multiplier, substitute
+from mbdsl.expressions.symbolic import Expr, diff, expr, input_signal, multiplier, substitute
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
@@ -62,7 +62,7 @@ class Formulas:
         """
         found = self._found.get(name)
         if found is None:
-            formula = self.kind.formulas.get(name)
+            formula = self.kind.formulas.get(name, self.kind.terms.get(name))
             law = None if formula is not None and isinstance(self.kind, JointKind) else self.law(name)
             if law is None and formula is None:
                 raise KeyError(name)
@@ -124,7 +124,16 @@ class Formulas:
         if name == "slope" and isinstance(self.kind, JointKind):
             law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]  # type: ignore[arg-type]
-        return self.given(name)[index - 1]  # type: ignore[index]
+        found = self.given(name)[index - 1]  # type: ignore[index]
+        return input_signal(f"{self.name}.{name}[{index}]") if found is None else found  # type: ignore[no-any-return]
+
+    def latches(self) -> Iterator[tuple[str, Expr, Expr]]:
+        """Of each number that an event sets: its name, the condition, and its value then."""
+        for latch in self.kind.latches:
+            name, _, index = latch.target.rstrip("]").partition("[")
+            if self.given(name)[int(index) - 1] is None:  # type: ignore[index]
+                condition, value = (formulas.evaluate(x, self) for x in latch[1:])
+                yield f"{self.name}.{latch.target}", condition, value
 
 
 class _LawsFirst:
