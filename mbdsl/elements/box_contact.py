@@ -31,7 +31,7 @@ KIND = contact(
     "axis; with friction.",
     EDGES[:2],
     list(corners(False)),
-    drawing="nothing",
+    drawing="surface",
 )
 IN_SPACE = contact(
     "BoxContact",
@@ -42,5 +42,5 @@ IN_SPACE = contact(
     spatial=True,
     axes=plane,
     check=axis_given,
-    drawing="nothing",
+    drawing="surface",
 )

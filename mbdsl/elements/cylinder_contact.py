@@ -53,5 +53,5 @@ IN_SPACE = contact(
     terms=terms(),
     axes=axes,
     check=check,
-    drawing="nothing",
+    drawing="surface",
 )

@@ -48,7 +48,7 @@ KIND = contact(
     "to the side of the y axis; with friction.",
     (LENGTH, RADIUS),
     [rounded(corner(False, (f"{side}*length", X_B))) for side in SIDES],
-    drawing="nothing",
+    drawing="surface",
 )
 IN_SPACE = contact(
     "LineContact",
@@ -59,5 +59,5 @@ IN_SPACE = contact(
     spatial=True,
     axes=axes,
     check=check,
-    drawing="nothing",
+    drawing="surface",
 )

@@ -29,7 +29,7 @@ KIND = contact(
     "axis; with friction.",
     (RADIUS,),
     [Point(f"{HEIGHT} - radius", NORMAL, [f"-radius*{x}" for x in NORMAL])],
-    drawing="nothing",
+    drawing="surface",
 )
 IN_SPACE = contact(
     "PointContact",
@@ -40,5 +40,5 @@ IN_SPACE = contact(
     spatial=True,
     axes=plane,
     check=axis_given,
-    drawing="nothing",
+    drawing="surface",
 )

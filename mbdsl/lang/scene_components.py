@@ -31,6 +31,8 @@ def _component(part: FlatComponent) -> Component:
     laws = {name: part.law(name) for name in kind.law_parameters}
     if isinstance(kind, ForceKind) and kind.springs is None:
         laws |= {name: part.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
+    if isinstance(kind, ForceKind) and kind.searched:
+        laws["searched"] = part.formulas.signal(kind.searched)
     ports = {port: part.own_frame(port).name for port in part.nodes}
     return Component(
         part.name,
