@@ -42,7 +42,8 @@ GROUPS = {
     "Vehicles": ("ackermann_steering", "double_wishbone", "mcpherson_strut", "quarter_car", "half_car"),
     "Machines": (
         *("four_cylinder_engine", "excavator_arm", "windscreen_wiper", "sewing_machine", "pump_jack"),
-        *("flyball_governor", "loading_crane", "robot_arm", "loom", "clock_escapement"),
+        *("flyball_governor", "loading_crane", "robot_arm", "loom", "clock_escapement", "motor_crank"),
+        "hydraulic_boom",
     ),
     "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow", "slingshot"),
     "Gears, cams and contacts": (

@@ -197,12 +197,12 @@ class Modes(Sequence[Mode]):
         UsageError
             If there are no modes, there is no such mode, or the file cannot be written.
         """
-        from mbdsl.viewing.mode_animation import ModeAnimation, Row
+        from mbdsl.viewing.mode_animation import ModeAnimation, ModeRow
 
         rows = []
         for found in self.modes:
             moves = few([f"{name} {part:.0%}" for name, part in found.bodies.items() if part >= 0.05], 4)
-            rows.append(Row(found.frequency, found.damped_frequency, found.damping, moves, found.unstable))
+            rows.append(ModeRow(found.frequency, found.damped_frequency, found.damping, moves, found.unstable))
         state = about(self.at, self.t)
         shapes = np.array([found.shape for found in self.modes], complex)
         animation = ModeAnimation(self.system, self.t, self.q, shapes, rows, state, mode)
@@ -341,6 +341,7 @@ def modes_about(point: operating_points.OperatingPoint, count: int | None) -> Mo
 def _shares(system: System, t: float, q: Array, shape: Complex) -> dict[str, float]:
     """Share of each body in the kinetic energy of a shape; in the squared displacements if only massless parts move."""
     energy = (shape.conj() * (system.M(t, q) @ shape)).real
+    energy[system.n - system.tables.states :] = 0.0
     if not energy.sum() > 0.0:
         energy = np.abs(shape * system.tables.scale) ** 2
     parts: dict[str, float] = {}

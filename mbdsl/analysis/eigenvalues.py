@@ -62,11 +62,12 @@ def reduced(
     """All eigenvalues, one of each conjugate pair if the pairs are known, and vectors y (r,)."""
     T, S = basis.T, basis.S
     Mr, Dr, Kr, _ = projected(system, M, D, K, U, J, basis)
-    if T.shape[1] and not Dr.any() and not S.any() and _symmetric(Mr) and _symmetric(Kr):
+    integrals = basis.integrals
+    if T.shape[1] and not integrals and not Dr.any() and not S.any() and _symmetric(Mr) and _symmetric(Kr):
         found = _undamped(Mr, Kr)
         if found is not None:
             return found
-    return _first_order(Mr, Dr, Kr, T, S, basis.rate)
+    return _first_order(Mr, Dr, Kr, T, S, basis.rate, integrals)
 
 
 def _symmetric(A: Array) -> bool:
@@ -104,11 +105,12 @@ def _of_squares(square: Array, y: Array, zero: float = 0.0) -> tuple[list[comple
 
 
 def _first_order(
-    M: Array, D: Array, K: Array, T: Array, S: Array, turning: float
+    M: Array, D: Array, K: Array, T: Array, S: Array, turning: float, integrals: Sequence[int] = ()
 ) -> tuple[list[complex], list[Complex]]:
     """Eigenvalues of y' = T u + S y, M u' + D u + K y = 0. A coordinate without mass and damping has none.
 
-    ``turning`` is the rate of change [1/s] of the bases, whose derivatives are differences.
+    ``turning`` is the rate of change [1/s] of the bases, whose derivatives are differences. The ``integrals`` of
+    states, which nothing reads, are left out; in the vectors y their entries are those of the states.
     """
     r, d = T.shape
     if not r:
@@ -119,6 +121,14 @@ def _first_order(
     size = largest(M) or 1.0
     A = np.block([[tau * S, T], [-(tau**2) * K / size, -tau * D / size]])
     B = np.block([[np.eye(r), np.zeros((r, d))], [np.zeros((d, r)), M / size]])
+    own = np.delete(np.arange(r + d), list(integrals))
+    A, B = A[np.ix_(own, own)], B[np.ix_(own, own)]
+    unit = np.ones(len(own))
+    if integrals and np.linalg.cond(M) < 1e12:  # the units of states are not comparable with those of motions
+        from scipy.linalg import matrix_balance
+
+        A, (unit, _) = matrix_balance(np.linalg.solve(B, A), permute=False, separate=True)
+        B = np.eye(len(own))
     if not d or np.linalg.cond(M) < 1e12:
         values, x = np.linalg.eig(np.linalg.solve(B, A))
     else:
@@ -142,7 +152,10 @@ def _first_order(
     oscillates = np.abs(values.imag) > rounding
     values = np.where(oscillates & (np.abs(values.real) <= rounding), 1j * values.imag, values)
     values = np.where(oscillates, values, values.real) / tau
-    return [complex(s) for s in values], list(x[:r].T.astype(complex))
+    whole = np.zeros((r + d, x.shape[1]), complex)
+    whole[own] = unit[:, None] * x
+    whole[list(integrals)] = T[list(integrals)] @ whole[r:] / tau
+    return [complex(s) for s in values], list(whole[:r].T)
 
 
 def _null_space(A: Array, zero: float) -> Array:
@@ -211,4 +224,6 @@ def lowest(
         found = np.where(np.abs(found.imag) <= 1e-9 * np.abs(found), found.real, found)
         values, shapes = [complex(s) for s in found], list(x[:n, finite].T)
     values, shapes = one_of_each(values, [normalised(system, s) for s in shapes])
-    return values[:count], shapes[:count], None
+    zero = [k for k, s in enumerate(values) if s == 0.0][: system.tables.states]  # of the integrals of states
+    kept = [k for k in range(len(values)) if k not in zero][:count]
+    return [values[k] for k in kept], [shapes[k] for k in kept], None

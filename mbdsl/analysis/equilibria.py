@@ -74,6 +74,8 @@ class Equilibrium:
         Indices of the redundant constraint rows.
     start : (n,) or None [m, rad]
         Coordinates from which the search began.
+    v : (n,) or None
+        Velocities: the values of states, and zero for bodies; None: all are zero.
     """
 
     system: System
@@ -87,6 +89,7 @@ class Equilibrium:
     notes: list[str]
     left_out: tuple[int, ...] = field(default=(), repr=False)
     start: Array | None = field(default=None, repr=False)
+    v: Array | None = field(default=None, repr=False)
 
     @property
     def scene(self) -> Scene:
@@ -104,7 +107,8 @@ class Equilibrium:
         stats: dict = {"method": "static", "h": None, "tol": None, "status": "done", "iterations": self.iterations}
         stats |= {"stability": self.stability, "redundant": self.redundant}
         q, lam = self.q[None], self.lam[None]
-        return AtRest(self.system, np.array([self.t]), q, np.zeros_like(q), lam, stats, (), self.left_out)
+        v = np.zeros_like(q) if self.v is None else self.v[None]
+        return AtRest(self.system, np.array([self.t]), q, v, lam, stats, (), self.left_out)
 
     def show(self, path: str | PathLike | None = None) -> EquilibriumPicture:
         """Draw the equilibrium over the initial positions, with forces and reactions as arrows.
@@ -187,7 +191,8 @@ class Equilibrium:
 
     def _values(self) -> list[tuple[str, float, str]]:
         """Name, value and unit of positions and reactions."""
-        return [(name, self[name], self.trajectory.unit(name)) for name in (*self.poses, *self.reactions)]
+        names = (*self.poses, *(c.name for c in self.scene.states()), *self.reactions)
+        return [(name, self[name], self.trajectory.unit(name)) for name in names]
 
     def __str__(self) -> str:
         return "\n".join(
@@ -299,13 +304,16 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
         notes + found.notes,
         found.left_out,
         q,
+        found.v,
     )
 
 
 def _at_rest(system: System, t: float, q: Array) -> list[str]:
     """Notes on initial velocities that are ignored, and on nonholonomic constraints."""
     notes = []
-    moving = [x.name for x in system.scene.initial if is_velocity_level(x.target) and x.value != 0.0]
+    states = {c.name for c in system.scene.states()}
+    given = [x for x in system.scene.initial if x.name not in states]
+    moving = [x.name for x in given if is_velocity_level(x.target) and x.value != 0.0]
     names = system.constraint_names()
     rates = np.concatenate([system.Phi_t(t, q), system.Gam(t, q, np.zeros(system.n))])
     moving += list(dict.fromkeys(names[k].rsplit(".", 1)[0] for k in np.flatnonzero(rates)))

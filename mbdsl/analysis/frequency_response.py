@@ -180,7 +180,7 @@ class _Computation:
         scene, known = point.system.scene, AskedSignals(point.system.scene)
         equations = equations_of(point, inputs.sources)
         if output is None:
-            coordinates = equations.basis.coordinates
+            coordinates = equations.coordinates
             self.outputs, self.units = [x.name for x in coordinates], [x.unit for x in coordinates]
             C, D = np.eye(len(coordinates), len(equations.A)), np.zeros((3, len(coordinates), len(inputs.sources)))
             self.y0 = np.full(len(coordinates), np.nan)

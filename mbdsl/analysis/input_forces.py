@@ -57,7 +57,7 @@ def signal_derivatives(
         found.q[i], found.v[i] = weights @ dense(d_q), weights @ dense(d_v)
         for leaf in variables:
             if leaf.op == "multiplier":
-                found.lam[i, system.tables.multipliers[leaf.value] - system.n] += partial[leaf]  # type: ignore[index]
+                found.lam[i, system.tables.multipliers[leaf.value] - system.n] += partial[leaf]
             elif leaf.op == "input" and leaf.value in places:
                 found.u[i, places[str(leaf.value)]] += partial[leaf]
     return found

@@ -58,6 +58,8 @@ class LinearEquations:
     A : (r, r)
     B : (3, r, i)
         Of the excitations and their first and second rates.
+    coordinates, speeds : list of Quantity
+        What the entries of x are.
     """
 
     def __init__(self, point: OperatingPoint, excitations: Sequence[Excitation], columns: Columns) -> None:
@@ -88,6 +90,18 @@ class LinearEquations:
             solved = np.linalg.lstsq(U[:, kept] / scale, right, rcond=1e-12)[0]
             self.dlam.x[kept] = solved[:, :r]
             self.dlam.u[:, kept] = np.stack(np.split(solved[:, r:], 3, axis=1))
+        self._without(basis.integrals)
+
+    def _without(self, integrals: list[int]) -> None:
+        """Leave out the integrals of states, on which nothing depends: states are among the speeds."""
+        own = np.delete(np.arange(len(self.A)), integrals)
+        self.coordinates = [x for k, x in enumerate(self.basis.coordinates) if k not in integrals]
+        self.speeds = self.basis.speeds
+        if integrals:
+            self.A, self.B = self.A[np.ix_(own, own)], self.B[:, own]
+            for name in ("dq", "dv", "da", "dlam"):
+                found = getattr(self, name)
+                setattr(self, name, Rows(found.x[:, own], found.u))
 
     def _check_released(self, J: Array, columns: Columns) -> None:
         """Raise an error if other constraints hold what a driver moves."""

@@ -261,7 +261,7 @@ def linearised(
     chosen, known = _inputs(system.scene, inputs), AskedSignals(system.scene)
     wanted = None if signals is None else outputs_of(system.scene, known, signals)
     equations = equations_of(point, chosen)
-    states = [*equations.basis.coordinates, *equations.basis.speeds]
+    states = [*equations.coordinates, *equations.speeds]
     names = [x.name for x in states]
     C, D, y0 = np.eye(len(names)), np.zeros((3, len(names), len(chosen))), _values(known, point, names)
     x0 = y0

@@ -112,6 +112,9 @@ class Named(Moving):
             for key in (*own, *(_RATES[key] for key in own)):
                 name = f"{body.name}.{key}"
                 found.setdefault(coordinate(f"{body.name}.c", key), Quantity(name, names.unit(name)))
+        for state in scene.states():
+            found[coordinate(f"{state.name}.c", "x")] = Quantity(f"integral of {state.name}", "")
+            found[coordinate(f"{state.name}.c", "vx")] = Quantity(state.name, names.unit(state.name))
         return found
 
     def _beams(self) -> list[tuple[Quantity, float]]:
@@ -146,7 +149,8 @@ class AtRest(Named):
         self.path = lambda s: (t, q, rest)
         self.bends = [name for name, body in system.tables.models.items() if body.deforms]
         self.targets, self.turned = self._coordinates(t, q, rest)
-        self.rate, self.e = max(float(np.sqrt(np.abs(a * self.scale).max(initial=0.0))), 1e-6), 1.0
+        bodies = system.n - system.tables.states
+        self.rate, self.e = max(float(np.sqrt(np.abs(a * self.scale)[:bodies].max(initial=0.0))), 1e-6), 1.0
         self.H: Array | None = None
         self.Z, self.W, self.T, self.S = self._at(0.0)
         self.Z1, self.T1, self.S1 = self.W, np.zeros_like(self.T), np.zeros_like(self.S)
@@ -157,7 +161,8 @@ class AtRest(Named):
     def suits(system: System, v: Array, a: Array) -> bool:
         """Whether a state is at rest, and its accelerations change neither axes of beams nor nonholonomic bases."""
         simple = not system.p and not any(body.deforms for body in system.tables.models.values())
-        return not v.any() and (simple or float(np.abs(a * system.tables.scale).max(initial=0.0)) <= 1e-9)
+        bodies, pace = system.n - system.tables.states, np.abs(a * system.tables.scale)
+        return not v[:bodies].any() and (simple or float(pace[:bodies].max(initial=0.0)) <= 1e-9)
 
     def _second(self, t: float, q: Array, a: Array) -> Array:
         system, rest = self.system, np.zeros(self.system.n)

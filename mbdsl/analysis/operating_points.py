@@ -53,7 +53,8 @@ class OperatingPoint(NamedTuple):
     @property
     def speed(self) -> float:
         """The largest scaled velocity [1/s]."""
-        return float(np.abs(self.v * self.system.tables.scale).max(initial=0.0))
+        bodies = self.system.n - self.system.tables.states
+        return float(np.abs(self.v * self.system.tables.scale)[:bodies].max(initial=0.0))
 
     @property
     def rate(self) -> float:
@@ -136,11 +137,13 @@ def find(
         raise UsageError(f"at: t = {float(at):g} s is before the start of the run, {start:g} s")
     if at == "static":
         found = settle(system, start, initial_position(system, mechanism, start))
-        rest, notes = np.zeros(system.n), found.notes
-        speeds = [x.name for x in system.scene.initial if is_velocity_level(x.target) and x.value]
+        rest, notes, states = np.zeros(system.n), found.notes, {c.name for c in system.scene.states()}
+        given = [x for x in system.scene.initial if x.name not in states]
+        speeds = [x.name for x in given if is_velocity_level(x.target) and x.value]
         if system.p and speeds:
             notes = [*notes, f"this equilibrium is at rest; `--at start` is the motion with the given {few(speeds)}"]
-        return OperatingPoint(system, name, found.t, found.q, rest, rest, found.lam, found.left_out, notes)
+        v = rest if found.v is None else found.v
+        return OperatingPoint(system, name, found.t, found.q, v, rest, found.lam, found.left_out, notes)
     if at == "start" or at == start:
         first = initial_state(system, mechanism, start)
         return OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])

@@ -15,7 +15,7 @@ from mbdsl.bodies.contract import POSITIONS, Pose
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr, coordinate, der, is_velocity_level, leaves
-from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.scene import STATE, Component
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size, scaled
 from mbdsl.system import System
@@ -28,7 +28,9 @@ LEAST = 1e-3  #: sine of the angle below which a row does not separate direction
 
 
 def named_coordinates(body: Component) -> tuple[str, ...]:
-    """The coordinates of a body that are signals: in space without rotations."""
+    """The coordinates of a body that are signals: in space without rotations; of a state its integral."""
+    if body.kind.variant == STATE:
+        return ("x",)
     return tuple(key for key in body.kind.coordinates if key not in ("rx", "ry", "rz"))
 
 
@@ -54,9 +56,13 @@ class Still:
 
     def __init__(self, system: System, J: Array) -> None:
         scale = system.tables.scale
-        J = scaled(J, np.ones(len(J)), 1.0 / scale)
-        self.Z = null_space(J / row_size(J)[:, None]) / scale[:, None]
-        r = self.Z.shape[1]
+        bodies = system.n - system.tables.states
+        J = scaled(J, np.ones(len(J)), 1.0 / scale)[:, :bodies]
+        free = null_space(J / row_size(J)[:, None]) / scale[:bodies, None]
+        r = free.shape[1] + system.tables.states
+        self.Z = np.zeros((system.n, r))
+        self.Z[:bodies, : free.shape[1]], self.Z[bodies:, free.shape[1] :] = free, np.eye(system.tables.states)
+        self.integrals = list(range(free.shape[1], r))  #: coordinates that are integrals of states, which nothing reads
         self.Z1 = self.Z2 = self.W = self.W1 = np.zeros_like(self.Z)
         self.T, self.S = np.eye(r), np.zeros((r, r))
         self.T1, self.S1 = np.zeros((r, r)), np.zeros((r, r))
@@ -94,14 +100,21 @@ class Moving:
             self.path = lambda s: (t + s, q + s * v + s * s / 2.0 * a, v + s * a)
         self.bends = [name for name, body in system.tables.models.items() if body.deforms]
         self.targets, self.turned = self._coordinates(t, q, v)
-        speed = float(np.abs(v * self.scale).max(initial=0.0))
+        bodies = system.n - system.tables.states
+        speed, pace = (float(np.abs(x * self.scale)[:bodies].max(initial=0.0)) for x in (v, a))
         #: rate of change of the bases [1/s]
-        self.rate = max(speed, float(np.sqrt(np.abs(a * self.scale).max(initial=0.0))), 1e-6)
+        self.rate = max(speed, float(np.sqrt(pace)), 1e-6)
         self.e = 1e-2 / self.rate
         self.H: Array | None = None
         self.Z, W, self.T, self.S = self._at(0.0)
         self.Z1, self.W = W - spins(system, v) @ self.Z, W
         _, self.W1, self.T1, self.S1 = self._derivative(self._at, 0.0)
+
+    @property
+    def integrals(self) -> list[int]:
+        """Coordinates that are integrals of states, which nothing reads."""
+        own = {coordinate(f"{c.name}.c", "x") for c in self.system.scene.states()}
+        return [k for k, target in enumerate(self.targets) if target in own]
 
     def _coordinates(self, t: float, q: Array, v: Array) -> tuple[list[Expr], list[int]]:
         """Targets whose variations are independent and determine all others: signals, and rows of :meth:`_of_beams`.
@@ -159,7 +172,7 @@ class Moving:
 
     def _of_a_beam(self, expression: Expr) -> bool:
         frames = self.system.scene.frames
-        names = (x.value[0] for x in leaves(expression) if x.op == "coordinate")  # type: ignore[index]
+        names = (x.value[0] for x in leaves(expression) if x.op == "coordinate")
         return any(frames[name].body in self.bends for name in names)
 
     def _of_beams(self, q: Array, v: Array) -> tuple[Array, Array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from mbdsl.bodies.beam_elements import (
     gram,
     quadratic,
 )
-
-Basis = Literal["eigenmodes", "craig-bampton"]
+from mbdsl.bodies.uniform_beam import Basis, UniformBeam
 
 ENDS = ((0, -1), (0, 1, -2, -1))  #: axial and bending coordinates of both ends: the boundary of Craig and Bampton
 
@@ -36,7 +34,8 @@ class _Family:
     power: int  #: the squares of frequencies grow as this power of the mode number
 
 
-def _families(L, rhoA, EA, EI, J, n, reference) -> tuple[_Family, _Family]:
+def _families(beam: UniformBeam) -> tuple[_Family, _Family]:
+    L, rhoA, J, n, reference = beam.L, beam.rhoA, beam.J, beam.elements, beam.reference
     x, w = gauss(L, n)
     w = np.sqrt(w)[:, None]
     s, ds = quadratic(x, L, n)
@@ -53,32 +52,33 @@ def _families(L, rhoA, EA, EI, J, n, reference) -> tuple[_Family, _Family]:
     return (
         _Family(
             mass=(rhoA**0.5 * w) * s,
-            strain=(EA**0.5 * w) * ds,
+            strain=(beam.EA**0.5 * w) * ds,
             held=tuple(i % (2 * n + 1) for i in HELD[reference][0]),
             ends=tuple(i % (2 * n + 1) for i in ENDS[0]),
             rigid=rigid[0],
             static=linear,
             units=np.ones(2 * n + 1),
-            slow=EA / rhoA * (np.pi / L) ** 2,
+            slow=beam.EA / rhoA * (np.pi / L) ** 2,
             power=2,
         ),
         _Family(
             mass=np.vstack([(rhoA**0.5 * w) * v, *turning]),
-            strain=(EI**0.5 * w) * ddv,
+            strain=(beam.EI**0.5 * w) * ddv,
             held=tuple(i % (2 * n + 2) for i in HELD[reference][1]),
             ends=tuple(i % (2 * n + 2) for i in ENDS[1]),
             rigid=rigid[1],
             static=whole,
             units=np.tile([1.0, L / n], n + 1),
-            slow=EI / rhoA * (np.pi / L) ** 4,
+            slow=beam.EI / rhoA * (np.pi / L) ** 4,
             power=4,
         ),
     )
 
 
-def modal_shapes(L, rhoA, EA, EI, J, n, modes, axial, basis, reference) -> tuple[Array, Array]:
+def modal_shapes(beam: UniformBeam) -> tuple[Array, Array]:
     """Axial (2 n + 1, k) and bending (2 n + 2, k) finite element coordinates of the modes."""
-    families = _families(L, rhoA, EA, EI, J, n, reference)
+    n, modes, axial, basis, families = beam.elements, beam.modes, beam.axial, beam.basis, _families(beam)
+    assert modes is not None
     build = _boundary_modes if basis == "craig-bampton" else _eigenmodes
     if axial is None:
         counts = _lowest(families, modes, basis)

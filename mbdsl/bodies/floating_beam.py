@@ -11,6 +11,7 @@ from mbdsl.bodies import floating_beam_kernels as kernels
 from mbdsl.bodies.beam_stations import on_axis
 from mbdsl.bodies.contract import Described, Pose
 from mbdsl.bodies.floating_beam_integrals import Floating, discretise
+from mbdsl.bodies.uniform_beam import UniformBeam
 from mbdsl.numerics.banded_cholesky import cholesky
 
 Array = NDArray[np.float64]
@@ -35,7 +36,7 @@ class FloatingBody:
     def __init__(self, component: Described) -> None:
         v = component.values
         self.length = float(v["length"])
-        self.beam: Floating = discretise(
+        uniform = UniformBeam(
             self.length,
             v["mass"] / self.length,
             v["E"] * v["S"],
@@ -51,6 +52,7 @@ class FloatingBody:
             beta=v["beta"],
             stiffening=bool(v["stiffening"]),
         )
+        self.beam: Floating = discretise(uniform)
         self._last: tuple = (None, None)
         self.k = len(self.beam.names)
         self.n = 3 + self.k

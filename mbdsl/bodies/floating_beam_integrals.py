@@ -18,12 +18,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import get_args
 
 import numpy as np
 
-from mbdsl.bodies.beam_elements import Array, Reference, cubic, element, free, gauss, gram, quadratic, without_dust
-from mbdsl.bodies.beam_modes import Basis, modal_shapes, shifted
+from mbdsl.bodies.beam_elements import Array, cubic, element, free, gauss, gram, quadratic, without_dust
+from mbdsl.bodies.beam_modes import modal_shapes, shifted
+from mbdsl.bodies.uniform_beam import UniformBeam, check_basis, check_beam
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,131 +97,69 @@ class Floating:
 
 
 @lru_cache(maxsize=64)
-def discretise(
-    L: float,
-    rhoA: float,
-    EA: float,
-    EI: float,
-    J: float = 0.0,
-    elements: int = 8,
-    modes: int | None = None,
-    axial: int | None = None,
-    basis: Basis = "eigenmodes",
-    reference: Reference = "pinned-pinned",
-    zeta: float = 0.0,
-    alpha: float = 0.0,
-    beta: float = 0.0,
-    stiffening: bool = True,
-) -> Floating:
-    """Elastic coordinates of a uniform beam and their integrals.
-
-    Parameters
-    ----------
-    L, rhoA, EA, EI, J : float
-        Length [m], mass per length [kg/m], axial stiffness [N], bending stiffness [N m^2], rotary inertia per length
-        [kg m].
-    elements : int
-        Finite elements of equal length.
-    modes : int, optional
-        The number of modes to keep. By default the coordinates are those of the finite elements which the reference
-        conditions leave free: ``u3``, ``v3``, ``t3`` at node 3 of nodes 0 to n, ``u3m`` in the middle of element 3,
-        which ends at node 3.
-    axial : int, optional
-        The number of axial modes among them; they follow the bending modes. By default the modes of lowest frequency
-        are kept, in the order of their frequencies (of the modes of Craig and Bampton, three belong to the ends, and
-        the others are those of lowest frequency with the ends held).
-    basis : {"eigenmodes", "craig-bampton"}
-        Eigenmodes under the reference conditions; or static modes for displacements of the ends and eigenmodes with the
-        ends held, combined to orthogonal modes: displacements by forces and torques at the ends are then exact.
-    reference : {"pinned-pinned", "clamped-free", "mean-axis"}
-        The reference conditions, which define the frame: s(0) = v(0) = v(L) = 0; s(0) = v(0) = v'(0) = 0; or elastic
-        rates without linear and angular momentum (modes of the free beam; not for coordinates of finite elements).
-    zeta : float
-        Damping ratio of every mode.
-    alpha, beta : float
-        Rayleigh damping alpha M_ff + beta K [1/s, s], in addition to ``zeta``.
-    stiffening : bool
-        Whether bending shortens the chord (geometric stiffening).
+def discretise(beam: UniformBeam) -> Floating:
+    """Elastic coordinates of a beam and their integrals.
 
     Raises
     ------
     ValueError
         If the arguments define no beam or no basis.
     """
-    _check_beam(L, rhoA, EA, EI, J, elements, zeta, alpha, beta)
-    _check_basis(elements, modes, axial, basis, reference, zeta)
-    n = elements
-    if modes is None:
-        A, B, names = free(n, reference)
+    check_beam(beam)
+    check_basis(beam)
+    n, L = beam.elements, beam.L
+    if beam.modes is None:
+        A, B, names = free(n, beam.reference)
     else:
-        A, B = modal_shapes(L, rhoA, EA, EI, J, n, modes, axial, basis, reference)
-        names = tuple(f"q{i + 1}" for i in range(modes))
+        A, B = modal_shapes(beam)
+        names = tuple(f"q{i + 1}" for i in range(beam.modes))
+    arrays = _integrals(beam, A, B)
+    m, I0 = beam.rhoA * L, beam.rhoA * L**3 / 12 + beam.J * L
+    if beam.modes is not None:
+        arrays |= _of_modes(arrays, m, I0, beam.J)
+    K, M_ff = arrays["K"], arrays["M_ff"]
+    arrays["D"] = beam.alpha * M_ff + beam.beta * K + np.diag(2 * beam.zeta * np.sqrt(np.diag(K)))
+    arrays |= dict(axial=A, bending=B)
+    for a in arrays.values():
+        a.flags.writeable = False
+    modal = beam.modes is not None
+    return Floating(names=names, L=L, m=m, I0=I0, stiffening=beam.stiffening, modal=modal, **arrays)
 
+
+def _integrals(beam: UniformBeam, A: Array, B: Array) -> dict[str, Array]:
+    """The integrals of the shapes A (2 n + 1, k) of s and B (2 n + 2, k) of v."""
+    L, n, rhoA, J = beam.L, beam.elements, beam.rhoA, beam.J
     x, w = gauss(L, n)
     arm = x - L / 2
     S_u, stretch = (f @ A for f in quadratic(x, L, n))
     S_v, slope, curvature = (f @ B for f in cubic(x, L, n))
-    m, I0 = rhoA * L, rhoA * L**3 / 12 + J * L
     H = rhoA * (gram(S_u, w) + gram(S_v, w))
-    M_ff = H + J * gram(slope, w)
-    K = EA * gram(stretch, w) + EI * gram(curvature, w)
-    S_bar = rhoA * np.array([w @ S_u, w @ S_v])
-    h1 = rhoA * (w * arm) @ S_u
-    g0 = rhoA * (w * arm) @ S_v + J * w @ slope
     G = rhoA * (S_u.T * w) @ S_v
-    G = G - G.T
-    # order of integration exchanged: v'(xi)^2 displaces the part of the beam beyond xi
-    N_bar = rhoA * stiffening * gram(slope, w * (L - x))
-    N_hat = rhoA * stiffening * gram(slope, w * x * (L - x) / 2)
-    if modes is not None:  # upper bounds for modes of unit mass by the Cauchy-Schwarz inequality
-        M_ff, K = np.eye(modes), np.diag(np.diag(K))
-        H = without_dust(H, 1.0) if J else M_ff.copy()
-        S_bar, G = without_dust(S_bar, m**0.5), without_dust(G, 1.0)
-        h1, g0 = without_dust(h1, I0**0.5), without_dust(g0, I0**0.5)
-        N_bar, N_hat = (without_dust(N, np.abs(N).max()) for N in (N_bar, N_hat))
-    D = alpha * M_ff + beta * K + np.diag(2 * zeta * np.sqrt(np.diag(K)))
-    arrays = dict(S_bar=S_bar, s0=np.zeros(2), h1=h1, g0=g0, H=H, M_ff=M_ff, G=G, N_bar=N_bar, N_hat=N_hat, K=K, D=D)
-    arrays |= dict(axial=A, bending=B)
-    for a in arrays.values():
-        a.flags.writeable = False
-    return Floating(names=names, L=L, m=m, I0=I0, stiffening=stiffening, modal=modes is not None, **arrays)
+    return dict(
+        S_bar=rhoA * np.array([w @ S_u, w @ S_v]),
+        s0=np.zeros(2),
+        h1=rhoA * (w * arm) @ S_u,
+        g0=rhoA * (w * arm) @ S_v + J * w @ slope,
+        H=H,
+        M_ff=H + J * gram(slope, w),
+        G=G - G.T,
+        # order of integration exchanged: v'(xi)^2 displaces the part of the beam beyond xi
+        N_bar=rhoA * beam.stiffening * gram(slope, w * (L - x)),
+        N_hat=rhoA * beam.stiffening * gram(slope, w * x * (L - x) / 2),
+        K=beam.EA * gram(stretch, w) + beam.EI * gram(curvature, w),
+    )
 
 
-def _check_beam(L, rhoA, EA, EI, J, elements, zeta, alpha, beta) -> None:
-    for name, value in dict(L=L, rhoA=rhoA, EA=EA, EI=EI).items():
-        if not 0.0 < value < np.inf:
-            raise ValueError(f"{name} = {value:g}; a beam's {name} is positive")
-    for name, value in dict(J=J, zeta=zeta, alpha=alpha, beta=beta).items():
-        if not 0.0 <= value < np.inf:
-            raise ValueError(f"{name} = {value:g}; a beam's {name} is not negative")
-    if elements < 1:
-        raise ValueError(f"elements = {elements}; a beam has at least one element")
-
-
-def _check_basis(n, modes, axial, basis, reference, zeta) -> None:
-    for found, known in ((basis, Basis), (reference, Reference)):
-        if found not in get_args(known):
-            raise ValueError(f"{found!r} is none of {', '.join(get_args(known))}")
-    if modes is None:
-        if reference == "mean-axis":
-            raise ValueError("mean-axis conditions are for modes: give a number of modes, or another reference")
-        if basis == "craig-bampton" or axial is not None:
-            raise ValueError("a basis of modes needs the number of modes")
-        if zeta:
-            raise ValueError(
-                "a damping ratio is defined for modes; for finite element coordinates its matrix would be full: "
-                "give a number of modes, or Rayleigh damping"
-            )
-        return
-    of_ends = (1, 2) if basis == "craig-bampton" else (0, 0)
-    why = ", as many as the ends need" if basis == "craig-bampton" else ""
-    if axial is None:
-        groups = (("modes", modes, max(sum(of_ends), 1), 4 * n),)
-    else:
-        groups = (("modes", modes, 1, 4 * n), ("axial modes", axial, of_ends[0], 2 * n))
-        groups += (("modes of bending", modes - axial, of_ends[1], 2 * n),)
-    for what, count, least, most in groups:
-        if count < least:
-            raise ValueError(f"{what}: {count}, but there must be at least {least}{why}")
-        if count > most:
-            raise ValueError(f"{what}: {count}, but elements = {n} give {most} at most; take more elements")
+def _of_modes(found: dict[str, Array], m: float, I0: float, J: float) -> dict[str, Array]:
+    """Integrals of modes of unit mass without rounding; upper bounds follow from the Cauchy-Schwarz inequality."""
+    M_ff = np.eye(len(found["K"]))
+    clean = {name: without_dust(found[name], np.abs(found[name]).max()) for name in ("N_bar", "N_hat")}
+    return clean | dict(
+        M_ff=M_ff,
+        K=np.diag(np.diag(found["K"])),
+        H=without_dust(found["H"], 1.0) if J else M_ff.copy(),
+        S_bar=without_dust(found["S_bar"], m**0.5),
+        G=without_dust(found["G"], 1.0),
+        h1=without_dust(found["h1"], I0**0.5),
+        g0=without_dust(found["g0"], I0**0.5),
+    )

@@ -18,6 +18,8 @@ class State:
 
     def __init__(self, component: Described) -> None:
         self._spatial = bool(component.kind.spatial)
+        self.nominal: float | None = component.values["nominal"]
+        self.unit = self.nominal or 1.0  #: of the coordinate, for norms; see :mod:`mbdsl.system.state_sizes`
 
     def mass(self) -> Array:
         return np.ones(1)
@@ -32,7 +34,7 @@ class State:
         return np.zeros(1)
 
     def scale(self, size: float) -> Array:
-        return np.ones(1)
+        return np.full(1, 1.0 / self.unit)
 
     def eliminate(self) -> Sequence[int]:
         return range(1)

@@ -18,6 +18,7 @@ import warnings
 from collections.abc import Sequence
 from functools import cache
 from types import ModuleType
+from typing import Any
 
 from mbdsl.cli._arguments import Parser as Parser
 from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
@@ -71,8 +72,8 @@ def make_parser(running: str = "", words: Sequence[str] | None = None) -> Parser
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"mbdsl {__version__}")
-    debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback of errors"}
-    parser.add_argument("--debug", **debug)  # type: ignore[arg-type]
+    debug: dict[str, Any] = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback of errors"}
+    parser.add_argument("--debug", **debug)
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
     for name in [running] if running in names() else names():
         module = importlib.import_module(f"{__name__}.{name}")

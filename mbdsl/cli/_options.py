@@ -11,7 +11,8 @@
 Two blanks precede the help, and lines that are indented further continue it. ``@`` names options that several commands
 have: those of ``SHARED``, and those of a run. A name without ``--`` is an argument. An option without a placeholder is
 a flag, one with a list in braces takes one of these values, one in brackets may stand without a value. "..." after a
-blank marks what may be repeated, and "|" what excludes the option before it.
+blank marks what may be repeated, and "|" what excludes the option before it. "{results}" in a help stands for the
+suffixes of result files.
 """
 
 from __future__ import annotations
@@ -100,7 +101,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 }
 
 
-class Entry(NamedTuple):
+class OptionEntry(NamedTuple):
     """An option or argument of a table."""
 
     excludes: bool  #: whether it excludes the one before it
@@ -122,7 +123,7 @@ class Command:
 
     def register(self, subparsers: Any, name: str) -> argparse.ArgumentParser:
         """Add the parser of this command."""
-        parser = subparsers.add_parser(name, help=self.help, description=self.description)
+        parser = subparsers.add_parser(name, help=self.help, description=with_suffixes(self.description))
         add(parser, self.table, **self.more)
         if self.kinds is not None:
             inner = parser.add_subparsers(title="studies", metavar="KIND", dest="kind", required=True)
@@ -146,7 +147,7 @@ def add(parser: argparse.ArgumentParser, table: str, **more: Any) -> None:
     assert not more, f"no options of the table: {', '.join(more)}"
 
 
-def entries(table: str) -> Iterator[Entry]:
+def entries(table: str) -> Iterator[OptionEntry]:
     """The options of a table in their order, shared ones included."""
     lines = [line for line in table.splitlines() if line.strip()]
     indent = min((len(line) - len(line.lstrip()) for line in lines), default=0)
@@ -158,12 +159,12 @@ def entries(table: str) -> Iterator[Entry]:
             yield _entry(text)
 
 
-def _entry(text: str) -> Entry:
+def _entry(text: str) -> OptionEntry:
     found = ENTRY.fullmatch(text)
     assert found is not None, f"no option: {text!r}"
     excludes, flags, metavar, repeated, help_ = found.groups()
     option = flags.startswith("--")
-    given: dict[str, Any] = {"help": " ".join(help_.split())}
+    given: dict[str, Any] = {"help": with_suffixes(" ".join(help_.split()))}
     if metavar is None:
         given["action"] = "store_true"
     elif metavar.startswith("{"):
@@ -174,7 +175,16 @@ def _entry(text: str) -> Entry:
         given["metavar"] = metavar
     if repeated:
         given |= {"action": "append", "default": []} if option else {"nargs": "*"}
-    return Entry(bool(excludes), flags.split(", "), given)
+    return OptionEntry(bool(excludes), flags.split(", "), given)
+
+
+def with_suffixes(text: str) -> str:
+    """A text with the suffixes of result files."""
+    if "{results}" not in text:
+        return text
+    from mbdsl.results import formats
+
+    return text.replace("{results}", ", ".join(formats()))
 
 
 def insert(page: str) -> str:

@@ -50,6 +50,11 @@ class _Line:
         self.shown = True
         self.stream.flush()
 
+    def count(self, seconds: float, done: int, total: int, what: str) -> None:
+        """Show how many of several things are done, and which is next."""
+        line, part = f"{done} of {total}  {what}", done / max(1, total)
+        self.show(seconds, lambda: line, lambda block: f"{blocks(part, block)} {line}")
+
     @property
     def size(self) -> int:
         """The columns that a line may have: the terminal's without the last, where some terminals wrap."""
@@ -164,9 +169,7 @@ class Counter(_Line):
 
     def __call__(self, study: StudyProgress) -> None:
         self.kept = study.kept
-        line = f"{study.done} of {study.total}  {study.what}"
-        part = study.done / max(1, study.total)
-        self.show(study.seconds, lambda: line, lambda block: f"{blocks(part, block)} {line}")
+        self.count(study.seconds, study.done, study.total, study.what)
 
 
 class Preparation(_Line):
@@ -175,12 +178,11 @@ class Preparation(_Line):
     _last = ""
 
     def __call__(self, progress: Prepared) -> None:
-        line = f"{progress.done} of {progress.total}  compiling {progress.what}"
-        if line == self._last and not self.terminal:
+        now = f"{progress.done} {progress.what}"
+        if now == self._last and not self.terminal:
             return
-        self._last = line
-        part = progress.done / max(1, progress.total)
-        self.show(progress.seconds, lambda: line, lambda block: f"{blocks(part, block)} {line}")
+        self._last = now
+        self.count(progress.seconds, progress.done, progress.total, f"compiling {progress.what}")
 
 
 def done(p: Progress) -> float:

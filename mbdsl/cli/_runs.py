@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 def of_arguments(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseException | None]:
     """The trajectory of a model, and the error that ended the run early; ``out`` is the file that will be written."""
-    from mbdsl.reporting.views import check_shown
+    from mbdsl.reporting.shown_runs import check_shown
 
     options = values.numbers(args.option)
     scene = values.load_model(args)
     output_files.check([out], scene.files)
     traces = getattr(args, "trace", None)
-    check_shown(scene, values.patterns(args.signals) if args.signals else None, values.names(traces) if traces else ())
+    check_shown(scene, values.signals(args), values.names(traces) if traces else ())
     given = {name: getattr(args, name) for name in ("method", "step", "tol", "start", "stop", "interval")}
     trajectory, failure = kept(scene, args.quiet, options=options, **given)
     print_warnings(trajectory, args.quiet)

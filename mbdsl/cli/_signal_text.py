@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.mechanism.scene import Scene
@@ -20,7 +20,7 @@ INDEX = re.compile(r"\[(\d+)(?::\d+)?\]")
 SLICE = re.compile(r"\[\d+:\d+\]")
 
 
-class Row(NamedTuple):
+class SignalRow(NamedTuple):
     """A signal: its full name, or in a group the part after the name of its owner."""
 
     signal: str
@@ -28,11 +28,11 @@ class Row(NamedTuple):
     meaning: str
 
 
-def rows_of(names: SignalNames, chosen: Iterable[str]) -> list[Row]:
-    return [Row(name, names.unit(name), meaning(names.scene, name)) for name in chosen]
+def rows_of(names: SignalNames, chosen: Iterable[str]) -> list[SignalRow]:
+    return [SignalRow(name, names.unit(name), meaning(names.scene, name)) for name in chosen]
 
 
-def table(rows: Sequence[Row], indent: str = "") -> str:
+def table(rows: Sequence[SignalRow], indent: str = "") -> str:
     """Three columns; the meaning is wrapped to the width of the terminal."""
     first, second = (max((len(row[k]) for row in rows), default=0) for k in (0, 1))
     lines = []
@@ -42,20 +42,20 @@ def table(rows: Sequence[Row], indent: str = "") -> str:
     return "\n".join(lines)
 
 
-def grouped(scene: Scene, rows: Sequence[Row], unlisted: Sequence[Row] = ()) -> str:
+def grouped(scene: Scene, rows: Sequence[SignalRow], unlisted: Sequence[SignalRow] = ()) -> str:
     """Signals of the model, then of bodies, joints, forces and frames; owners with the same signals once.
 
     ``unlisted`` are those that only names and patterns with the names of their owners select.
     """
-    of_model: list[Row] = []
-    owned: dict[str, list[Row]] = {}
+    of_model: list[SignalRow] = []
+    owned: dict[str, list[SignalRow]] = {}
     for row in rows:
         owner, _, key = row.signal.rpartition(".")
         if owner in scene.components or owner in scene.frames or owner in scene.aliases:
             owned.setdefault(owner, []).append(row._replace(signal=key))
         else:
             of_model.append(row)
-    alike: dict[tuple[int, str, tuple[Row, ...]], list[str]] = {}
+    alike: dict[tuple[int, str, tuple[SignalRow, ...]], list[str]] = {}
     for owner, own in owned.items():
         alike.setdefault((*_kind(scene, owner), tuple(own)), []).append(owner)
     lines = ["", "model", table(of_model, "  ")]
@@ -69,9 +69,9 @@ def grouped(scene: Scene, rows: Sequence[Row], unlisted: Sequence[Row] = ()) -> 
     return "\n".join([*_wrapped("", note, 0), *lines])
 
 
-def _unlisted(scene: Scene, rows: Sequence[Row]) -> list[str]:
+def _unlisted(scene: Scene, rows: Sequence[SignalRow]) -> list[str]:
     """Two groups: what elements exert on their frames, and sections; each owner once."""
-    owned: dict[str, list[Row]] = {}
+    owned: dict[str, list[SignalRow]] = {}
     for row in rows:
         owner, _, key = row.signal.rpartition(".")
         owned.setdefault(owner, []).append(row._replace(signal=key))
@@ -97,12 +97,12 @@ def _kind(scene: Scene, owner: str) -> tuple[int, str]:
     return PLACES.index(next(family for family in PLACES if isinstance(kind, family))), kind.name
 
 
-def _joined(rows: Sequence[Row]) -> list[Row]:
+def _joined(rows: Sequence[SignalRow]) -> list[SignalRow]:
     """``q[1]``, ``q[2]``, ... with the same unit and meaning as one row ``q[1:7]``."""
     alike: dict[tuple[str, str, str], list[str]] = {}
     for row in rows:
         alike.setdefault((INDEX.sub("", row.signal), row.unit, row.meaning), []).append(row.signal)
-    return [Row(name, unit, said) for (_, unit, said), names in alike.items() for name in ranges(names)]
+    return [SignalRow(name, unit, said) for (_, unit, said), names in alike.items() for name in ranges(names)]
 
 
 def ranges(names: Iterable[str]) -> list[str]:
@@ -134,5 +134,5 @@ def _slices(before: str, after: str | None, runs: Sequence[Sequence[int]]) -> li
 def _wrapped(head: str, text: str, indent: int) -> list[str]:
     width = text_width(COLUMNS)
     indent = indent if indent < width // 2 else 4
-    options = {"subsequent_indent": " " * indent, "break_long_words": False, "break_on_hyphens": False}
-    return textwrap.wrap(head + text, max(40, width), **options) or [head.rstrip()]  # type: ignore[arg-type]
+    options: dict[str, Any] = {"subsequent_indent": " " * indent, "break_long_words": False, "break_on_hyphens": False}
+    return textwrap.wrap(head + text, max(40, width), **options) or [head.rstrip()]

@@ -17,7 +17,7 @@ from mbdsl.plotting.terminal_text import coloured, columns, painted, wrapped
 BROKEN_PIPE = 141
 
 
-class Stream:
+class OutputStream:
     """A text stream that escapes control characters; after its first failure, kept in ``problem``, it discards.
 
     On a terminal it wraps and colours whole lines (:mod:`mbdsl.plotting.terminal_text`); with ``verbatim`` it does
@@ -33,12 +33,12 @@ class Stream:
         self._stream = stream
         self.problem: OSError | None = None
         self.verbatim = False
-        self._colours = coloured(self)  # type: ignore[arg-type]
+        self._colours = coloured(self)
         self._begun = ""  # the beginning of a line
 
     def write(self, text: str) -> int:
         shown = visible(text)
-        size = columns(self)  # type: ignore[arg-type]
+        size = columns(self)
         if self.verbatim or not (size or self._colours):
             self.write_raw(shown)
             return len(text)
@@ -74,14 +74,20 @@ class Stream:
         self.problem = problem if isinstance(problem, OSError) else OSError(errno.EBADF, "it is closed")
         # The buffered text is discarded; otherwise Python reports the error again at exit.
         with suppress(OSError, ValueError, AttributeError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())  # type: ignore[union-attr]
-            self._stream.flush()  # type: ignore[union-attr]
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+            if self._stream is not None:
+                self._stream.flush()
 
     def isatty(self) -> bool:
         try:
             return self._stream is not None and self._stream.isatty()
         except ValueError:
             return False
+
+    def fileno(self) -> int:
+        if self._stream is None:
+            raise OSError(errno.EBADF, "it is closed")
+        return self._stream.fileno()
 
     @property
     def encoding(self) -> str:
@@ -97,9 +103,23 @@ def print_problem(problem: MbdslError) -> None:
         print(each.render(columns(sys.stderr)), file=sys.stderr)
 
 
+def say(text: str) -> None:
+    """Print a line on standard error, as the announcement of a compilation."""
+    print(text, file=sys.stderr)
+
+
+def can_write(characters: str) -> bool:
+    """Whether the encoding of standard output has some characters."""
+    try:
+        characters.encode(sys.stdout.encoding or "utf-8")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True
+
+
 def verbatim() -> None:
     """Print what follows on standard output as it is: code, whose lines have to stay whole."""
-    if isinstance(sys.stdout, Stream):
+    if isinstance(sys.stdout, OutputStream):
         sys.stdout.verbatim = True
 
 
@@ -113,8 +133,8 @@ class Streams:
             if hasattr(stream, "reconfigure"):  # a terminal without Unicode gets escapes instead of a failure
                 with suppress(ValueError):
                     stream.reconfigure(errors="backslashreplace")
-        self.out, self.err = Stream(sys.stdout), Stream(sys.stderr)
-        sys.stdout, sys.stderr = self.out, self.err  # type: ignore[assignment]
+        self.out, self.err = OutputStream(sys.stdout), OutputStream(sys.stderr)
+        sys.stdout, sys.stderr = self.out, self.err
         return self
 
     def __exit__(self, *failure: type | BaseException | TracebackType | None) -> None:

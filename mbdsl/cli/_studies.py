@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Counter
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, visible
+from mbdsl.messages import count
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def varied(args: argparse.Namespace) -> dict[str, str]:
         if name in (other for other, _ in args.vary[:k]):
             raise UsageError(f"`{name}` is varied twice", hint="give all of its values in one --vary")
     if args.output:
-        from mbdsl.studies.sweep_files import SUFFIXES
+        from mbdsl.studies.sweep_figures import SUFFIXES
 
         for path in args.output:
             output_files.suffix_of(path, SUFFIXES)
@@ -83,7 +83,7 @@ def save(found: Sweep, args: argparse.Namespace) -> None:
     for path in args.output:
         found.save(path)
         if not args.quiet:
-            print(f"{visible(path, line=True)}: {count(len(found), 'run')}")
+            print(values.written(path, count(len(found), "run")))
 
 
 def save_table(found: Any, args: argparse.Namespace, what: str = "tables") -> None:
@@ -93,4 +93,4 @@ def save_table(found: Any, args: argparse.Namespace, what: str = "tables") -> No
 
         write(found, args.table)
         if not getattr(args, "quiet", False):
-            print(f"{visible(args.table, line=True)}: {what}")
+            print(values.written(args.table, what))

@@ -43,6 +43,12 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         f"{count(work, what)}{per_step}, in {seconds['integrate']:.3g} s; {known}",
         f"{visible(output, line=True)}: {count(rows, 'row')}, time and {count(len(names), 'signal')}",
     ]
+    if acted := stats.get("acted"):
+        first, most = next(iter(acted.items()))
+        kinds = ", ".join(f"{n} {kind}" for kind, n in stats["kinds of events"].items())
+        lines.append(f"{count(sum(acted.values()), 'event')} ({kinds}); most of them by line {first}: {most}")
+    if stats.get("terminated"):
+        lines.append(f"ended by terminate at t = {reached:.9g} s: {stats['terminated']}")
     peaks = trajectory.cut_peaks(names)
     lines += [f"note: {peak.text(trajectory.display)} (--interval 0 writes every step)" for peak in peaks[:MOST_PEAKS]]
     if len(peaks) > MOST_PEAKS:

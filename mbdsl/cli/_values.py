@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import MbdslError, UsageError
+from mbdsl.messages import visible
 from mbdsl.numerics.tolerance import misfit
 from mbdsl.results.selection import split
 
@@ -96,6 +97,17 @@ def state(text: str) -> str | float | dict[str, str]:
     return text if text in ("static", "start") else seconds(text)
 
 
+def whole(wrong: str, below: float = float("inf")) -> Callable[[str], int]:
+    """A whole number above 0 and below a limit; ``wrong`` is the message about other texts."""
+
+    def checked(text: str) -> int:
+        if not (text.isdecimal() and 0 < int(text) < below):
+            raise argparse.ArgumentTypeError(wrong.format(text))
+        return int(text)
+
+    return checked
+
+
 def named_number(name: str) -> Callable[[str], tuple[str, str]]:
     """X as ``assignment`` reads NAME=X, after a check that X is a number."""
     return lambda text: (name, f"{number(text)!r}")
@@ -118,6 +130,11 @@ def numbers(assignments: list[tuple[str, str]]) -> dict[str, float]:
 def patterns(text: str) -> list[str]:
     """Patterns and expressions of signals, separated by commas."""
     return split(text)
+
+
+def signals(args: argparse.Namespace) -> list[str] | None:
+    """The patterns and expressions of ``--signals``; None without."""
+    return patterns(args.signals) if args.signals else None
 
 
 def names(text: str) -> list[str]:
@@ -197,7 +214,7 @@ def check_table(args: argparse.Namespace) -> None:
         output_files.check([args.table], [args.model])
 
 
-def shown_file(args: argparse.Namespace, flag: str, ending: str, *suffixes: tuple[str, ...]) -> str | None:
+def shown_file(args: argparse.Namespace, flag: str, ending: str, *suffixes: str) -> str | None:
     """The file of a page or picture that a command makes with ``--flag``: its name, or that of the model + ``ending``.
 
     Raises
@@ -210,10 +227,11 @@ def shown_file(args: argparse.Namespace, flag: str, ending: str, *suffixes: tupl
         if given:
             raise UsageError(f"--{given} belongs to --{flag}", hint=f"add --{flag}, or write numbers by --output")
         return None
-    from mbdsl.viewing.saved_page import check_suffix
+    from mbdsl.storage.output_files import suffix_of
+    from mbdsl.viewing.saved_page import SavedPage
 
     out = args.out or f"{stem(args)}-{ending}.html"
-    check_suffix(out, *suffixes)
+    suffix_of(out, suffixes or SavedPage.suffixes)
     return out
 
 
@@ -249,6 +267,11 @@ def file_size(path: str) -> str:
         return "written"
     size = Path(path).stat().st_size
     return f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
+
+
+def written(path: str, what: str) -> str:
+    """The line about a written file."""
+    return f"{visible(path, line=True)}: {what}"
 
 
 def load_methods(args: argparse.Namespace) -> None:

@@ -10,7 +10,7 @@ from mbdsl.cli._options import Command
 from mbdsl.cli._runs import of_arguments
 from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, visible
+from mbdsl.messages import count
 from mbdsl.storage import output_files
 
 
@@ -48,12 +48,13 @@ COMMAND = Command(
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.reporting.views import animate, check_ghost
-    from mbdsl.viewing.saved_page import PAGES, check_suffix
+    from mbdsl.reporting.shown_runs import check_ghost
+    from mbdsl.reporting.views import animate
+    from mbdsl.viewing.saved_page import PAGES, SavedPage
     from mbdsl.viewing.stored_result import is_result
 
     out = args.out or f"{values.stem(args)}.html"
-    check_suffix(out)
+    output_files.suffix_of(out, SavedPage.suffixes)
     size = values.size_of(args, out)
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)
@@ -68,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         shown, failure = of_arguments(args, out)
     page = animate(
         shown,
-        signals=values.patterns(args.signals) if args.signals else None,
+        signals=values.signals(args),
         traces=values.names(args.trace) if args.trace else (),
         ghost=args.ghost,
         arrows=args.arrows,
@@ -80,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet:
         motion = page.motion
         frames = f"{count(len(motion.t), 'frame')} of " if Path(out).suffix.lower() in PAGES else ""
-        print(f"{visible(out, line=True)}: {values.file_size(out)}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
+        print(values.written(out, f"{values.file_size(out)}, {frames}{motion.t[-1] - motion.t[0]:.6g} s"))
     if failure is not None:
         raise failure
     return 0

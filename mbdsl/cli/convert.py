@@ -9,7 +9,7 @@ from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, visible
+from mbdsl.messages import count
 from mbdsl.results.selection import select
 from mbdsl.storage import output_files
 
@@ -23,20 +23,14 @@ if TYPE_CHECKING:
     Columns = dict[str, np.ndarray]
 
 
-SUFFIXES = ", ".join(results.formats())  #: of result files
-
-
-def _whole(text: str) -> int:
-    if not text.isdecimal() or not int(text):
-        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found `{text}`")
-    return int(text)
+WHOLE = values.whole("expected a whole number above 0, found `{}`")
 
 
 COMMAND = Command(
     "write a result file in another format, or a part of it",
-    f"Write a result in the format of another suffix ({SUFFIXES}). Files of any length are read and written in parts.",
-    f"""
-    result RESULT  result file ({SUFFIXES})
+    "Write a result in the format of another suffix ({results}). Files of any length are read and written in parts.",
+    """
+    result RESULT  result file ({results})
     --out FILE  the file to write; its suffix is the format
     --signals PATTERN,...  signals to write (globs, expressions); default: all
     --start T0  leave out earlier rows
@@ -46,8 +40,8 @@ COMMAND = Command(
     @units_of_file
     """,
     out={"required": True},
-    every=_whole,
-    most=_whole,
+    every=WHOLE,
+    most=WHOLE,
 )
 
 
@@ -64,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     output_files.check([args.out], [args.result])
     if args.start is not None and args.stop is not None and args.stop < args.start:
         raise UsageError(f"--stop {args.stop:g} s is before --start {args.start:g} s")
-    patterns = values.patterns(args.signals) if args.signals else []
+    patterns = values.signals(args) or []
     result = with_expressions(open_result(args.result), patterns)
     names = result.names
     if args.signals:
@@ -82,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
             file.append([columns[result.time], *(columns[name] for name in names)])
         columns, units = converted(args.out, file.columns(), units, asked(args.units, result.display))
         results.write(args.out, columns, units, about, row_of_units=values.row_of_units(args))
-        print(f"{visible(args.out, line=True)}: {count(file.count, 'row')}, time and {count(len(names), 'signal')}")
+        print(values.written(args.out, f"{count(file.count, 'row')}, time and {count(len(names), 'signal')}"))
     return 0
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.messages import count, visible
+from mbdsl.cli._streams import say
+from mbdsl.messages import count
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
 
@@ -21,12 +21,7 @@ TABLES = (".md", ".tex")
 SUFFIXES = (".csv", ".json", *TABLES)
 
 
-def number_of_modes(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"`{text}` is not a number of modes: 1, 2, ...")
-    return int(text)
-
-
+NUMBER = values.whole("`{}` is not a number of modes: 1, 2, ...")
 COMMAND = Command(
     "eigenmodes of a model: frequencies, damping, shapes",
     "Linearise a model about a state; print frequencies, damping ratios and the bodies that move most.",
@@ -40,8 +35,8 @@ COMMAND = Command(
     --mode N  with --animate: the mode of a film, or the first on a page; default: the first that oscillates
     @size
     """,
-    count={"type": number_of_modes, "default": 10},
-    mode=number_of_modes,
+    count={"type": NUMBER, "default": 10},
+    mode=NUMBER,
 )
 
 
@@ -54,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
     from mbdsl.analysis.eigenmodes import eigen
 
-    modes = eigen(scene, args.at, args.count, announce=lambda text: print(text, file=sys.stderr))
+    modes = eigen(scene, args.at, args.count, announce=say)
     print(modes)
     if args.output:
         write(modes, args.output)
@@ -68,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         shown.save(out, size)
         page = Path(out).suffix.lower() in PAGES
         what = count(len(modes), "mode") if page else f"mode {shown.first + 1}"
-        print(f"{visible(out, line=True)}: {values.file_size(out)}, {what}")
+        print(values.written(out, f"{values.file_size(out)}, {what}"))
     return 0
 
 

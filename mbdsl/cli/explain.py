@@ -7,6 +7,7 @@ import sys
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
+from mbdsl.cli._streams import say
 
 COMMAND = Command(
     "list the effects of a model and their costs",
@@ -26,7 +27,6 @@ def run(args: argparse.Namespace) -> int:
 
     from mbdsl.explanation.receipt import explain
 
-    say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
-    signals = values.patterns(args.signals) if args.signals else None
-    print(explain(scene, method=args.method, step=args.step, signals=signals, measured=not args.no_time, announce=say))
+    given = {"method": args.method, "step": args.step, "signals": values.signals(args), "measured": not args.no_time}
+    print(explain(scene, **given, announce=say if sys.stderr.isatty() else None))
     return 0

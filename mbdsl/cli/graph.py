@@ -8,8 +8,8 @@ import sys
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.cli._streams import print_problem, verbatim
-from mbdsl.messages import visible
+from mbdsl.cli._streams import can_write, print_problem, say, verbatim
+from mbdsl.storage.output_files import suffix_of
 
 COMMAND = Command(
     "show which joints connect which bodies",
@@ -25,9 +25,9 @@ COMMAND = Command(
 
 def run(args: argparse.Namespace) -> int:
     if args.out:
-        from mbdsl.viewing.structure_files import check_suffix
+        from mbdsl.viewing.structure_files import SUFFIXES
 
-        check_suffix(args.out)
+        suffix_of(args.out, SUFFIXES)
     scene = values.load_for(args, [args.out])
 
     from mbdsl.mechanism.graph import build
@@ -36,24 +36,16 @@ def run(args: argparse.Namespace) -> int:
     graph = build(scene)
     for warning in graph.warnings:
         print_problem(warning)
-    found = structure(graph, not args.quick, lambda line: print(line, file=sys.stderr))
+    found = structure(graph, not args.quick, say)
     if args.out:
         from mbdsl.viewing.structure_files import save
 
         save(found, args.out)
-        print(f"{visible(args.out, line=True)}: {found.summary.partition(': ')[2].splitlines()[0]}")
+        print(values.written(args.out, found.summary.partition(": ")[2].splitlines()[0]))
         return 0
     from mbdsl.viewing.structure_text import COLUMNS, RESERVED, text
 
     columns = shutil.get_terminal_size((COLUMNS, 24)).columns if sys.stdout.isatty() else COLUMNS
     verbatim()
-    print(text(found, columns, not _knows(sys.stdout.encoding, RESERVED)))
+    print(text(found, columns, not can_write(RESERVED)))
     return 0
-
-
-def _knows(encoding: str | None, characters: str) -> bool:
-    try:
-        characters.encode(encoding or "utf-8")
-    except (UnicodeEncodeError, LookupError):
-        return False
-    return True

@@ -85,7 +85,7 @@ def _kinds() -> str:
 
 
 def _effects() -> str:
-    from mbdsl.elements.kind import EFFECTS
+    from mbdsl.elements.declaration import EFFECTS
 
     return textwrap.fill(
         f"Effects of a model: {', '.join(EFFECTS)}. --without EFFECT,... leaves effects out, `mbdsl explain MODEL` "

@@ -36,7 +36,7 @@ COMMAND = Command(
 
 
 @dataclass
-class Range:
+class ValueRange:
     """first, last, least and largest value of a signal, and the number of values that are not finite."""
 
     first: float = float("nan")
@@ -53,8 +53,8 @@ class Content:
     rows: int = 0
     shortest: float = float("inf")
     longest: float = 0.0
-    time: Range = field(default_factory=Range)
-    signals: dict[str, Range] = field(default_factory=dict)
+    time: ValueRange = field(default_factory=ValueRange)
+    signals: dict[str, ValueRange] = field(default_factory=dict)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.simulation.result_expressions import with_expressions
     from mbdsl.simulation.stored_extremes import of_result
 
-    patterns = values.patterns(args.signals) if args.signals else []
+    patterns = values.signals(args) or []
     opened = open_result(args.result)
     result = with_expressions(opened, patterns)
     chosen = result.names[:MOST]
@@ -88,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 def _content(result: Result, names: list[str]) -> Content:
     import numpy as np
 
-    found = Content(signals={name: Range() for name in names})
+    found = Content(signals={name: ValueRange() for name in names})
     for times, columns in result.chunks(names):
         if not len(times):
             continue
@@ -103,7 +103,7 @@ def _content(result: Result, names: list[str]) -> Content:
     return found
 
 
-def _add(known: Range, values: np.ndarray, first: bool) -> None:
+def _add(known: ValueRange, values: np.ndarray, first: bool) -> None:
     import numpy as np
 
     if first:
@@ -120,7 +120,7 @@ def _add(known: Range, values: np.ndarray, first: bool) -> None:
 def _head(path: str, result: Result, content: Content, units: str) -> list[str]:
     meta = result.layout.meta
     status = "complete" if meta.get("complete", True) else f"incomplete: {meta.get('status', 'the run has not ended')}"
-    lines = [f"{visible(path, line=True)}: {_bytes(os.path.getsize(path))}, {status}"]
+    lines = [values.written(path, f"{_bytes(os.path.getsize(path))}, {status}")]
     for key in ABOUT:
         if (value := meta.get(key)) not in (None, ""):
             text = f"mbdsl {value}" if key == "version" else _value(key, value)

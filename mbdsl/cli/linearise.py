@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
+from mbdsl.cli._streams import say
 from mbdsl.storage.output_files import suffix_of, write_text, writing
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
 
     from mbdsl.analysis.linearisation import linearise
 
-    found = linearise(scene, args.at, args.inputs, args.signals, announce=lambda text: print(text, file=sys.stderr))
+    found = linearise(scene, args.at, args.inputs, args.signals, announce=say)
     print(found)
     if args.output:
         write(found, args.output)
@@ -67,7 +67,8 @@ def write(found: Linearisation, path: str) -> None:
         return
     with writing(path) as stream:
         if suffix == ".npz":
-            np.savez(stream, **{key: np.asarray(x) for key, x in content.items()})  # type: ignore[arg-type]
+            arrays: dict[str, Any] = {key: np.asarray(x) for key, x in content.items()}
+            np.savez(stream, **arrays)
         else:
             from scipy.io import savemat
 

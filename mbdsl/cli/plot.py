@@ -9,29 +9,28 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
+from mbdsl.cli._streams import can_write
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import visible
 from mbdsl.plotting.terminal_text import coloured
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.results.stored import Result
+    from mbdsl.simulation.trajectory import Trajectory
 
 MODEL = ".mbd"
 BRAILLE = "⠿┤─−"  #: characters that the encoding of the terminal needs, or ASCII is used
 
 
-SUFFIXES = ", ".join(results.formats())  #: of result files
 COMMAND = Command(
     "plot signals of results",
     "Plot signals of results: to a file, or without --out in characters on the terminal.",
     f"""
-    results RESULT  result file ({SUFFIXES}), or a model ({MODEL}), which is simulated with its own settings
+    results RESULT  result file ({{results}}), or a model ({MODEL}), which is simulated with its own settings
     @model_name
     --signals PATTERN,...  signals to plot (globs, expressions); default: coordinates of joints, drivers, free bodies
         that change
@@ -61,28 +60,13 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--model belongs to a model, and these are results", hint="omit --model")
     if args.along or args.at:
         return _along(args)
-    from mbdsl.cli._runs import kept
-    from mbdsl.cli._summary import print_warnings
-    from mbdsl.lang.display_units import asked
-    from mbdsl.reporting.views import check_plotted, source
-    from mbdsl.results.stored import of_trajectory
+    from mbdsl.reporting.shown_runs import check_plotted, computed, source
 
-    failure: BaseException | None = None
-    patterns = values.patterns(args.signals) if args.signals else None
+    patterns = values.signals(args)
     sources = [source(name, patterns) for name in args.results]
     if not args.list:
         check_plotted(sources, args.results, patterns, args.against, args.spectrum)
-    opened = []
-    for name, found in zip(args.results, sources, strict=True):
-        if isinstance(found, Scene):
-            trajectory, problem = kept(found, quiet=False)
-            if isinstance(problem, KeyboardInterrupt):
-                raise problem
-            failure = failure or problem
-            print_warnings(trajectory, quiet=True)
-            found = of_trajectory(trajectory, name, patterns or ())
-        found.display = asked(args.units, found.display)
-        opened.append(found)
+    opened, failure = computed(sources, args.results, patterns, args.units, _computed)
     if args.list:
         _list(opened)
     else:
@@ -98,14 +82,24 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _along(args: argparse.Namespace) -> int:
-    """Profiles: a table on the terminal, or a plot in a file."""
+def _computed(scene: Scene) -> tuple[Trajectory, BaseException | None]:
+    """The run of a model with its own settings, and the error that ended it early."""
     from mbdsl.cli._runs import kept
     from mbdsl.cli._summary import print_warnings
+
+    trajectory, failure = kept(scene, quiet=False)
+    if isinstance(failure, KeyboardInterrupt):
+        raise failure
+    print_warnings(trajectory, quiet=True)
+    return trajectory, failure
+
+
+def _along(args: argparse.Namespace) -> int:
+    """Profiles: a table on the terminal, or a plot in a file."""
     from mbdsl.lang.asked_signals import AskedSignals
     from mbdsl.lang.display_units import asked
     from mbdsl.plotting.profiles import of_result
-    from mbdsl.reporting.views import source
+    from mbdsl.reporting.shown_runs import source
     from mbdsl.simulation import profiles
 
     if not args.along:
@@ -119,10 +113,7 @@ def _along(args: argparse.Namespace) -> int:
     found = source(args.results[0])
     if isinstance(found, Scene):
         profiles.check(AskedSignals(found), patterns)
-        trajectory, failure = kept(found, quiet=False)
-        if isinstance(failure, KeyboardInterrupt):
-            raise failure
-        print_warnings(trajectory, quiet=True)
+        trajectory, failure = _computed(found)
         shown = profiles.along(trajectory.in_units(args.units), patterns, args.at)
     else:
         found.display = asked(args.units, found.display)
@@ -149,7 +140,7 @@ def _list(opened: list[Result]) -> None:
 def _save(plot: Plot, out: str) -> None:
     """Write a plot, and print its file, what it shows and its notes."""
     plot.save(out)
-    print(f"{visible(out, line=True)}: {', '.join(panel.y_label for panel in plot.panels)}")
+    print(values.written(out, ", ".join(panel.y_label for panel in plot.panels)))
     for note in plot.notes:
         print(note)
 
@@ -160,13 +151,5 @@ def show(plot: Plot) -> None:
 
     stream, terminal = sys.stdout, sys.stdout.isatty()
     size = shutil.get_terminal_size((COLUMNS, 24)) if terminal else os.terminal_size((COLUMNS, 0))
-    shown = text(plot.page(), size.columns, size.lines, coloured(stream), not _braille(stream.encoding))
+    shown = text(plot.page(), size.columns, size.lines, coloured(stream), not can_write(BRAILLE))
     getattr(stream, "write_raw", stream.write)(shown + "\n")  # names are escaped by ``text``
-
-
-def _braille(encoding: str | None) -> bool:
-    try:
-        BRAILLE.encode(encoding or "utf-8")
-    except (UnicodeEncodeError, LookupError):
-        return False
-    return True

@@ -8,9 +8,9 @@ import sys
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
+from mbdsl.cli._streams import say
 from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
-from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
 COMMAND = Command(
@@ -43,15 +43,15 @@ def run(args: argparse.Namespace) -> int:
     if args.at is not None and not args.eigen:
         raise UsageError("--at belongs to --eigen", hint="add --eigen")
     trajectory, failure = of_arguments(args, out)
-    say = None if args.quiet else (lambda line: print(line, file=sys.stderr))
-    signals = values.patterns(args.signals) if args.signals else None
     eigen = (args.at if args.at is not None else "static") if args.eigen else None
-    found = report(trajectory, signals, eigen, command=repeated(args), announce=say)
+    found = report(
+        trajectory, values.signals(args), eigen, command=repeated(args), announce=None if args.quiet else say
+    )
     found.save(out)
     for problem in found.problems:
         print(f"warning: {problem}", file=sys.stderr)
     if not args.quiet:
-        print(f"{visible(out, line=True)}: {values.file_size(out)}")
+        print(values.written(out, values.file_size(out)))
     if failure is not None:
         raise failure
     return 0

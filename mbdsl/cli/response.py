@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import replace
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
+from mbdsl.cli._streams import say
 from mbdsl.errors import UsageError
-from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
 COMMAND = Command(
@@ -56,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         args.range,
         at=args.at,
         amplitude=args.amplitude,
-        announce=lambda text: print(text, file=sys.stderr),
+        announce=say,
     )
     print(found)
     if args.plot:
@@ -65,5 +64,5 @@ def run(args: argparse.Namespace) -> int:
         show(replace(found.plot(), title="", notes=()))  # both are printed above
     for path in args.out:
         found.save(path)
-        print(f"{visible(path, line=True)}: {len(found.f)} frequencies")
+        print(values.written(path, f"{len(found.f)} frequencies"))
     return 0

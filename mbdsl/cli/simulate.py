@@ -18,7 +18,7 @@ from mbdsl.cli._arguments import Parser
 from mbdsl.cli._options import Command
 from mbdsl.cli._runs import displayed, ended
 from mbdsl.cli._summary import extreme_lines, print_warnings, summary
-from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.errors import IntegrationError, Span, UsageError
 from mbdsl.simulation import result_file, result_units
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from mbdsl.mechanism.scene import Scene
-    from mbdsl.results.rows_file import Column
+    from mbdsl.results.rows_file import StoredColumn
     from mbdsl.simulation.checkpoint import Checkpoint
     from mbdsl.simulation.run_options import RunOptions
     from mbdsl.simulation.streaming import Stream
@@ -42,25 +42,25 @@ if TYPE_CHECKING:
 NAMES = ("method", "step", "tol", "accuracy", "start", "stop", "interval", "force", "general", "initial")
 
 
-SUFFIXES = ", ".join(results.formats())  #: of result files
 COMMAND = Command(
     "integrate a model and write its trajectory",
     "Integrate a model in time and write signals to a file. Times take units: 2, 2s, 1ms.",
-    f"""
+    """
     @model method_and_option
     @force general step tol accuracy
     --verify  repeat the run with another method and print the digits that agree
     @budget start stop interval
-    --from {{static}}  start at rest at the equilibrium that `mbdsl static` finds; default: the initial values of the
+    --from {static}  start at rest at the equilibrium that `mbdsl static` finds; default: the initial values of the
         model
     --input NAME=FILE ...  values of an input over time: the columns `time` and NAME (or the only other one) of a result
         file or CSV, in SI units or those of its row of units; linear between the rows
     --signals PATTERN,...  signals to write (globs, expressions); default: coordinates and velocities of all bodies
-    --output FILE  result file ({SUFFIXES}); default: the model's name + .csv
+    --output FILE  result file ({results}); default: the model's name + .csv
     @units_of_file
     --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is
         done
     --checkpoint-every T  time between checkpoints, wall clock; default 60 s. An interrupted run always writes one
+    --events FILE.csv  write the time, the kind and the line of each event of when-equations
     --stats FILE.json  write counts and phase times
     @talk
     """,
@@ -111,7 +111,7 @@ def _with_inputs(args: argparse.Namespace, scene: Scene) -> Scene:
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{values.stem(args)}.csv"
     rows = f"{args.checkpoint}.rows" if args.checkpoint else None
-    outputs = [output, args.stats, args.checkpoint, rows]
+    outputs = [output, args.stats, args.checkpoint, rows, getattr(args, "events", None)]
     output_files.check(outputs, [args.model])
     results.format_of(output)
 
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         **{name: getattr(args, name) for name in NAMES},
         options=options,
         budget=args.budget if args.accuracy is not None else None,
-        signals=values.patterns(args.signals) if args.signals else None,
+        signals=values.signals(args),
         checkpoint=kept(args, output, resumed) if args.checkpoint else None,
     )
     if args.accuracy is not None or args.verify:  # these compare whole trajectories
@@ -156,6 +156,9 @@ def _run(
     over = bool(heard) or isinstance(failure, KeyboardInterrupt)
     args.verify = args.verify and not over
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
+    if getattr(args, "events", None):
+        lines = [f"{x.t!r},{x.kind},{_place(x.span)}" for x in trajectory.events]
+        write_text(args.events, "\n".join(["time,kind,line", *lines, ""]))
     if args.stats:
         write_text(args.stats, json.dumps(trajectory.stats, indent=2) + "\n")
     print_warnings(trajectory, args.quiet)
@@ -170,6 +173,11 @@ def _run(
     if stream and stream.problem:
         raise UsageError(stream.problem, hint=f"{output} has the results until t = {stream.reached:g} s")
     return end(args, trajectory, output, over)
+
+
+def _place(span: Span | None) -> str:
+    """File and line, as a cell of a table."""
+    return "" if span is None else f'"{span.file}:{span.line}"'
 
 
 def check_signals(scene: Scene, patterns: list[str]) -> None:
@@ -278,7 +286,7 @@ def write(
     """
     from mbdsl.lang.stored_model import to_text
 
-    columns: Mapping[str, Column] | dict[str, np.ndarray]
+    columns: Mapping[str, StoredColumn] | dict[str, np.ndarray]
     if stream and stream.file:
         columns = stream.file.columns()
         names = [name for name in columns if name != "time"]

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
+from mbdsl.cli._streams import say
 from mbdsl.cli.simulate import check_signals
-from mbdsl.messages import visible
 
-SUFFIXES = ", ".join(results.formats())  #: of result files
 COMMAND = Command(
     "find the static equilibrium of a model",
     "Find the equilibrium that overdamped motion reaches from the initial positions of a model, and print positions, "
     "reactions and stability.",
-    f"""
+    """
     @model
     --start T0  time at which drivers and forces are evaluated; default: start time
     --signals PATTERN,...  signals to print or write (globs)
-    --output FILE  write one row to a result file ({SUFFIXES})
+    --output FILE  write one row to a result file ({results})
     @units_of_file
     --show  draw the equilibrium, its forces and the initial positions as a page
     --out FILE  with --show: a page (.html) or a picture (.png, .svg, .pdf); default: NAME-equilibrium.html
@@ -32,7 +30,7 @@ COMMAND = Command(
 def run(args: argparse.Namespace) -> int:
     from mbdsl.viewing.saved_page import PAGES, PICTURES
 
-    out = values.shown_file(args, "show", "equilibrium", (*PAGES, *PICTURES))
+    out = values.shown_file(args, "show", "equilibrium", *PAGES, *PICTURES)
     size = values.size_of(args, out)
     if args.output:
         results.format_of(args.output)
@@ -44,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.simulation.result_file import about
     from mbdsl.simulation.result_units import converted
 
-    found = static(scene, start=args.start, announce=lambda text: print(text, file=sys.stderr))
+    found = static(scene, start=args.start, announce=say)
     point = found.trajectory
     default = [*found.system.names(), *found.reactions]
     names = [n for n in point.select(values.patterns(args.signals)) if n != "time"] if args.signals else default
@@ -63,6 +61,6 @@ def run(args: argparse.Namespace) -> int:
         lines.append(f"{args.output}: 1 row, time and {len(names)} signals")
     if out:
         found.show().save(out, size)
-        lines.append(f"{visible(out, line=True)}: {values.file_size(out)}")
+        lines.append(values.written(out, values.file_size(out)))
     print("\n".join(lines))
     return 0

@@ -10,7 +10,7 @@ from typing import Any
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
-from mbdsl.cli._streams import print_problem
+from mbdsl.cli._streams import print_problem, say
 from mbdsl.cli._studies import counted, save_table
 from mbdsl.errors import UsageError
 from mbdsl.messages import install
@@ -173,7 +173,6 @@ def _effects(args: argparse.Namespace) -> int:
 
     from mbdsl.studies.effects import effects
 
-    say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
     study = effects(
         args.model,
         args.signal,
@@ -184,7 +183,7 @@ def _effects(args: argparse.Namespace) -> int:
         parameters=dict(args.set),
         without=args.without,
         repeats=args.repeats,
-        announce=say,
+        announce=say if sys.stderr.isatty() else None,
     )
     print(study)
     save_table(study, args)

@@ -7,6 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
+from mbdsl.cli import _values as values
 from mbdsl.cli._options import Command
 from mbdsl.cli._progress import Preparation
 from mbdsl.errors import UsageError
@@ -18,12 +19,6 @@ if TYPE_CHECKING:
     from mbdsl.simulation.code_preparation import Code
 
 REMEDY = "set MBDSL_CACHE_DIR to the absolute path of a folder with free space that only you can write into"
-
-
-def _jobs(text: str) -> int:
-    if not (text.isdecimal() and 0 < int(text) < 1000):
-        raise argparse.ArgumentTypeError(f"expected a number of processes above 0, found `{text}`")
-    return int(text)
 
 
 COMMAND = Command(
@@ -39,7 +34,7 @@ COMMAND = Command(
     --bytecode  also write Python's bytecode of mbdsl, which is missing with PYTHONDONTWRITEBYTECODE and some installers
     --quiet  print errors only
     """,
-    jobs=_jobs,
+    jobs=values.whole("expected a number of processes above 0, found `{}`", 1000),
 )
 
 

@@ -58,7 +58,7 @@ def _attribute(code: Code, node: ast.Attribute) -> Value:
     if isinstance(of.type, Fixed) and (isinstance(of.type.value, ModuleType) or is_dataclass(of.type.value)):
         return constant(getattr(of.type.value, node.attr))
     if isinstance(of.type, Group) and of.type.named is not None:
-        return of.items[of.type.named._fields.index(node.attr)]  # type: ignore[attr-defined]
+        return of.items[of.type.named._fields.index(node.attr)]
     if isinstance(of.type, Array) and node.attr == "size":
         size = of.leaves[1]
         return Value(INT, (code.new(f"mul i64 {size}, {of.leaves[2]}") if of.type.axes == 2 else size,))

@@ -15,6 +15,7 @@ from itertools import accumulate
 from numbers import Number
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.errors import Span
@@ -180,12 +181,12 @@ def _functions_of(module: ModuleType) -> dict[int, ast.FunctionDef]:
     return {min([node.lineno, *(x.lineno for x in node.decorator_list)]): node for node in functions}
 
 
-def place_of(function: Callable, node: ast.AST) -> Span:
+def place_of(function: Callable, node: Any) -> Span:
     """The place of a part of a kernel in its file."""
     module = sys.modules[function.__module__]
     line, column = getattr(node, "lineno", 1), getattr(node, "col_offset", 0)
     text = _text_of(module).splitlines()[line - 1]
-    end = node.end_col_offset if getattr(node, "end_lineno", None) == line else len(text)  # type: ignore[attr-defined]
+    end = node.end_col_offset if getattr(node, "end_lineno", None) == line else len(text)
     return Span(str(module.__file__), line, column + 1, end - column, text)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass, field
 from numbers import Integral, Real
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mbdsl.compilation.native_call import ARRAYS, Signature
 from mbdsl.errors import UsageError
@@ -43,7 +43,7 @@ class Group(NamedTuple):
     """A tuple; ``named`` is the class of a named tuple."""
 
     items: tuple[Type, ...]
-    named: type | None = None
+    named: Any = None
 
     @property
     def leaves(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from itertools import groupby
 
 from mbdsl.editor.library import LooseLibrary
-from mbdsl.editor.names import Names
+from mbdsl.editor.names import NameIndex
 from mbdsl.editor.positions import Places
 from mbdsl.editor.repair import WORK, Statement, blank, repaired, statements
 from mbdsl.editor.vocabulary import class_of
@@ -23,8 +23,8 @@ from mbdsl.lang.library import key_of
 from mbdsl.mechanism.scene import Scene
 
 ERRORS = 10  #: errors of the model, after those of the syntax
-_HEADERS = re.compile(r"(extends|import|model|spatial|partial|end(?!\s+(for|if)))\b")
-_BLOCKS = re.compile(r"(for|if|elseif|else|end\s+for|end\s+if)\b")
+_HEADERS = re.compile(r"(extends|import|model|spatial|partial|end(?!\s+(for|if|when)))\b")
+_BLOCKS = re.compile(r"(for|if|when|elseif|elsewhen|else|end\s+for|end\s+if|end\s+when)\b")
 
 
 def find(text: str, file: str, read: Callable[[str], Scene]) -> tuple[list[MbdslError], Scene | None]:
@@ -69,8 +69,8 @@ def find(text: str, file: str, read: Callable[[str], Scene]) -> tuple[list[Mbdsl
         if problem.span is not None and key_of(problem.span.file) == key_of(file):
             line = "".join(lines[problem.span.line - 1 : problem.span.line])
             problem.span = replace(problem.span, text=line)  # without the blanks
-    here = (p for p in problems if p.span is not None)
-    return sorted(here, key=lambda p: (p.span.line, p.span.column)) or problems, None  # type: ignore[union-attr]
+    here = [(p.span.line, p.span.column, k) for k, p in enumerate(problems) if p.span is not None]
+    return [problems[k] for _, _, k in sorted(here)] or problems, None
 
 
 def _models(text: str) -> bool:
@@ -125,7 +125,7 @@ class _Text:
         opened: list[list[Statement]] = []
         for each in self.parts:
             word = _BLOCKS.match(self.text, each.start)
-            opened += [[]] if word is not None and word[0] in ("for", "if") else []
+            opened += [[]] if word is not None and word[0] in ("for", "if", "when") else []
             for block in opened:
                 block.append(each)
             if word is not None and word[0].startswith("end") and opened:
@@ -136,7 +136,7 @@ class _Text:
 
     def _without(self, gone: set[Statement]) -> _Text | None:
         """The text without statements and all that uses the names that they declare."""
-        names = Names(LooseLibrary(False).add(self.text, self.file))
+        names = NameIndex(LooseLibrary(False).add(self.text, self.file))
         owners = [(self._statement(o.start), o) for o in names.occurrences]
         users = {symbol: {part for part, o in owners if o.symbol == symbol} for symbol in {o.symbol for _, o in owners}}
         declared = {

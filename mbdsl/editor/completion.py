@@ -13,7 +13,8 @@ from mbdsl.editor.entities import Entity, OfKind
 from mbdsl.editor.unit_proposals import proposals
 from mbdsl.editor.vocabulary import words
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import EFFECTS, REQUIRED, Kind
+from mbdsl.elements.declaration import EFFECTS, REQUIRED
+from mbdsl.elements.kind import Kind
 from mbdsl.lang import orientations, quantities, shapes
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS, TABLE_ARGUMENTS
@@ -21,7 +22,9 @@ from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.parameters import ATTRIBUTES
 
-_STATEMENTS = "parameter constant input for if end extends equation initial annotation inner outer final connector"
+_STATEMENTS = (
+    "parameter constant discrete input for if end extends equation initial annotation inner outer final connector"
+)
 _IN_EXPRESSIONS = ("if", "true", "false", "not")
 _BEHIND = ("if", "then", "else", "elseif", "loop", "and", "or", "for", "annotation")
 _FRAME_ARGUMENTS = ("r", "phi")
@@ -71,7 +74,7 @@ def _items(at: Context, known: Mapping[str, Entity], unit: SourceUnit, model: s.
     elif expected == c.BASE:
         yield from _models(unit)
     elif expected == c.END:
-        yield from _keywords(("for", "if"))
+        yield from _keywords(("for", "if", "when"))
         yield Proposal(at.model, "model", rank=1)
     elif expected == c.MEMBER:
         yield from _members(at, known, unit)
@@ -95,7 +98,7 @@ def _items(at: Context, known: Mapping[str, Entity], unit: SourceUnit, model: s.
 # -- statements -----------------------------------------------------------------------------------------------------
 def _statement(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     if at.section == c.EQUATIONS:
-        yield from _keywords(("connect", "for", "if", "end", "initial", "annotation"))
+        yield from _keywords(("connect", "for", "if", "when", "end", "initial", "annotation"))
         return
     if at.section == c.INITIAL:
         yield from _keywords(("guess", "fixed", "for", "if", "end", "equation", "annotation"))
@@ -169,41 +172,28 @@ def _names(known: Mapping[str, Entity], frames_first: bool = False) -> Iterator[
 
 
 # -- arguments and values -------------------------------------------------------------------------------------------
-def _target(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Entity | None:
-    """The declaration whose arguments are typed, or the part of it that nested modifiers belong to."""
+def _target(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> tuple[Entity | None, Mapping[str, Entity]]:
+    """The declaration whose arguments are typed, or the part of it that nested modifiers belong to, and its members.
+
+    Of `extends` there is no declaration, and the members are those of the base.
+    """
+    found, model, owner = None, None, unit.own(at.model)
     if at.declared == "extends":
-        base = unit.find(at.type)
-        inner = e.members(*base) if base is not None else {}
-        return _part(inner, at.path)
-    owner = unit.own(at.model)
-    if owner is None or not at.declared:
-        return None
-    d = s.Declaration(frozenset(), at.type, at.declared)
-    whole = known.get(at.declared)
-    same = whole is not None and whole.declaration.type == at.type
-    found = whole if whole is not None and same else e.entity(d, owner, unit)
-    if not at.path:
-        return found
-    return _part(e.members(*found.model), at.path) if found.model is not None else None
-
-
-def _part(known: Mapping[str, Entity], path: tuple[str, ...]) -> Entity | None:
-    found = None
-    for name in path:
-        found = known.get(name)
-        known = e.members(*found.model) if found is not None and found.model is not None else {}
-    return found
+        model = unit.find(at.type)
+    elif owner is not None and at.declared:
+        whole = known.get(at.declared)
+        same = whole is not None and whole.declaration.type == at.type
+        found = whole if same else e.entity(s.Declaration(frozenset(), at.type, at.declared), owner, unit)
+        model = found.model if found is not None else None
+    for name in at.path:
+        found = e.members(*model).get(name) if model is not None else None
+        model = found.model if found is not None else None
+    return found, e.members(*model) if model is not None else {}
 
 
 def _arguments(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     """Names of parameters that are not given yet, and frames that a component may be attached to."""
-    target = _target(at, known, unit)
-    inner: Mapping[str, Entity] = {}
-    if at.declared == "extends" and not at.path:
-        base = unit.find(at.type)
-        inner = e.members(*base) if base is not None else {}
-    elif target is not None and target.model is not None:
-        inner = e.members(*target.model)
+    target, inner = _target(at, known, unit)
     yield from (_of_entity(x, 1) for name, x in inner.items() if name not in at.given)
     if target is None:
         return
@@ -231,7 +221,7 @@ def _parameter(kind: Kind, name: str) -> Proposal:
 
 def _values(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     """An expression."""
-    target = _target(at, known, unit)
+    target, _ = _target(at, known, unit)
     kind = target.kind if target is not None else None
     frames = kind is not None and at.parameter in kind.ports
     yield from (Proposal(f'"{x}"', "choice", rank=0) for x in _choices(at, known, unit))
@@ -255,7 +245,7 @@ def _choices(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> tupl
     """The texts that a parameter may be."""
     if at.path[:1] == ("annotation",):
         return tuple(EFFECTS) if at.parameter == "Without" else ()
-    target = _target(at, known, unit)
+    target, _ = _target(at, known, unit)
     if target is None:
         return ()
     if target.form == e.TABLE:
@@ -286,15 +276,14 @@ def _expected_unit(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -
     """The unit of the value that is typed; "" if it is not known."""
     if at.path[:1] == ("annotation",):
         return KEYS[at.parameter][1] if at.parameter in KEYS else ""
-    target = _target(at, known, unit)
-    if target is None:
+    target, members = _target(at, known, unit)
+    if (member := members.get(at.parameter)) is not None:
+        return quantities.type_unit(member.declaration.type) or ""
+    if target is None or (target.model is not None and at.parameter):
         return ""
     if target.kind is not None and at.parameter:
         parameter = target.kind.parameter(at.parameter)
         return parameter.unit if parameter is not None else ""
-    if target.model is not None and at.parameter:
-        inner = e.members(*target.model).get(at.parameter)
-        return (quantities.type_unit(inner.declaration.type) or "") if inner is not None else ""
     if target.form == e.FRAME:
         return {"r": "m", "phi": "rad"}.get(at.parameter, "")
     return quantities.type_unit(at.type) or ""

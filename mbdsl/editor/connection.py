@@ -13,7 +13,7 @@ LINE = 1000  #: bytes of a line of a header
 _LENGTH = re.compile(rb"content-length:[ \t]*(.*?)\s*", re.IGNORECASE | re.DOTALL)
 
 
-class Input:
+class MessageInput:
     """A binary stream of messages, which ends at the first one that the protocol does not allow.
 
     Behind a length that is wrong there is no place at which the next message is known to begin.

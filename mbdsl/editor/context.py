@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from mbdsl.editor.repair import Statement, statements
@@ -17,11 +17,11 @@ NOTHING, TOP, STATEMENT, TYPE, BASE, END, MEMBER, UNIT, ARGUMENT, VALUE, FRAME, 
 )
 DECLARATIONS, EQUATIONS, INITIAL = "declarations", "equations", "initial values"
 
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z|\Z")
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 #: a unit that is being typed, after its number
 _UNIT = re.compile(rf"(?<![A-Za-z0-9_.])(?:{NUMERAL.pattern}|\}})[ \t]+([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
 _TOUCHING = re.compile(rf"(?<![A-Za-z0-9_.]){NUMERAL.pattern}([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
-_PREFIXES = frozenset("parameter constant input final inner outer connector".split())
+_PREFIXES = frozenset("parameter constant discrete input final inner outer connector".split())
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,8 @@ class Context:
 def context(text: str, offset: int) -> Context:
     """The context of an offset."""
     before = text[:offset]
-    start = _WORD.search(before).start()  # type: ignore[union-attr]
+    word = _WORD.search(before)
+    start = offset if word is None else word.start()
     tokens = list(lexer.pieces(before))
     if tokens and not tokens[-1].closed:
         if tokens[-1].kind != lexer.STRING:
@@ -89,7 +90,12 @@ def _expected(before: str, start: int) -> Context:
     whole = list(statements(before))
     last = whole[-1] if whole else Statement(0, 0, True)
     statement = [] if last.complete else [p for p in tokens if p.start >= last.start]
-    if statement and _ends_operand(statement[-1]) and "\n" in before[statement[-1].end :] and not _open(statement):
+    if (
+        statement
+        and _ends_operand(statement[-1])
+        and "\n" in before[statement[-1].end :]
+        and len(_open(statement)) == 1
+    ):
         statement = []  # a semicolon is missing
     return _in_statement(statement, Context(NOTHING, start, model, section))
 
@@ -110,18 +116,64 @@ def _section(tokens: list[Token]) -> tuple[str, str]:
     return model, section
 
 
+@dataclass
+class _Bracket:
+    """A bracket that is open at the end of a statement; the first of a statement is the statement itself.
+
+    ``callee`` is the name before it, ``at`` its index. ``slot`` are the tokens after the last comma inside, without
+    those of inner brackets, and ``given`` the names that have a value or modifiers. ``commas``: there is a comma.
+    """
+
+    sign: str = ""
+    callee: Token | None = None
+    at: int = 0
+    slot: list[Token] = field(default_factory=list)
+    given: set[str] = field(default_factory=set)
+    commas: bool = False
+
+
+def _open(tokens: list[Token]) -> list[_Bracket]:
+    """The statement, and the brackets that are open at its end."""
+    found = [_Bracket()]
+    for k, token in enumerate(tokens):
+        inner = found[-1]
+        if token.kind == lexer.OPERATOR and token.text in "([{":
+            before = _without_indices(inner.slot)
+            name = before[-1] if before and before[-1].kind in (lexer.NAME, lexer.KEYWORD) else None
+            found.append(_Bracket(token.text, name, k))
+        elif token.kind == lexer.OPERATOR and token.text in ")]}" and len(found) > 1:
+            found.pop()
+            found[-1].slot.append(token)
+        elif token.text == ",":
+            inner.slot, inner.commas = [], True
+        else:
+            inner.slot.append(token)
+            if token.kind == lexer.NAME and k + 1 < len(tokens) and tokens[k + 1].text in ("=", "("):
+                inner.given.add(token.text)
+    return found
+
+
+def _without_indices(slot: list[Token]) -> list[Token]:
+    """Tokens without the indices at the end, of which only the brackets at the end are in a slot."""
+    end = len(slot)
+    while end and slot[end - 1].text == "]":
+        end -= 1
+    return slot[:end]
+
+
 def _in_statement(tokens: list[Token], at: Context) -> Context:
     """The context after the tokens of an incomplete statement."""
     found = at.but
     if not tokens:
         return found(STATEMENT if at.model else TOP)
     first, last = tokens[0], tokens[-1]
+    whole, *brackets = _open(tokens)
+    declaration = _declaration(tokens, whole)
     if last.text == ".":
-        path = _path(tokens[:-1])
-        return found(MEMBER, path=path, **_declaration(tokens)) if path else found(NOTHING)
-    brackets = _open(tokens)
+        path = _path((brackets or [whole])[-1].slot[:-1])
+        return found(MEMBER, path=path, **declaration) if path else found(NOTHING)
     if brackets:
-        return _in_brackets(tokens, brackets, at)
+        return _in_brackets(tokens, [whole, *brackets], at)
     words = [t.text for t in tokens]
     if not at.model:
         return found(TOP) if words in (["spatial"], ["partial"], ["spatial", "partial"]) else found(NOTHING)
@@ -135,7 +187,6 @@ def _in_statement(tokens: list[Token], at: Context) -> Context:
         return found(TYPE)
     if first.text in ("then", "else", "loop", "equation", "public", "protected"):
         return found(STATEMENT)
-    declaration = _declaration(tokens)
     if at.section == DECLARATIONS and first.text not in ("for", "if", "elseif"):
         if "=" not in words:
             # after the type a name follows, after the name or its arguments a value, a condition or a description
@@ -147,121 +198,58 @@ def _in_statement(tokens: list[Token], at: Context) -> Context:
     return found(VALUE)
 
 
-def _in_brackets(tokens: list[Token], brackets: list[int], at: Context) -> Context:
+def _in_brackets(tokens: list[Token], opened: list[_Bracket], at: Context) -> Context:
     """The context inside brackets: an argument, or a value."""
     found = at.but
-    calls = [k for k in brackets if tokens[k].text == "(" and _callee(tokens, k) >= 0]
-    names = [tokens[_callee(tokens, k)].text for k in calls]
-    inner = brackets[-1]
-    slot = _slot(tokens, inner)
+    whole, inner = opened[0], opened[-1]
+    calls = [b for b in opened if b.sign == "(" and b.callee is not None]
+    names = [b.callee.text for b in calls if b.callee is not None]
     if names[:1] == ["connect"]:
         return found(FRAME)
     if "annotation" in names:
         path = tuple(names[names.index("annotation") :])
-        if inner == calls[-1] and not slot:
-            return found(SETTING, path=path, given=_given(tokens, inner))
-        return found(VALUE, parameter=_assigned(slot), path=path)
-    declaration = _declaration(tokens[: calls[0]]) if calls else {"type": "", "declared": ""}
+        if inner is calls[-1] and not inner.slot:
+            return found(SETTING, path=path, given=frozenset(inner.given))
+        return found(VALUE, parameter=_assigned(inner.slot), path=path)
+    declaration = _declaration(tokens[: calls[0].at], whole) if calls else {"type": "", "declared": ""}
     if tokens[0].text == "extends" and calls:
-        declaration = {"type": "".join(t.text for t in tokens[1 : calls[0]]), "declared": "extends"}
-    nested: list[int] = []
-    if declaration["declared"]:
-        nested = calls[:1]
-        for k in calls[1:]:
-            # A call inside a value, such as `sin(`, is not a modifier of an inner part.
-            before = [t for t in _slot(tokens, nested[-1], k) if t.text not in ("each", "final")]
-            if len(before) != 1:
-                break
-            nested.append(k)
-    if not nested:
+        declaration = {"type": "".join(t.text for t in tokens[1 : calls[0].at]), "declared": "extends"}
+    if not declaration["declared"]:
         return found(VALUE, **declaration)
-    path = tuple(tokens[_callee(tokens, k)].text for k in nested[1:])
-    assigned = _slot(tokens, nested[-1])
-    if inner == nested[-1] and not [t for t in assigned if t.text not in ("each", "final")]:
-        return found(ARGUMENT, path=path, given=_given(tokens, inner), **declaration)
-    ends = bool(slot) and _ends_operand(slot[-1])
-    return found(CONDITION if ends else VALUE, path=path, parameter=_assigned(assigned), **declaration)
+    nested = 1
+    # A call inside a value, such as `sin(`, is not a modifier of an inner part.
+    while nested < len(calls) and len(_words(calls[nested - 1].slot)) == 1:
+        nested += 1
+    path, parameters = tuple(names[1:nested]), calls[nested - 1]
+    if inner is parameters and not _words(parameters.slot):
+        return found(ARGUMENT, path=path, given=frozenset(inner.given), **declaration)
+    ends = bool(inner.slot) and _ends_operand(inner.slot[-1])
+    return found(CONDITION if ends else VALUE, path=path, parameter=_assigned(parameters.slot), **declaration)
 
 
-def _callee(tokens: list[Token], bracket: int) -> int:
-    """Index of the name before a bracket, which may have indices; -1 if there is none."""
-    k, depth = bracket - 1, 0
-    while k >= 0 and (depth or tokens[k].text == "]"):
-        depth += (tokens[k].text == "]") - (tokens[k].text == "[")
-        k -= 1
-    return k if k >= 0 and tokens[k].kind in (lexer.NAME, lexer.KEYWORD) else -1
+def _words(slot: list[Token]) -> list[Token]:
+    """The tokens of an argument without its prefixes."""
+    return [t for t in slot if t.text not in ("each", "final")]
 
 
 def _assigned(slot: list[Token]) -> str:
     """The name before `=` in an argument; "" if there is none."""
-    words = [t for t in slot if t.text not in ("each", "final")]
+    words = _words(slot)
     return words[0].text if "=" in (t.text for t in words) else ""
 
 
-def _open(tokens: list[Token]) -> list[int]:
-    """Indices of the brackets that are open at the end."""
-    found: list[int] = []
-    for k, token in enumerate(tokens):
-        if token.kind == lexer.OPERATOR:
-            if token.text in "([{":
-                found.append(k)
-            elif token.text in ")]}" and found:
-                found.pop()
-    return found
-
-
-def _slot(tokens: list[Token], bracket: int, end: int | None = None) -> list[Token]:
-    """The tokens after the last comma inside a bracket, without those of inner brackets."""
-    found: list[Token] = []
-    depth = 0
-    for token in tokens[bracket + 1 : end]:
-        if token.kind == lexer.OPERATOR and token.text in "([{":
-            depth += 1
-        if depth == 0:
-            if token.text == ",":
-                found = []
-            else:
-                found.append(token)
-        if token.kind == lexer.OPERATOR and token.text in ")]}":
-            depth -= 1
-            if depth == 0:
-                found.append(token)
-    return found
-
-
-def _given(tokens: list[Token], bracket: int) -> frozenset[str]:
-    """Names that are followed by `=` inside a bracket."""
-    found, depth = set(), 0
-    for token, following in zip(tokens[bracket + 1 :], tokens[bracket + 2 :], strict=False):
-        if token.kind == lexer.OPERATOR:
-            depth += (token.text in "([{") - (token.text in ")]}")
-        if depth == 0 and token.kind == lexer.NAME and following.text in ("=", "("):
-            found.add(token.text)
-    return frozenset(found)
-
-
-def _path(tokens: list[Token]) -> tuple[str, ...]:
+def _path(slot: list[Token]) -> tuple[str, ...]:
     """The names of the reference at the end: `arm.link[3]` as ("arm", "link")."""
     found: list[str] = []
-    k = len(tokens) - 1
-    while k >= 0:
-        if tokens[k].text == "]":
-            depth = 0
-            while k >= 0:
-                depth += (tokens[k].text == "]") - (tokens[k].text == "[")
-                k -= 1
-                if depth == 0:
-                    break
-        if k < 0 or tokens[k].kind != lexer.NAME:
-            return ()
-        found.insert(0, tokens[k].text)
-        if k == 0 or tokens[k - 1].text != ".":
+    while (slot := _without_indices(slot)) and slot[-1].kind == lexer.NAME:
+        found.insert(0, slot[-1].text)
+        if len(slot) == 1 or slot[-2].text != ".":
             return tuple(found)
-        k -= 2
+        slot = slot[:-2]
     return ()
 
 
-def _declaration(tokens: list[Token]) -> dict[str, str]:
+def _declaration(tokens: list[Token], whole: _Bracket) -> dict[str, str]:
     """Type and name that the statement declares; "" if it is not a declaration."""
     k = 0
     while k < len(tokens) and tokens[k].text in _PREFIXES:
@@ -270,18 +258,13 @@ def _declaration(tokens: list[Token]) -> dict[str, str]:
     while k < len(tokens) and tokens[k].kind == lexer.NAME:
         names.append(tokens[k].text)
         k += 1
-        if k < len(tokens) and tokens[k].text == ".":
-            k += 1
-            continue
-        break
+        if k == len(tokens) or tokens[k].text != ".":
+            break
+        k += 1
     if k < len(tokens) and tokens[k].kind == lexer.NAME:
         # `Rod first(...), second(...)`: the last name at this level
-        declared, depth = tokens[k].text, 0
-        for token, following in zip(tokens[k:], tokens[k + 1 :], strict=False):
-            depth += (token.text in ("(", "[", "{")) - (token.text in (")", "]", "}"))
-            if depth == 0 and token.text == "," and following.kind == lexer.NAME:
-                declared = following.text
-        return {"type": ".".join(names), "declared": declared}
+        last = whole.slot[0] if whole.commas and whole.slot else tokens[k]
+        return {"type": ".".join(names), "declared": (last if last.kind == lexer.NAME else tokens[k]).text}
     if names and k > 1 and tokens[0].text in _PREFIXES:
         return {"type": "", "declared": names[-1]}
     return {"type": ".".join(names), "declared": ""}

@@ -15,6 +15,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.functions import FUNCTIONS
+from mbdsl.lang.states import derived
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.signal_meanings import ON_PORT
@@ -163,6 +164,8 @@ def of_entity(found: Entity, values: Mapping[str, str]) -> str:
     shown = [f"```mbd\n{declaration(d)}\n```"]
     if d.doc:
         shown.append(d.doc)
+    if (equation := derived(found.owner.equations).get(d.name)) is not None and equation.right is not None:
+        shown.append(f"State: `{write(equation.left)} = {write(equation.right)}`")
     if d.name in values:
         shown.append(f"Value: {values[d.name]}" if found.form == e.VALUE else f"Values: {values[d.name]}")
     elif found.form == e.VALUE and isinstance(d.value, s.Number):
@@ -184,7 +187,7 @@ def _si(number: s.Number) -> str:
 
 def declaration(d: s.Declaration) -> str:
     """A declaration without its arguments, description and condition."""
-    order = ("final", "inner", "outer", "parameter", "constant", "input", "connector")
+    order = ("final", "inner", "outer", "parameter", "constant", "discrete", "input", "connector")
     words = [p for p in order if p in d.prefixes] + [d.type, d.name]
     indices = f"[{', '.join(write(i) for i in d.indices)}]" if d.indices else ""
     text = " ".join(filter(None, words)) + indices

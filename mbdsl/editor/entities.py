@@ -12,11 +12,13 @@ from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind, JointKind, Kind, PairKind
 from mbdsl.errors import MbdslError
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.lang import modelica_names
+from mbdsl.lang import modelica_names, quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import classify
+from mbdsl.lang.events import assigned
 from mbdsl.lang.inheritance import declarations
 from mbdsl.lang.library import SourceUnit, key_of
+from mbdsl.lang.states import derived
 from mbdsl.mechanism import signal_names, wrenches
 
 #: forms of entities
@@ -82,8 +84,11 @@ class OfKind:
 
 def entity(d: s.Declaration, owner: s.Model, unit: SourceUnit) -> Entity:
     """The entity that a declaration makes."""
+    # a Force without a value is a value if an equation defines it
+    unclear = d.value is None and quantities.type_unit(d.type) is not None
+    defined = unclear and d.name in {*derived(owner.equations), *assigned(owner.equations)}
     try:
-        found = classify(d, unit)
+        found = classify(d, unit, defined=defined)
     except MbdslError:
         return Entity(UNKNOWN, d, owner, unit)
     if isinstance(found, tuple):

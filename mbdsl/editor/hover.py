@@ -9,7 +9,7 @@ from typing import NamedTuple
 from mbdsl.editor import descriptions
 from mbdsl.editor import entities as e
 from mbdsl.editor.entities import Entity, OfKind
-from mbdsl.editor.names import Names, Occurrence
+from mbdsl.editor.names import NameIndex, Occurrence
 from mbdsl.elements import kinds
 from mbdsl.lang import lexer
 
@@ -22,12 +22,12 @@ class Hover(NamedTuple):
     end: int
 
 
-def hover(names: Names, offset: int, values: Mapping[str, str] = {}, main: str = "") -> Hover | None:
+def hover(names: NameIndex, offset: int, values: Mapping[str, str] = {}, main: str = "") -> Hover | None:
     """The description of the name, word, number or unit at an offset.
 
     Parameters
     ----------
-    names : Names
+    names : NameIndex
         The names of the file.
     offset : int
         A place in its text.

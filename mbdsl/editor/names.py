@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -14,7 +14,11 @@ from mbdsl.lang import lexer, modelica_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.functions import CONSTANTS
 from mbdsl.lang.library import SourceUnit, key_of
+from mbdsl.lang.scope import of_model
 from mbdsl.lang.source import At
+
+#: what a name denotes, if that has members or a type
+Found = Entity | OfKind | tuple[s.Model, SourceUnit] | None
 
 
 @dataclass(frozen=True)
@@ -25,22 +29,23 @@ class Occurrence:
     end: int
     symbol: Symbol
     declares: bool = False
-    found: Entity | OfKind | tuple[s.Model, SourceUnit] | None = field(default=None, compare=False)
+    found: Found = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where an expression stands: its model, loop variables, and the component whose law it may be."""
+    """Where an expression stands: its model and the names of it, loop variables, the component whose law it may be."""
 
+    owner: s.Model
     members: Mapping[str, Entity]
     loops: Mapping[str, Symbol] = field(default_factory=dict)
     own: Entity | None = None
 
     def inside(self, own: Entity | None) -> _Place:
-        return _Place(self.members, self.loops, own)
+        return replace(self, own=own)
 
 
-class Names:
+class NameIndex:
     """The names of a file.
 
     Parameters
@@ -98,43 +103,42 @@ class Names:
         self._name(model.at, symbol, True, (model, self.unit))
         if (end := self._ends.get(model.name)) is not None:
             self._add(end.start, end.end, symbol, found=(model, self.unit))
-        place = _Place(e.members(model, self.unit))
-        for item in (*model.items, *model.equations, *model.initial):
-            self._item(item, model, place)
+        self._visit((*model.items, *model.equations, *model.initial), _Place(model, e.members(model, self.unit)))
 
-    def _item(self, item: s.Item, model: s.Model, place: _Place) -> None:
-        if isinstance(item, s.Declaration):
-            self._declaration(item, model, place)
-        elif isinstance(item, s.Extends):
-            self._type(item.base, item.at)
-            base = self.unit.find(item.base)
-            self._modifiers(item.arguments, e.members(*base) if base is not None else {}, place)
-        elif isinstance(item, s.Annotation):
-            self._values(item.arguments, place)
-        elif isinstance(item, s.Connect):
-            self._expressions((item.first, item.second), place)
-        elif isinstance(item, s.Relation):
-            self._expressions((item.left, item.right), place)
-        elif isinstance(item, s.Initial) and item.mode != "state":
-            self._expressions((item.target, item.value), place)
-        elif isinstance(item, s.For):
-            inner = self._loops(item.iterators, place)
-            for part in item.items:
-                self._item(part, model, inner)
-        elif isinstance(item, s.If):
-            for condition, parts in item.branches:
-                self._expressions((condition,), place)
-                for part in parts:
-                    self._item(part, model, place)
+    def _visit(self, nodes: Iterable[s.Node | None], place: _Place) -> None:
+        """Note the names in statements and expressions."""
+        # Long sums are deep on their left side; a stack replaces the recursion.
+        pending = [(x, place) for x in nodes if x is not None]
+        while pending:
+            x, place = pending.pop()
+            inner: Iterable[s.Node] = ()
+            if isinstance(x, s.Declaration):
+                self._declaration(x, place)
+            elif isinstance(x, s.Extends):
+                self._type(x.base, x.at)
+                base = self.unit.find(x.base)
+                self._modifiers(x.arguments, e.members(*base) if base is not None else {}, place)
+            elif isinstance(x, s.Argument):
+                self._values((x,), place)
+            elif isinstance(x, s.Call):
+                self._function(x.function, place)
+                self._values(x.arguments, place)
+            elif isinstance(x, s.For | s.Comprehension):
+                place = self._loops(x.iterators, place)
+                inner = x.items if isinstance(x, s.For) else (x.item,)
+            elif not (isinstance(x, s.Initial) and x.mode == "state"):
+                if isinstance(x, s.Reference):
+                    self.resolve(x, place)
+                inner = s.children(x)
+            pending += [(part, place) for part in inner]
 
     # -- declarations ------------------------------------------------------------------------------------------
 
-    def _declaration(self, d: s.Declaration, model: s.Model, place: _Place) -> None:
-        found = e.entity(d, model, self.unit)
+    def _declaration(self, d: s.Declaration, place: _Place) -> None:
+        found = e.entity(d, place.owner, self.unit)
         self._type(d.type, d.type_at)
         self._name(d.at, found.symbol, True, found)
-        self._expressions((*d.indices, d.condition), place)
-        self._expressions((d.value,), place)
+        self._visit((*d.indices, d.condition, d.value), place)
         self._values(d.notes, place)
         self._arguments(found, d.arguments, place)
 
@@ -164,14 +168,14 @@ class Names:
                 for frame in a.modifiers:
                     if (declared := known.get(frame.name)) is not None and declared.argument is not None:
                         self._name(frame.at, declared.symbol, True, declared)
-                    self._expressions((frame.value,), place)
+                    self._visit((frame.value,), place)
                     self._values(frame.modifiers, place)
             if a.name:
                 member = known.get(a.name)
                 setting = Symbol(e.SETTING, a.name, owner=found.declaration.type)
                 symbol = member.symbol if member is not None else setting
                 self._name(a.at, symbol, found=member)
-            self._expressions((*a.indices, a.value), inner if a.name else place)
+            self._visit((*a.indices, a.value), inner if a.name else place)
             if a.name != "frames":
                 self._values(a.modifiers, place)
 
@@ -184,14 +188,14 @@ class Names:
                 self._arguments(member, a.modifiers, place)
             else:
                 self._values(a.modifiers, place)
-            self._expressions((*a.indices, a.value), place)
+            self._visit((*a.indices, a.value), place)
 
     def _values(self, arguments: Iterable[s.Argument], place: _Place) -> None:
         """Arguments whose names are words of the language, as in annotations."""
         for a in arguments:
             if a.name:
                 self._name(a.at, Symbol(e.SETTING, a.name))
-            self._expressions((a.value,), place)
+            self._visit((a.value,), place)
             self._values(a.modifiers, place)
 
     # -- expressions -------------------------------------------------------------------------------------------
@@ -199,37 +203,11 @@ class Names:
     def _loops(self, iterators: Iterable[s.Iterator], place: _Place) -> _Place:
         loops = dict(place.loops)
         for iterator in iterators:
-            self._expressions((iterator.values,), _Place(place.members, loops, place.own))
+            self._visit((iterator.values,), replace(place, loops=loops))
             assert iterator.at is not None
             loops[iterator.name] = Symbol(e.LOOP_VARIABLE, iterator.name, self._key, place=iterator.at[1])
             self._name(iterator.at, loops[iterator.name], True)
-        return _Place(place.members, loops, place.own)
-
-    def _expressions(self, expressions: Iterable[s.Expression | None], place: _Place) -> None:
-        # Long sums are deep on their left side; a stack replaces the recursion.
-        pending = [(x, place) for x in expressions if x is not None]
-        while pending:
-            x, place = pending.pop()
-            children: tuple[s.Expression | None, ...] = ()
-            if isinstance(x, s.Reference):
-                self.resolve(x, place)
-                children = tuple(i for step in x.steps for i in step.indices)
-            elif isinstance(x, s.Call):
-                self._function(x.function, place)
-                self._values(x.arguments, place)
-            elif isinstance(x, s.Unary):
-                children = (x.operand,)
-            elif isinstance(x, s.Binary):
-                children = (x.left, x.right)
-            elif isinstance(x, s.Choice):
-                children = (*(part for branch in x.branches for part in branch), x.otherwise)
-            elif isinstance(x, s.Range):
-                children = (x.start, x.step, x.stop)
-            elif isinstance(x, s.ArrayNode):
-                children = x.items
-            elif isinstance(x, s.Comprehension):
-                pending.append((x.item, self._loops(x.iterators, place)))
-            pending += [(child, place) for child in children if child is not None]
+        return replace(place, loops=loops)
 
     def _function(self, reference: s.Reference, place: _Place) -> None:
         first = reference.steps[0]
@@ -246,7 +224,8 @@ class Names:
         steps = reference.steps
         first = steps[0]
         if first.name == "Modelica":
-            self._add(first.at[1], steps[-1].at[2], Symbol(e.WORD, ".".join(x.name for x in steps)))  # type: ignore[index]
+            if first.at is not None and (last := steps[-1].at) is not None:
+                self._add(first.at[1], last[2], Symbol(e.WORD, ".".join(x.name for x in steps)))
             return None
         found = self._first(first, len(steps) == 1, place)
         for step in steps[1:]:
@@ -267,8 +246,7 @@ class Names:
             return None
         found: Entity | OfKind | None = place.members.get(step.name)
         no_value = isinstance(found, Entity) and found.form in (e.COMPONENT, e.SUB_MODEL) and not step.indices
-        if place.own is not None and (found is None or (alone and no_value)):
-            # As in the builder of scenes, a law sees the names of its component behind those of the model.
+        if place.own is not None and not of_model(found, alone and no_value):
             found = e.of_component(place.own).get(step.name, found)
         if found is not None:
             self._name(step.at, found.symbol, found=found)
@@ -278,9 +256,9 @@ class Names:
 
     # -- notes -------------------------------------------------------------------------------------------------
 
-    def _name(self, at: At, symbol: Symbol, declares: bool = False, found: object = None) -> None:
+    def _name(self, at: At, symbol: Symbol, declares: bool = False, found: Found = None) -> None:
         if at is not None:
             self._add(at[1], at[2], symbol, declares, found)
 
-    def _add(self, start: int, end: int, symbol: Symbol, declares: bool = False, found: object = None) -> None:
-        self._found.setdefault(start, Occurrence(start, end, symbol, declares, found))  # type: ignore[arg-type]
+    def _add(self, start: int, end: int, symbol: Symbol, declares: bool = False, found: Found = None) -> None:
+        self._found.setdefault(start, Occurrence(start, end, symbol, declares, found))

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from mbdsl.editor import entities as e
 from mbdsl.editor.entities import Entity, OfKind, Symbol
-from mbdsl.editor.names import Names, Occurrence
+from mbdsl.editor.names import NameIndex, Occurrence
 from mbdsl.editor.repair import repaired
 from mbdsl.editor.vocabulary import class_of
-from mbdsl.editor.workspace import Workspace
+from mbdsl.editor.workspace import OpenFiles
 from mbdsl.errors import MbdslError, ModelError, UsageError
 from mbdsl.lang import lexer, quantities, units
 from mbdsl.lang.inheritance import declarations
@@ -31,7 +31,7 @@ class Location(NamedTuple):
     end: int
 
 
-def definition(workspace: Workspace, path: str, offset: int) -> list[Location]:
+def definition(workspace: OpenFiles, path: str, offset: int) -> list[Location]:
     """Where the name at an offset is declared; for an import, the beginning of the file."""
     names = workspace.names(path)
     for item in names.unit.file.imports:
@@ -52,7 +52,7 @@ def definition(workspace: Workspace, path: str, offset: int) -> list[Location]:
     return []
 
 
-def references(workspace: Workspace, path: str, offset: int, declared: bool = True) -> list[Location]:
+def references(workspace: OpenFiles, path: str, offset: int, declared: bool = True) -> list[Location]:
     """All places of the name at an offset, in all files; with or without its declarations."""
     symbol = _symbol(workspace.names(path), offset)
     if symbol is None:
@@ -61,7 +61,7 @@ def references(workspace: Workspace, path: str, offset: int, declared: bool = Tr
     return [Location(n.unit.file.name, o.start, o.end) for n, os_ in found for o in os_ if declared or not o.declares]
 
 
-def renamable(workspace: Workspace, path: str, offset: int) -> Occurrence:
+def renamable(workspace: OpenFiles, path: str, offset: int) -> Occurrence:
     """The name at an offset, if it can be renamed.
 
     Raises
@@ -78,7 +78,7 @@ def renamable(workspace: Workspace, path: str, offset: int) -> Occurrence:
     return found
 
 
-def rename(workspace: Workspace, path: str, offset: int, name: str) -> list[Location]:
+def rename(workspace: OpenFiles, path: str, offset: int, name: str) -> list[Location]:
     """The places where a new name replaces the name at an offset.
 
     The texts with the new name are read again. Each name must denote the same as before.
@@ -108,12 +108,12 @@ def rename(workspace: Workspace, path: str, offset: int, name: str) -> list[Loca
     return [Location(n.unit.file.name, o.start, o.end) for n, places in found for o in places]
 
 
-def _symbol(names: Names, offset: int) -> Symbol | None:
+def _symbol(names: NameIndex, offset: int) -> Symbol | None:
     found = names.at(offset)
     return found.symbol if found is not None and found.symbol.file else None
 
 
-def _imported(names: Names) -> Iterator:
+def _imported(names: NameIndex) -> Iterator:
     pending, seen = [names.unit], []
     while pending:
         unit = pending.pop()
@@ -123,9 +123,9 @@ def _imported(names: Names) -> Iterator:
             pending += (*unit.imports, *unit.aliases.values())
 
 
-def _occurrences(workspace: Workspace, path: str, symbol: Symbol) -> list[tuple[Names, list[Occurrence]]]:
+def _occurrences(workspace: OpenFiles, path: str, symbol: Symbol) -> list[tuple[NameIndex, list[Occurrence]]]:
     """The files that have the symbol, and its places."""
-    found: dict[str, tuple[Names, list[Occurrence]]] = {}
+    found: dict[str, tuple[NameIndex, list[Occurrence]]] = {}
     imported = (unit.file.name for unit in _imported(workspace.names(path)))
     for names in workspace.with_word(path, symbol.name, imported):
         if places := names.of(symbol):
@@ -134,7 +134,7 @@ def _occurrences(workspace: Workspace, path: str, symbol: Symbol) -> list[tuple[
 
 
 # -- checks of a new name -------------------------------------------------------------------------------------------
-def _refuse_taken(names: Names, occurrence: Occurrence, name: str) -> None:
+def _refuse_taken(names: NameIndex, occurrence: Occurrence, name: str) -> None:
     """Refuse a name that a model which has the symbol has already."""
     symbol, unit = occurrence.symbol, names.unit
     if symbol.form == e.MODEL and (name in unit.names() or class_of(name)):
@@ -164,9 +164,9 @@ def _refuse_taken(names: Names, occurrence: Occurrence, name: str) -> None:
 
 
 def _check(
-    workspace: Workspace,
+    workspace: OpenFiles,
     path: str,
-    found: list[tuple[Names, list[Occurrence]]],
+    found: list[tuple[NameIndex, list[Occurrence]]],
     texts: dict[str, str],
     symbol: Symbol,
     name: str,

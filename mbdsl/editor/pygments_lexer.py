@@ -36,7 +36,7 @@ class MbdLexer(Lexer):
     filenames = ("*.mbd",)
     url = ""
 
-    def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, object, str]]:  # type: ignore[override]
+    def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, object, str]]:
         """Cut a text.
 
         Parameters

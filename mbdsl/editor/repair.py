@@ -27,11 +27,11 @@ WORK = 200_000  #: characters that are parsed for one text with errors, so that 
 
 _BEGINNINGS = frozenset(
     "model spatial partial extends import parameter constant input inner outer connector public protected initial "
-    "equation connect guess fixed".split()
+    "equation connect guess fixed discrete".split()
 )
 _WHOLE = re.compile(r"(model|spatial|partial|import)\b")
 _FUNCTION = re.compile(r"\bfunction\s+(\w+)\b.*?\bend\s+\1\s*;", re.DOTALL)
-_BLOCKS = frozenset(("for", "if", "elseif", "else"))
+_BLOCKS = frozenset(("for", "if", "elseif", "else", "when", "elsewhen"))
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def blank(text: str, parts: Iterable[tuple[int, int]]) -> str:
 
 def _opened(places: Places, span: Span) -> int | None:
     start, end = places.of_span(span)
-    return start if places.text[start:end] in ("(", "[", "{", "for", "if") else None
+    return start if places.text[start:end] in ("(", "[", "{", "for", "if", "when") else None
 
 
 class Statement(NamedTuple):
@@ -189,8 +189,8 @@ def _begins(text: str, tokens: list[lexer.Token], k: int, in_brackets: bool) -> 
     following = tokens[k + 1] if k + 1 < len(tokens) else token
     if token.kind == lexer.KEYWORD:
         if token.text == "end":
-            return not in_brackets or following.kind == lexer.NAME or following.text in ("for", "if")
-        return token.text in _BEGINNINGS or (not in_brackets and token.text in ("for", "annotation"))
+            return not in_brackets or following.kind == lexer.NAME or following.text in ("for", "if", "when")
+        return token.text in _BEGINNINGS or (not in_brackets and token.text in ("for", "when", "annotation"))
     if token.kind != lexer.NAME:
         return False
     operand = tokens[k - 1].kind in (lexer.NAME, lexer.NUMBER, lexer.UNIT, lexer.STRING) or tokens[k - 1].text in ")]}"

@@ -6,8 +6,9 @@ import asyncio
 import logging
 import os
 import sys
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 from lsprotocol import types as lsp
 from pygls import uris
@@ -17,11 +18,11 @@ from pygls.lsp.server import LanguageServer
 from mbdsl.editor import navigation
 from mbdsl.editor.check_process import CheckProcess
 from mbdsl.editor.completion import Proposal, complete
-from mbdsl.editor.connection import Input
+from mbdsl.editor.connection import MessageInput
 from mbdsl.editor.hover import hover
 from mbdsl.editor.navigation import Location
 from mbdsl.editor.positions import Places
-from mbdsl.editor.workspace import Workspace
+from mbdsl.editor.workspace import OpenFiles
 from mbdsl.errors import MbdslError, Span, UsageError
 from mbdsl.lang.library import Allowed, key_of
 from mbdsl.version import __version__
@@ -59,7 +60,7 @@ class Server(LanguageServer):
         # The whole text is sent after each change: models are short, and pygls cuts lines at other characters.
         super().__init__("mbdsl", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full)
         self.allowed = allowed
-        self.models = Workspace(allowed)
+        self.models = OpenFiles(allowed)
         self.ended = False  #: whether the editor has ended the session
         self.uris: dict[str, str] = {}  #: path -> URI, of open files
         self.values: dict[str, tuple[str, str, dict[str, str]]] = {}  #: path -> text, its main model and values
@@ -173,6 +174,90 @@ class Server(LanguageServer):
         return self.range(path, at[1], at[2]) if at is not None else self.range(path, 0, 1)
 
 
+#: feature of the protocol -> the function that answers it, and the options of the feature
+FEATURES: dict[str, tuple[Callable, Any]] = {}
+
+
+def _answers(feature: str, options: Any = None) -> Callable[[Callable], Callable]:
+    """Decorate a function of a server and the parameters of a request, which answers a feature."""
+
+    def note(function: Callable) -> Callable:
+        FEATURES[feature] = function, options
+        return function
+
+    return note
+
+
+@_answers(lsp.INITIALIZED)
+def initialized(ls: Server, params: lsp.InitializedParams) -> None:
+    found = [ls.workspace.root_path, *(uris.to_fs_path(uri) for uri in ls.workspace.folders)]
+    ls.models.folders = list(dict.fromkeys(path for path in found if path))
+
+
+@_answers(lsp.SHUTDOWN)
+def shutdown(ls: Server, params: None) -> None:
+    ls.ended = True
+
+
+@_answers(lsp.TEXT_DOCUMENT_DID_OPEN)
+@_answers(lsp.TEXT_DOCUMENT_DID_CHANGE)
+@_answers(lsp.TEXT_DOCUMENT_DID_SAVE)
+async def changed(ls: Server, params: Any) -> None:
+    ls.changed(params.text_document.uri)
+
+
+@_answers(lsp.TEXT_DOCUMENT_DID_CLOSE)
+async def closed(ls: Server, params: lsp.DidCloseTextDocumentParams) -> None:
+    ls.closed(params.text_document.uri)
+
+
+@_answers(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=[".", "("]))
+def completion(ls: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
+    path, offset = ls.offset(params)
+    start, found = complete(ls.models.names(path).unit, offset)
+    at = ls.range(path, start, offset)
+    return lsp.CompletionList(False, [_completion_item(item, at) for item in found])
+
+
+@_answers(lsp.TEXT_DOCUMENT_HOVER)
+def on_hover(ls: Server, params: lsp.HoverParams) -> lsp.Hover | None:
+    path, offset = ls.offset(params)
+    text, main, values = ls.values.get(path, ("", "", {}))
+    known = values if text == ls.models.text(path) else {}
+    found = hover(ls.models.names(path), offset, known, main)
+    if found is None:
+        return None
+    content = lsp.MarkupContent(lsp.MarkupKind.Markdown, found.text)
+    return lsp.Hover(content, ls.range(path, found.start, found.end))
+
+
+@_answers(lsp.TEXT_DOCUMENT_DEFINITION)
+def definition(ls: Server, params: lsp.DefinitionParams) -> list[lsp.Location]:
+    return [ls.location(at) for at in navigation.definition(ls.models, *ls.offset(params))]
+
+
+@_answers(lsp.TEXT_DOCUMENT_REFERENCES)
+def references(ls: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
+    declared = params.context.include_declaration
+    return [ls.location(at) for at in navigation.references(ls.models, *ls.offset(params), declared)]
+
+
+@_answers(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
+def prepare_rename(ls: Server, params: lsp.PrepareRenameParams) -> lsp.PrepareRenamePlaceholder:
+    path, offset = ls.offset(params)
+    found = _refusing(navigation.renamable, ls.models, path, offset)
+    return lsp.PrepareRenamePlaceholder(ls.range(path, found.start, found.end), found.symbol.name)
+
+
+@_answers(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
+def rename(ls: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
+    path, offset = ls.offset(params)
+    changes: dict[str, list[lsp.TextEdit]] = {}
+    for at in _refusing(navigation.rename, ls.models, path, offset, params.new_name):
+        changes.setdefault(ls.uri(at.path), []).append(lsp.TextEdit(ls.range(*at), params.new_name))
+    return lsp.WorkspaceEdit(changes)
+
+
 def make_server(allowed: Allowed | None = None) -> Server:
     """The server with all features.
 
@@ -186,73 +271,8 @@ def make_server(allowed: Allowed | None = None) -> Server:
     Server
     """
     server = Server(allowed)
-
-    @server.feature(lsp.INITIALIZED)
-    def initialized(ls: Server, params: lsp.InitializedParams) -> None:
-        found = [ls.workspace.root_path, *(uris.to_fs_path(uri) for uri in ls.workspace.folders)]
-        ls.models.folders = list(dict.fromkeys(path for path in found if path))
-
-    @server.feature(lsp.SHUTDOWN)
-    def shutdown(ls: Server, params: None) -> None:
-        ls.ended = True
-
-    @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
-    async def did_open(ls: Server, params: lsp.DidOpenTextDocumentParams) -> None:
-        ls.changed(params.text_document.uri)
-
-    @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
-    async def did_change(ls: Server, params: lsp.DidChangeTextDocumentParams) -> None:
-        ls.changed(params.text_document.uri)
-
-    @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
-    async def did_save(ls: Server, params: lsp.DidSaveTextDocumentParams) -> None:
-        ls.changed(params.text_document.uri)
-
-    @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
-    async def did_close(ls: Server, params: lsp.DidCloseTextDocumentParams) -> None:
-        ls.closed(params.text_document.uri)
-
-    @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=[".", "("]))
-    def completion(ls: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-        path, offset = ls.offset(params)
-        start, found = complete(ls.models.names(path).unit, offset)
-        at = ls.range(path, start, offset)
-        return lsp.CompletionList(False, [_completion_item(item, at) for item in found])
-
-    @server.feature(lsp.TEXT_DOCUMENT_HOVER)
-    def on_hover(ls: Server, params: lsp.HoverParams) -> lsp.Hover | None:
-        path, offset = ls.offset(params)
-        text, main, values = ls.values.get(path, ("", "", {}))
-        known = values if text == ls.models.text(path) else {}
-        found = hover(ls.models.names(path), offset, known, main)
-        if found is None:
-            return None
-        content = lsp.MarkupContent(lsp.MarkupKind.Markdown, found.text)
-        return lsp.Hover(content, ls.range(path, found.start, found.end))
-
-    @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
-    def definition(ls: Server, params: lsp.DefinitionParams) -> list[lsp.Location]:
-        return [ls.location(at) for at in navigation.definition(ls.models, *ls.offset(params))]
-
-    @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
-    def references(ls: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
-        declared = params.context.include_declaration
-        return [ls.location(at) for at in navigation.references(ls.models, *ls.offset(params), declared)]
-
-    @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
-    def prepare_rename(ls: Server, params: lsp.PrepareRenameParams) -> lsp.PrepareRenamePlaceholder:
-        path, offset = ls.offset(params)
-        found = _refusing(navigation.renamable, ls.models, path, offset)
-        return lsp.PrepareRenamePlaceholder(ls.range(path, found.start, found.end), found.symbol.name)
-
-    @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
-    def rename(ls: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-        path, offset = ls.offset(params)
-        changes: dict[str, list[lsp.TextEdit]] = {}
-        for at in _refusing(navigation.rename, ls.models, path, offset, params.new_name):
-            changes.setdefault(ls.uri(at.path), []).append(lsp.TextEdit(ls.range(*at), params.new_name))
-        return lsp.WorkspaceEdit(changes)
-
+    for feature, (function, options) in FEATURES.items():
+        server.feature(feature, options)(function)
     return server
 
 
@@ -272,10 +292,10 @@ def serve(allowed: Allowed | None = None) -> bool:
     # pygls writes tracebacks of requests that are refused, although the editor shows their messages.
     logging.getLogger("pygls.protocol.json_rpc").addFilter(_is_unexpected)
     logging.getLogger("pygls.server").addFilter(_without_traceback)
-    server, messages = make_server(allowed), Input(sys.stdin.buffer)
+    server, messages = make_server(allowed), MessageInput(sys.stdin.buffer)
     # pygls closes its streams; those of the process remain open for the command line.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as stdout:
-        server.start_io(messages, stdout)  # type: ignore[arg-type]
+        server.start_io(cast(BinaryIO, messages), stdout)  # it reads and reads lines
     if messages.problem:
         print(f"the language server has ended: {messages.problem}", file=sys.stderr)
     return server.ended

@@ -20,7 +20,7 @@ from mbdsl.lang import units
 from mbdsl.lang.lexer import BLANKS, NUMERAL
 
 _DECLARING = ("parameter", "constant", "input", "final", "each", "inner", "outer", "connector", "partial", "spatial")
-_DECLARING += ("public", "protected", "guess", "fixed")
+_DECLARING += ("public", "protected", "guess", "fixed", "discrete")
 _LOGICAL = ("and", "or", "not")
 
 

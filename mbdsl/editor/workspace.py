@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 
 from mbdsl.editor.library import LooseLibrary
-from mbdsl.editor.names import Names
+from mbdsl.editor.names import NameIndex
 from mbdsl.errors import UsageError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Allowed, SourceUnit, key_of, read
@@ -16,7 +16,7 @@ FOLDERS = 2000  #: folders that are searched for files
 SIZE = 250_000  #: characters; a longer text is checked, but its names are not searched while it is typed
 
 
-class Workspace:
+class OpenFiles:
     """Open texts and folders.
 
     Parameters
@@ -36,7 +36,7 @@ class Workspace:
         self.texts: dict[str, str] = {}
         self.folders: list[str] = []
         self._allowed = allowed
-        self._names: dict[str, Names] = {}
+        self._names: dict[str, NameIndex] = {}
 
     def open(self, path: str, text: str) -> None:
         """Set the text of a file."""
@@ -63,7 +63,7 @@ class Workspace:
         known = next((text for name, text in self.texts.items() if key_of(name) == key_of(path)), None)
         return read(path) if known is None else known
 
-    def names(self, path: str) -> Names:
+    def names(self, path: str) -> NameIndex:
         """The names of a file.
 
         Raises
@@ -76,13 +76,13 @@ class Workspace:
             self._names[key] = self.names_with(path, self.texts)
         return self._names[key]
 
-    def names_with(self, path: str, texts: Mapping[str, str]) -> Names:
+    def names_with(self, path: str, texts: Mapping[str, str]) -> NameIndex:
         """The names of a file, with other texts of open files."""
         known = next((text for name, text in texts.items() if key_of(name) == key_of(path)), None)
         text = self.text(path) if known is None else known
         if len(text) > SIZE:
-            return Names(SourceUnit(s.File(path, (), ()), text))
-        return Names(LooseLibrary(self._allowed, unsaved=texts).add(text, path))
+            return NameIndex(SourceUnit(s.File(path, (), ()), text))
+        return NameIndex(LooseLibrary(self._allowed, unsaved=texts).add(text, path))
 
     def files(self, path: str, others: Iterable[str] = ()) -> Iterator[str]:
         """The files that may refer to names of the file ``path``, itself first, and ``others``, each once."""
@@ -93,7 +93,7 @@ class Workspace:
                 seen.add(key_of(name))
                 yield name
 
-    def with_word(self, path: str, word: str, others: Iterable[str] = ()) -> Iterator[Names]:
+    def with_word(self, path: str, word: str, others: Iterable[str] = ()) -> Iterator[NameIndex]:
         """The names of all files that contain a word; files that cannot be read are left out."""
         for name in self.files(path, others):
             try:

@@ -15,7 +15,7 @@ import sys
 from functools import cache
 from types import ModuleType
 
-from mbdsl.elements.kind import Kind, PairKind
+from mbdsl.elements.kind import JointKind, Kind, PairKind
 
 _found: dict[tuple[str, bool], Declared] = {}  #: (file, spatial) -> what it declares, of the files used so far
 
@@ -36,6 +36,18 @@ class Declared:
         return getattr(self.file, name)
 
     @property
+    def pair(self) -> PairKind:
+        """The kind, of joints and forces."""
+        assert isinstance(self.KIND, PairKind)
+        return self.KIND
+
+    @property
+    def joint(self) -> JointKind:
+        """The kind, of joints."""
+        assert isinstance(self.KIND, JointKind)
+        return self.KIND
+
+    @property
     def made(self) -> bool:
         """Whether its kernels are made from its rows."""
         return (
@@ -50,7 +62,7 @@ class Declared:
     @property
     def curved(self) -> bool:
         """Whether it has second derivatives."""
-        return self.KIND.held.curved if self.made else getattr(self, "hessian", None) is not None  # type: ignore[attr-defined]
+        return self.pair.held.curved if self.made else getattr(self, "hessian", None) is not None
 
 
 def _package(spatial: bool) -> str:
@@ -105,7 +117,7 @@ def of_variant(name: str, spatial: bool) -> Declared:
         file = importlib.import_module(f"{__name__}.{name}")
         return Declared(file.IN_SPACE if spatial else file.KIND, file)
     found = loaded(f"{_package(True)}.{base}")
-    return Declared(found.KIND.in_axes(name), found.file)  # type: ignore[attr-defined]
+    return Declared(found.joint.in_axes(name), found.file)
 
 
 def loaded(name: str) -> Declared:

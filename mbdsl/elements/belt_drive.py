@@ -8,8 +8,9 @@ change their length by the same amount, which changes no angle. The multiplier i
 strands [N]; the sum of the tensions depends on the pretension and is left out.
 """
 
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.gear_pair import REACTIONS, REACTIONS_IN_SPACE, SIGNALS, about_parallel_axes, close
-from mbdsl.elements.kind import JointKind, Parameter, in_space
+from mbdsl.elements.kind import JointKind, in_space
 from mbdsl.elements.line_of_centres import rolling as gradient
 from mbdsl.elements.line_of_centres import rolling_hessian as hessian
 from mbdsl.elements.line_of_centres_in_space import rolling as gradient_in_space

@@ -11,7 +11,8 @@ from collections.abc import Mapping
 
 from mbdsl.bodies import rigid_body_kernels as motion
 from mbdsl.bodies import spatial_rigid_body_kernels as motion_in_space
-from mbdsl.elements.kind import BodyKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind, Signal, in_space
 from mbdsl.elements.vectors import UNTURNED, least_minor
 from mbdsl.expressions.spatial_coordinates import CARDAN, LOCAL, MEANINGS, QUATERNION, UNITS
 

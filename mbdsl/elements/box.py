@@ -2,7 +2,7 @@
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
 from mbdsl.elements import body
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.solid import solid
 
 IN_SPACE = solid(

@@ -6,7 +6,8 @@ It acts at its corners, at -+ length/2, -+ width/2, in space -+ height/2 on the 
 from itertools import product
 
 from mbdsl.elements.contact_points import contact
-from mbdsl.elements.kind import Parameter, axis_given
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import axis_given
 from mbdsl.elements.line_contact import SIDES, X_B, Y_B, corner
 from mbdsl.elements.point_contact import N, plane
 from mbdsl.elements.vectors import axis

@@ -24,7 +24,8 @@ from mbdsl.elements.coordinates_in_space import X as X_AXIS
 from mbdsl.elements.coordinates_in_space import Y as Y_AXIS
 from mbdsl.elements.coordinates_in_space import Z as Z_AXIS
 from mbdsl.elements.coordinates_in_space import point, point_in_axes, point_in_axes_hessian, turn, turn_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power, zero
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import ForceKind, Signal, in_space, zero
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import TURN
 from mbdsl.elements.swing_twist import (

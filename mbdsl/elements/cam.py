@@ -8,7 +8,8 @@ follower touches the cam at the distance f'(phi) from the axis, and the multipli
 followers the contact force also has a component across the guide, which does no work and is left out.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, Signal, in_space
 from mbdsl.elements.motions import GRADIENT
 from mbdsl.elements.rack_and_pinion import axes, right_angle
 from mbdsl.elements.row import Row

@@ -6,7 +6,8 @@
 """
 
 from mbdsl.elements import contact_law
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power
+from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH
 

@@ -5,7 +5,8 @@ r_b - r_a = 0,   x_a . y_b - y_a . x_b = 0      with z along the shafts; in spac
 
 from dataclasses import replace
 
-from mbdsl.elements.kind import JointKind, Parameter, axis_given
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, axis_given
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import POINT, X_A, X_B, Y_A, Y_B
 from mbdsl.elements.vectors import both, cardan_angles, dot

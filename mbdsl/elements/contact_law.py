@@ -14,7 +14,7 @@ is the speed of each touch, at which alpha is set (``LATCH``): then every impact
 from collections.abc import Mapping
 from math import log
 
-from mbdsl.elements.kind import Latch, Parameter
+from mbdsl.elements.declaration import Latch, Parameter
 
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 

@@ -20,7 +20,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from mbdsl.elements import contact_law, friction, sliding_friction
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, power
+from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements.kind import ForceKind
 from mbdsl.elements.row import Row
 from mbdsl.elements.vectors import Vector, W, cross, dot, slip
 

@@ -7,7 +7,8 @@ the generalised force on the coordinate b, up to its sign; ratio times the oppos
 mechanism without losses: their power is that of the offset alone.
 """
 
-from mbdsl.elements.kind import ANY, JointKind, Parameter, Signal, in_space, power
+from mbdsl.elements.declaration import ANY, Parameter, power
+from mbdsl.elements.kind import JointKind, Signal, in_space
 
 
 def check(v):

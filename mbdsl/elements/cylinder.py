@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from math import hypot, pi
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
-from mbdsl.elements.kind import Parameter, axis_given
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import axis_given
 from mbdsl.elements.solid import solid
 from mbdsl.elements.vectors import UNTURNED
 

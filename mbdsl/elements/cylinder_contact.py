@@ -13,7 +13,7 @@ linear in q, for a linear law). A lying cylinder acts at two points, and rolls. 
 from math import sqrt
 
 from mbdsl.elements.contact_points import Point, contact
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.line_contact import AXIS, SIDES, axes, check
 from mbdsl.elements.point_contact import HEIGHT_IN_SPACE, NORMAL_IN_SPACE, N
 from mbdsl.elements.vectors import axis, cross, dot, total

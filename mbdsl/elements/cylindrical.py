@@ -9,7 +9,8 @@ radius w around it, see friction.py and sliding_friction.py. Without a radius, i
 from collections.abc import Mapping
 
 from mbdsl.elements import friction
-from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Parameter, Signal, axis_given
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Signal, axis_given
 from mbdsl.elements.motions import AXIS_X, SLIDING_IN_SPACE
 from mbdsl.elements.rows import X_A, X_B, Y_A, Y_B, Z_A, along, normal
 from mbdsl.elements.sliding_friction import components, delivered, speed

@@ -3,7 +3,8 @@
 |r_b - r_a| - u(t) = 0                                                               (1 row)
 """
 
-from mbdsl.elements.kind import AXIAL, JointKind, Parameter, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import AXIAL, JointKind, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH
 

@@ -8,7 +8,8 @@ shaft.
 With psi = 0, and both joints bent by the same angle in one plane, the joint is homokinetic.
 """
 
-from mbdsl.elements.kind import AXIAL, JointKind, Parameter
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import AXIAL, JointKind
 from mbdsl.elements.motions import APART_IN_SPACE
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import LENGTH, Z_A, Z_B, less

@@ -8,8 +8,9 @@ pretensioned: no strand becomes slack.
 """
 
 from mbdsl.elements import belt_drive
+from mbdsl.elements.declaration import Parameter, power
 from mbdsl.elements.gear_pair import SIGNALS_IN_SPACE, about_parallel_axes
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power, zero
+from mbdsl.elements.kind import ForceKind, Signal, in_space, zero
 from mbdsl.elements.line_of_centres import rolling as gradient
 from mbdsl.elements.line_of_centres import rolling_hessian as hessian
 from mbdsl.elements.line_of_centres_in_space import rolling as gradient_in_space

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 
 from mbdsl.bodies import ancf_cable_kernels, floating_beam_kernels, rigid_body_kernels
 from mbdsl.elements import body
-from mbdsl.elements.kind import BodyKind, Parameter, zero
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind, zero
 
 MOTIONS = (rigid_body_kernels, floating_beam_kernels, ancf_cable_kernels)
 FLOATING, ANCF = "floating", "ancf"

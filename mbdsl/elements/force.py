@@ -3,7 +3,8 @@
 f = fx x_a + fy y_a, in space + fz z_a.  frame_a only defines the directions: no reaction acts on it.
 """
 
-from mbdsl.elements.kind import ForceKind, Parameter, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import X_A, Y_A, Z_A
 from mbdsl.elements.vectors import dot, total, velocity, wrench

@@ -13,7 +13,8 @@ stiffer. The creep with the defaults is negligible in machines (1 mm/s, 0.01 rad
 
 from collections.abc import Mapping
 
-from mbdsl.elements.kind import Parameter, power, zero
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import zero
 
 EFFECTS = {"friction": zero("mu", "mu_s")}
 STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its limit well before the exponential falls

@@ -19,7 +19,8 @@ bearings carry, are left out: they depend on radii and on the inclination of the
 from math import atan2, floor, pi
 
 from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B, X, Y, Z, add_cross
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, Signal
 from mbdsl.elements.rows import X_A, X_B, Y_A, Y_B, Z_A, Z_B
 from mbdsl.elements.universal import product, unit
 from mbdsl.elements.vectors import W, dot, reactions, total, turned_to

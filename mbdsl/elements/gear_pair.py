@@ -15,7 +15,8 @@ apart, may move in any way.
 
 from math import pi
 
-from mbdsl.elements.kind import JointKind, PairKind, Parameter, Signal, in_space, wrench
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, PairKind, Signal, in_space, wrench
 from mbdsl.elements.line_of_centres import FORMULA, SQUARE
 from mbdsl.elements.line_of_centres import rolling as gradient
 from mbdsl.elements.line_of_centres import rolling_hessian as hessian

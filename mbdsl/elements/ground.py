@@ -2,7 +2,8 @@
 
 from math import hypot
 
-from mbdsl.elements.kind import BodyKind, Parameter, in_space, zero
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind, in_space, zero
 
 #: tolerance of the length of n: {0.707, 0.707} is a rounded direction, {0.17, 0} is ambiguous
 NEARLY = 1e-3

@@ -6,7 +6,8 @@ relative to the point below the blade of the body that frame_a is fixed to. In s
 plane takes the place of y_b; the joint does not keep the blade on the plane: PointOnPlane does.
 """
 
-from mbdsl.elements.kind import AT_B, JointKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import AT_B, JointKind, Signal, in_space
 from mbdsl.elements.motions import TURNING, TURNING_ASKEW
 from mbdsl.elements.rows import X_B, Z_A
 from mbdsl.elements.vectors import cross, dot, slip, turned_to

@@ -6,7 +6,8 @@ It acts at the ends of the edge, which are circles or balls with the `radius`:
 """
 
 from mbdsl.elements.contact_points import Point, contact
-from mbdsl.elements.kind import Parameter, axis_given
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import axis_given
 from mbdsl.elements.point_contact import HEIGHT, HEIGHT_IN_SPACE, NORMAL, NORMAL_IN_SPACE, N, plane
 from mbdsl.elements.vectors import axis, turned_to
 

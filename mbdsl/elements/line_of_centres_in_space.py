@@ -16,7 +16,7 @@ from math import atan2, floor, pi
 from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B, R_A, R_B, X, Y, Z
 from mbdsl.elements.kind import Signal
 from mbdsl.elements.line_of_centres import FORMULA, TURN, nearest
-from mbdsl.elements.vectors import D, Vector, axis, cross, dot, minus, spin, total
+from mbdsl.elements.vectors import D, Vector, axis, cross, dot, minus, spin, total, velocity
 from mbdsl.kernels.columns import SPACE as C
 from mbdsl.kernels.marks import kernel
 
@@ -33,8 +33,7 @@ def gradient_of(port: str) -> Vector:
 
 def rate_of(port: str) -> str:
     """The rate of the angle of the frame at a port from the line, as a formula."""
-    ends = (tuple(f"frame_{end}.v{i}" for i in "xyz") for end in "ba")
-    relative = minus(*ends)  # type: ignore[arg-type]
+    relative = minus(velocity("frame_b"), velocity("frame_a"))
     return f"(-{dot(gradient_of(port), minus(relative, cross(spin(port), D)))})"
 
 

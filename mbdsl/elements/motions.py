@@ -1,6 +1,7 @@
 """Motions that joints leave free, and forces act along: their signals, and the parameters of their axes in space."""
 
-from mbdsl.elements.kind import Kind, Parameter, Signal
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import Kind, Signal
 from mbdsl.elements.rows import TURN, X_A, X_B, Y_A, Z_A, along
 from mbdsl.elements.vectors import D, W, both, dot, gradient_of_angle, turned_to
 

@@ -7,7 +7,8 @@ Relative to the carrier, the sun turns -ratio times as far as the ring, ratio = 
 Their sum is zero, so that no housing carries any. The planets have no mass here.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, Signal, in_space
 
 
 def check(v):

@@ -6,7 +6,8 @@ The half-plane or half-space behind the line or plane is solid.
 """
 
 from mbdsl.elements.contact_points import Point, contact
-from mbdsl.elements.kind import Parameter, axis_given
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import axis_given
 from mbdsl.elements.vectors import D, axis, dot, turned_to
 
 #: outward normal of the line y = 0 and of the plane z = 0 of frame_a, and the distance of frame_b's origin

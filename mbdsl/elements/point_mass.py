@@ -3,7 +3,8 @@
 from mbdsl.bodies import point_mass_kernels as motion
 from mbdsl.bodies import spatial_point_mass_kernels as motion_in_space
 from mbdsl.elements import body
-from mbdsl.elements.kind import BodyKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind, Signal, in_space
 
 KIND = BodyKind(
     "PointMass",

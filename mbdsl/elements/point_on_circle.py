@@ -5,7 +5,8 @@
 (2 rows, in the plane 1). The body of frame_b is free to turn.
 """
 
-from mbdsl.elements.kind import AT_B, JointKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import AT_B, JointKind, Signal, in_space
 from mbdsl.elements.motions import AXIS_Z
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import IN_AXES, LENGTH, along, less

@@ -6,7 +6,8 @@ Friction: a force mu |lam| against the sliding, see friction.py and sliding_fric
 """
 
 from mbdsl.elements import friction, sliding_friction
-from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Parameter, Signal, axis_given
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Signal, axis_given
 from mbdsl.elements.rows import X_A, Y_A, along
 from mbdsl.elements.vectors import turned_to
 

@@ -7,7 +7,8 @@ the sliding, see friction.py and sliding_friction.py.
 """
 
 from mbdsl.elements import friction, sliding_friction
-from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Parameter, Signal
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Signal
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import IN_AXES, X_A, Y_A, Z_A
 

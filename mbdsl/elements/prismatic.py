@@ -9,7 +9,8 @@ the guide depends on its length, and they are left out.
 """
 
 from mbdsl.elements import friction
-from mbdsl.elements.kind import AT_B, JointKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import AT_B, JointKind, in_space
 from mbdsl.elements.motions import AXIS_X, SLIDING, SLIDING_IN_SPACE
 from mbdsl.elements.rows import SAME, SAME_ATTITUDE, along
 from mbdsl.elements.vectors import UNTURNED, about, turned_to

@@ -8,7 +8,8 @@ angle of frame_b relative to frame_a about the axis of the pinion, so that the r
 guides the pinion.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, in_space
 from mbdsl.elements.motions import SLIDING, SLIDING_IN_SPACE, TURNING, TURNING_ASKEW
 from mbdsl.elements.rolling_disc import BELOW
 from mbdsl.elements.row import Row

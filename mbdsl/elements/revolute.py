@@ -8,7 +8,8 @@ length, and they are left out.
 """
 
 from mbdsl.elements import friction
-from mbdsl.elements.kind import JointKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, in_space
 from mbdsl.elements.motions import AXIS_Z, TURNING, TURNING_IN_SPACE
 from mbdsl.elements.rows import POINT, Z_A, Z_B, normal
 from mbdsl.elements.vectors import both, dot, total, wrench

@@ -3,7 +3,8 @@
 from mbdsl.bodies import rigid_body_kernels as motion
 from mbdsl.bodies import spatial_rigid_body_kernels as motion_in_space
 from mbdsl.elements import body
-from mbdsl.elements.kind import BodyKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind, in_space
 
 KIND = BodyKind(
     "Rod",

@@ -21,7 +21,8 @@ flat has no lowest point.
 """
 
 from mbdsl.elements import universal
-from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, Signal, in_space
 from mbdsl.elements.motions import SLIDING, TURNING
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import X_B, Y_A, Y_B, Z_A, Z_B, along

@@ -9,8 +9,9 @@ kind, between two discs with the signed radii r_a, r_b:
 from dataclasses import replace
 from math import sqrt
 
+from mbdsl.elements.declaration import Parameter, power
 from mbdsl.elements.disc_tangents import span_gradient, span_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, power, zero
+from mbdsl.elements.kind import ForceKind, Signal, in_space, zero
 from mbdsl.elements.motions import APART_IN_SPACE
 from mbdsl.elements.rope_path import Path
 from mbdsl.kernels.columns import PLANE as C

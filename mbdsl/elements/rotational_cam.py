@@ -9,7 +9,8 @@ out. In space both axes have the direction n, and phi_a is called phi, phi_b bet
 """
 
 from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B
-from mbdsl.elements.kind import JointKind, Parameter, Signal, in_space, wrench
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, Signal, in_space, wrench
 from mbdsl.elements.line_of_centres import FORMULA, SQUARE, TURN, add_direction, direction, direction_hessian, nearest
 from mbdsl.elements.line_of_centres_in_space import (
     M_A,

@@ -3,7 +3,8 @@
 phi - u(t) = 0      in space, phi is the angle of x_b about z_a, with z along n      (1 row)
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import JointKind, in_space
 from mbdsl.elements.motions import TURNING, about_n
 from mbdsl.elements.rows import ANGLE
 

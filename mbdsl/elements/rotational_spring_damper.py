@@ -3,7 +3,8 @@
 torque  k (phi - phi0) + c w, against the relative rotation; in space about the axis n
 """
 
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, law_or_spring, power, zero
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import ForceKind, Signal, in_space, law_or_spring, zero
 from mbdsl.elements.motions import TURNING, about_n
 from mbdsl.elements.rows import ANGLE
 

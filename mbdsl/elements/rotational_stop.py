@@ -4,7 +4,8 @@ torque = k d^n max(0, 1 + alpha d'),  d = phi - phi_max or phi_min - phi,  where
 """
 
 from mbdsl.elements import contact_law
-from mbdsl.elements.kind import ForceKind, Signal, in_space, power
+from mbdsl.elements.declaration import power
+from mbdsl.elements.kind import ForceKind, Signal, in_space
 from mbdsl.elements.motions import TURNING, about_n
 from mbdsl.elements.rows import ANGLE
 from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits, touch

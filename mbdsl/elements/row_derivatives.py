@@ -156,7 +156,7 @@ def freedom(kind: Kind) -> Freedom | None:
 
 def axes_in(kind: PairKind) -> set[str]:
     """The ports whose axes occur in the rows of a kind in space."""
-    return {x.value[0] for x in symbolic.leaves(*rows(kind)) if x.op == "coordinate" and len(x.value[1]) > 1}  # type: ignore[index, misc, arg-type]
+    return {x.value[0] for x in symbolic.leaves(*rows(kind)) if x.op == "coordinate" and len(x.value[1]) > 1}
 
 
 @cache

@@ -14,7 +14,8 @@ from collections.abc import Mapping
 from math import pi
 
 from mbdsl.elements import cylindrical, friction
-from mbdsl.elements.kind import Parameter, Signal, axis_given, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import Signal, axis_given, in_space
 from mbdsl.elements.motions import AXIS_X, SLIDING_IN_SPACE
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import X_A, Y_A, Y_B, Z_A

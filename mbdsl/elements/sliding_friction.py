@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from functools import reduce
 
 from mbdsl.elements import friction
-from mbdsl.elements.kind import PairKind, power
+from mbdsl.elements.declaration import power
+from mbdsl.elements.kind import PairKind
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import IN_AXES, X_A, Y_A, Z_A
 from mbdsl.elements.vectors import Vector, W, dot, total, wrench

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from mbdsl.elements import body
-from mbdsl.elements.kind import BodyKind, Parameter
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind
 
 MASS = (
     Parameter("m", "kg", None, "mass; or give the density", minimum=0.0),
@@ -22,7 +24,7 @@ def solid(
     volume: Formula,
     inertia: Callable[[Mapping], tuple],
     check: Callable[[Mapping], str | None] = lambda v: None,
-    **more: object,
+    **more: Any,
 ) -> BodyKind:
     """A declaration. ``volume`` [m3] and ``inertia`` [kg.m2], as ``I`` of a Body, are functions of the values."""
 
@@ -46,5 +48,5 @@ def solid(
         com=lambda v: (0.0, 0.0, 0.0),
         table=lambda v: (v["m"], *body.inertia(v["I"])),
         spatial=True,
-        **more,  # type: ignore[arg-type]
+        **more,
     )

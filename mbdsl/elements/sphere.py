@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import pi
 
 from mbdsl.bodies import spatial_rigid_body_kernels as motion
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.solid import solid
 
 

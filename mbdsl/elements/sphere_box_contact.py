@@ -8,7 +8,7 @@ The distance |o| has a continuous gradient where its nearest point passes from a
 """
 
 from mbdsl.elements.contact_points import Point, contact
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.rows import X_A, Y_A, Z_A
 from mbdsl.elements.vectors import D, dot, total
 

@@ -6,7 +6,7 @@ With the centre c of the ball in frame_a, x along the capsule, its distance from
 """
 
 from mbdsl.elements.contact_points import contact
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.sphere_box_contact import BALL, CENTRE, touch
 from mbdsl.elements.sphere_cylinder_contact import AXIS, along_axis, check
 

@@ -9,7 +9,7 @@ as :mod:`~mbdsl.elements.sphere_box_contact`.
 """
 
 from mbdsl.elements.contact_points import contact
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.sphere_box_contact import BALL, CENTRE, touch
 from mbdsl.elements.vectors import turned_to
 

@@ -6,7 +6,8 @@ Friction: a torque mu radius |lam| against the relative rotation, see friction.p
 """
 
 from mbdsl.elements import friction, sliding_friction
-from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind
 from mbdsl.elements.rows import POINT, X_A, Y_A, Z_A
 from mbdsl.elements.sliding_friction import TURNS
 from mbdsl.elements.vectors import cardan_angles

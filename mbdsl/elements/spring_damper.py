@@ -3,7 +3,8 @@
 s = |r_b - r_a|;  tension  k (s - s0) + c ds/dt
 """
 
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, law_or_spring, power, zero
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import ForceKind, Signal, in_space, law_or_spring, zero
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH
 

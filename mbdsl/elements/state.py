@@ -8,12 +8,16 @@ as it integrates the velocities of bodies, with the derivatives of f in its matr
 
 from mbdsl.bodies import spatial_state_kernels as motion_in_space
 from mbdsl.bodies import state_kernels as motion
-from mbdsl.elements.kind import BodyKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import BodyKind, in_space
 
 KIND = BodyKind(
     "State",
     doc="A variable with a derivative.",
-    parameters=(Parameter("nominal", "any", None, "size of its values, to which errors refer", positive=True),),
+    parameters=(
+        Parameter("nominal", "any", None, "size of its values, to which errors refer", positive=True),
+        Parameter("rate", "any", None, "its derivative at the start, from which its value at the start follows"),
+    ),
     coordinates=("s",),
     is_frame=True,
     table=lambda v: (1.0,),

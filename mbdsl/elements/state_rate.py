@@ -1,6 +1,7 @@
 """StateRate: the equation `der(x) = f` of a state, as a force f on its body."""
 
-from mbdsl.elements.kind import ForceKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.row import Row
 
 KIND = ForceKind(

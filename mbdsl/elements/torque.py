@@ -5,7 +5,8 @@ In the plane tau acts along phi_b - phi_a; in space about z of frame_a, or of fr
 
 from dataclasses import replace
 
-from mbdsl.elements.kind import ForceKind, Parameter, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.motions import AXIS_Z, TURNING, about_n
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import TURN, Z_A, Z_B

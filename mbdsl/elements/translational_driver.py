@@ -3,7 +3,8 @@
 x_a . (r_b - r_a) - u(t) = 0      with x along n, in the plane the x axis            (1 row)
 """
 
-from mbdsl.elements.kind import AXIAL, JointKind, Parameter, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import AXIAL, JointKind, in_space
 from mbdsl.elements.motions import SLIDING, along_n
 from mbdsl.elements.rows import along
 

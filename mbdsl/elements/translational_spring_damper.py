@@ -3,7 +3,8 @@
 s = x_a . (r_b - r_a);  force  k (s - s0) + c ds/dt, against the relative motion; in space with x along n
 """
 
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, in_space, law_or_spring, power, zero
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import ForceKind, Signal, in_space, law_or_spring, zero
 from mbdsl.elements.motions import SLIDING, along_n
 from mbdsl.elements.rows import along
 

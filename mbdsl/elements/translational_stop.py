@@ -4,7 +4,8 @@ force = k d^n max(0, 1 + alpha d'),  d = s - s_max or s_min - s,  where d > 0   
 """
 
 from mbdsl.elements import contact_law
-from mbdsl.elements.kind import AT_B, ForceKind, Parameter, Signal, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import AT_B, ForceKind, Signal, in_space
 from mbdsl.elements.motions import SLIDING, along_n
 from mbdsl.elements.rows import along
 

@@ -5,7 +5,8 @@
 u may depend on more than time: on inputs, positions and other velocities.
 """
 
-from mbdsl.elements.kind import AXIAL, JointKind, Parameter, in_space, power
+from mbdsl.elements.declaration import Parameter, power
+from mbdsl.elements.kind import AXIAL, JointKind, in_space
 from mbdsl.elements.motions import SLIDING, along_n
 
 KIND = JointKind(

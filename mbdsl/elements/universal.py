@@ -8,7 +8,8 @@ Both axes of the frames coincide where phi_a = phi_b = 0: frame_b is turned by p
 from collections.abc import Mapping, Sequence
 from math import hypot
 
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, Signal
 from mbdsl.elements.rows import POINT, X_A, X_B, Y_A, Y_B, Z_A, Z_B, normal
 from mbdsl.elements.vectors import W, dot, turned_to
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin
 
 from mbdsl.elements.kind import Signal
@@ -12,25 +12,30 @@ Vector = tuple[str, str, str]
 UNTURNED = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
+def vector(components: Iterable[str]) -> Vector:
+    x, y, z = components
+    return x, y, z
+
+
 def axis(port: str, name: str) -> Vector:
     """The axis x, y or z of the frame at a port."""
-    return tuple(f"{port}.{name}{i}" for i in "xyz")  # type: ignore[return-value]
+    return vector(f"{port}.{name}{i}" for i in "xyz")
 
 
 def origin(port: str) -> Vector:
-    return tuple(f"{port}.{i}" for i in "xyz")  # type: ignore[return-value]
+    return vector(f"{port}.{i}" for i in "xyz")
 
 
 def spin(port: str) -> Vector:
-    return tuple(f"{port}.w{i}" for i in "xyz")  # type: ignore[return-value]
+    return vector(f"{port}.w{i}" for i in "xyz")
 
 
 def velocity(port: str) -> Vector:
-    return tuple(f"{port}.v{i}" for i in "xyz")  # type: ignore[return-value]
+    return vector(f"{port}.v{i}" for i in "xyz")
 
 
 def minus(a: Vector, b: Vector) -> Vector:
-    return tuple(f"({x} - {y})" for x, y in zip(a, b, strict=True))  # type: ignore[return-value]
+    return vector(f"({x} - {y})" for x, y in zip(a, b, strict=True))
 
 
 def dot(a: Vector, b: Vector) -> str:
@@ -38,12 +43,12 @@ def dot(a: Vector, b: Vector) -> str:
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    return tuple(f"({a[j]}*{b[k]} - {a[k]}*{b[j]})" for j, k in ((1, 2), (2, 0), (0, 1)))  # type: ignore[return-value]
+    return vector(f"({a[j]}*{b[k]} - {a[k]}*{b[j]})" for j, k in ((1, 2), (2, 0), (0, 1)))
 
 
 def total(*terms: tuple[str, Vector]) -> Vector:
     """The sum of factors times vectors."""
-    return tuple("(" + " + ".join(f"{factor}*{a[i]}" for factor, a in terms) + ")" for i in range(3))  # type: ignore[return-value]
+    return vector("(" + " + ".join(f"{factor}*{a[i]}" for factor, a in terms) + ")" for i in range(3))
 
 
 #: from frame_a to frame_b

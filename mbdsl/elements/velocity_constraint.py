@@ -5,7 +5,8 @@
 It has no frames: it acts on the coordinates in its expression.
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, in_space
+from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.kind import JointKind, in_space
 
 KIND = JointKind(
     "VelocityConstraint",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from time import perf_counter
+from typing import Any
 
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import loop_state as S
@@ -57,20 +58,20 @@ def _lines(p: PartRun) -> Iterator[tuple[Line, float, bool]]:
     arrays = [x.copy() for x in (run.vectors, run.frames, run.gradients, run.numbers, run.layout, run.matrices[0])]
     for lines, tangent in ((repeated.evaluate, False), (repeated.tangent, True)):
         for line, function in lines:
-            yield line, _seconds(lambda n, f=function: f(n, run.time, *[1.0] * len(FACTORS), *arrays)), tangent  # type: ignore[misc]
+            yield line, _seconds(function, run.time, *[1.0] * len(FACTORS), *arrays), tangent
 
 
-def _seconds(call: Callable[[int], None]) -> float:
-    """Seconds of one repetition: the least of three sufficiently long runs."""
+def _seconds(call: Callable[..., None], *arguments: Any) -> float:
+    """Seconds of one repetition: the least of three sufficiently long runs; the number of repetitions comes first."""
     number, spent = 1, 0.0
     while spent < PATIENCE / 4 and number < 1 << 24:
         number *= 4
         begun = perf_counter()
-        call(number)
+        call(number, *arguments)
         spent = perf_counter() - begun
     found = [spent]
     for _ in range(2):
         begun = perf_counter()
-        call(number)
+        call(number, *arguments)
         found.append(perf_counter() - begun)
     return min(found) / number

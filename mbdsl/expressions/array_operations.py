@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +13,7 @@ from mbdsl.numerics.piecewise_cubic import piecewise
 Array = NDArray[np.float64]
 
 #: the operations of expressions on arrays
-ARRAY_OPERATIONS = {
+ARRAY_OPERATIONS: dict[str, Callable] = {
     **OPERATIONS,
     "div": np.divide,
     "pow": np.power,
@@ -131,7 +133,7 @@ def _gauss(law: Expr, a: Array, b: Array) -> Array:
     half = 0.5 * (b - a)
     points = 0.5 * (a + b)[:, None] + half[:, None] * NODES
     with np.errstate(all="ignore"):
-        (found,) = evaluate([law], lambda _: points.ravel(), ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+        (found,) = evaluate([law], lambda _: points.ravel(), ARRAY_OPERATIONS, table_value)
     return half * (np.broadcast_to(np.asarray(found, float), points.size).reshape(points.shape) @ WEIGHTS)
 
 

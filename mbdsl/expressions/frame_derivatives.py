@@ -8,7 +8,7 @@ from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, diff, leav
 
 def frames_in(root: Expr) -> list[str]:
     """The frames that an expression depends on."""
-    return list(dict.fromkeys(leaf.value[0] for leaf in leaves(root) if leaf.op == "coordinate"))  # type: ignore[index]
+    return list(dict.fromkeys(leaf.value[0] for leaf in leaves(root) if leaf.op == "coordinate"))
 
 
 def by_motion(root: Expr, frame: str, spatial: bool) -> list[Expr]:

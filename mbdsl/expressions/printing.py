@@ -15,16 +15,16 @@ def text(root: Expr) -> str:
         if n.op == "const":
             shown[n] = repr(n.value)
         elif n.op == "coordinate":
-            shown[n] = ".".join(n.value)  # type: ignore[arg-type]
+            shown[n] = ".".join(n.value)
         elif n.op == "input":
             shown[n] = str(n.value)
         elif n.op == "multiplier":
-            joint, k = n.value  # type: ignore[misc]
+            joint, k = n.value
             shown[n] = f"{joint}.lam[{k + 1}]"
         elif n.op == "time":
             shown[n] = "time"
         elif n.op == "start":
-            shown[n] = f"start({text(n.value)})"  # type: ignore[arg-type]
+            shown[n] = f"start({text(n.value)})"
         elif n.op in _INFIX:
             shown[n] = f"({a[0]}{_INFIX[n.op]}{a[1]})"
         elif n.op == "neg":
@@ -32,7 +32,7 @@ def text(root: Expr) -> str:
         elif n.op == "select":
             shown[n] = f"(if {a[0]} then {a[1]} else {a[2]})"
         elif n.op == "table":
-            data, nth = n.value  # type: ignore[misc]
+            data, nth = n.value
             shown[n] = f"{getattr(data, 'name', 'table')}{chr(39) * nth}({a[0]})"
         else:
             shown[n] = f"{n.op}({', '.join(a)})"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 from weakref import WeakValueDictionary
 
 #: coordinate key -> key of its time derivative
@@ -34,7 +34,7 @@ class Expr:
 
     op: str
     args: tuple[Expr, ...]
-    value: object
+    value: Any  #: of the type that belongs to ``op``
 
     def __new__(cls, op: str, args: tuple[Expr, ...] = (), value: object = None) -> Expr:
         # 0.0 and -0.0 are equal and hash alike; as constants they may share a node.
@@ -56,7 +56,7 @@ class Expr:
     def __add__(self, other: Expr | float) -> Expr:
         other = expr(other)
         if is_const(self) and is_const(other):
-            return const(self.value + other.value)  # type: ignore[operator]
+            return const(self.value + other.value)
         if is_const(self, 0.0):
             return other
         if is_const(other, 0.0):
@@ -68,7 +68,7 @@ class Expr:
 
     def __neg__(self) -> Expr:
         if is_const(self):
-            return const(-self.value)  # type: ignore[operator]
+            return const(-self.value)
         if self.op == "neg":
             return self.args[0]
         return Expr("neg", (self,))
@@ -76,7 +76,7 @@ class Expr:
     def __sub__(self, other: Expr | float) -> Expr:
         other = expr(other)
         if is_const(self) and is_const(other):
-            return const(self.value - other.value)  # type: ignore[operator]
+            return const(self.value - other.value)
         if is_const(other, 0.0):
             return self
         if is_const(self, 0.0):
@@ -89,7 +89,7 @@ class Expr:
     def __mul__(self, other: Expr | float) -> Expr:
         other = expr(other)
         if is_const(self) and is_const(other):
-            return const(self.value * other.value)  # type: ignore[operator]
+            return const(self.value * other.value)
         for a, b in ((self, other), (other, self)):
             if is_const(a, 0.0):
                 return const(0.0)
@@ -106,7 +106,7 @@ class Expr:
         other = expr(other)
         if is_const(other) and other.value != 0.0:
             if is_const(self):
-                return const(self.value / other.value)  # type: ignore[operator]
+                return const(self.value / other.value)
             if is_const(other, 1.0):
                 return self
         if is_const(self, 0.0) and not is_const(other, 0.0):
@@ -323,7 +323,7 @@ def _forward(order: list[Expr], seeds: dict[Expr, Expr]) -> dict[Expr, Expr]:
         elif all(is_const(d[a], 0.0) for a in n.args):
             d[n] = zero
         elif n.op == "table":
-            table, nth = n.value  # type: ignore[misc]
+            table, nth = n.value
             d[n] = Expr("table", n.args, (table, nth + 1)) * d[n.args[0]]
         elif n.op == "select":
             d[n] = call("select", n.args[0], d[n.args[1]], d[n.args[2]])
@@ -340,7 +340,7 @@ def _forward(order: list[Expr], seeds: dict[Expr, Expr]) -> dict[Expr, Expr]:
 
 def is_velocity(leaf: Expr) -> bool:
     """Whether a leaf is a velocity of a frame."""
-    return leaf.op == "coordinate" and leaf.value[1] in _VELOCITIES  # type: ignore[index]
+    return leaf.op == "coordinate" and leaf.value[1] in _VELOCITIES
 
 
 def is_velocity_level(root: Expr) -> bool:
@@ -349,7 +349,7 @@ def is_velocity_level(root: Expr) -> bool:
 
 def _rate(leaf: Expr) -> Expr | None:
     """The time derivative of a coordinate of a frame; None of velocities."""
-    frame, key = leaf.value  # type: ignore[misc]
+    frame, key = leaf.value
     if key in RATE or key == "z":
         return coordinate(frame, RATE.get(key, "vz"))
     if key in _VELOCITIES:
@@ -369,8 +369,8 @@ def flow(root: Expr) -> Expr:
     return _forward(order, seeds)[root]
 
 
-def der(root: Expr) -> Expr:
-    """Total time derivative of a position-level expression.
+def der(root: Expr, rates: Callable[[Expr], Expr | None] = lambda leaf: None) -> Expr:
+    """Total time derivative of an expression of positions, and of leaves that have ``rates``: states.
 
     Raises
     ------
@@ -382,6 +382,8 @@ def der(root: Expr) -> Expr:
     for leaf, partial in zip(variables, diff(root, *variables), strict=True):
         if leaf.op == "time":
             rate: Expr = const(1.0)
+        elif (known := rates(leaf)) is not None:
+            rate = known
         elif leaf.op == "coordinate" and (found := _rate(leaf)) is not None:
             rate = found
         else:
@@ -392,11 +394,11 @@ def der(root: Expr) -> Expr:
 
 def _no_rate(leaf: Expr) -> str:
     if leaf.op == "multiplier":
-        joint, _ = leaf.value  # type: ignore[misc]
+        joint, _ = leaf.value
         return f"der() of a reaction of `{joint}`: reactions follow from the motion, their rates are not known"
     if leaf.op == "input":
         return f"der() of the input `{leaf.value}`: inputs may jump, their rates are not known"
-    return "der() takes a position or an angle; accelerations are results, they cannot be used in the model"
+    return "der() takes a position or an angle: accelerations cannot be used; filter the velocity, `der(y) = (v - y)/T`"
 
 
 def substitute(root: Expr, replacement: Callable[[Expr], Expr | None]) -> Expr:
@@ -407,9 +409,9 @@ def substitute(root: Expr, replacement: Callable[[Expr], Expr | None]) -> Expr:
         if found is not None:
             new[n] = found
         elif n.op == "angle":
-            new[n] = call("angle", *(new[a] for a in n.args), substitute(n.value, replacement))  # type: ignore[arg-type]
+            new[n] = call("angle", *(new[a] for a in n.args), substitute(n.value, replacement))
         elif n.op == "start":
-            new[n] = at_start(substitute(n.value, replacement))  # type: ignore[arg-type]
+            new[n] = at_start(substitute(n.value, replacement))
         elif all(new[a] is a for a in n.args):
             new[n] = n
         else:
@@ -431,7 +433,7 @@ def rebuild(node: Expr, args: list[Expr]) -> Expr:
     if node.op in ("table", "integral"):
         return Expr(node.op, tuple(args), node.value)
     if node.op == "angle":
-        return call("angle", *args, node.value)  # type: ignore[arg-type]
+        return call("angle", *args, node.value)
     if node.op in _ARITHMETIC:
         return _ARITHMETIC[node.op](*args)
     return call(node.op, *args)
@@ -439,10 +441,10 @@ def rebuild(node: Expr, args: list[Expr]) -> Expr:
 
 def evaluate(
     roots: Iterable[Expr],
-    leaf: Callable[[Expr], object],
+    leaf: Callable[[Expr], Any],
     operations: dict[str, Callable] = OPERATIONS,
-    table: Callable[[object, int, object], object] | None = None,
-    angle: Callable[[Expr, object, object, object], object] | None = None,
+    table: Callable[[Any, int, Any], Any] | None = None,
+    angle: Callable[..., Any] | None = None,
 ) -> list:
     """Values of ``roots`` given the value of every leaf; works on arrays with array ``operations``.
 
@@ -454,7 +456,7 @@ def evaluate(
         if n.op == "const":
             values[n] = n.value
         elif n.op == "table":
-            data, nth = n.value  # type: ignore[misc]
+            data, nth = n.value
             values[n] = (table or _table)(data, nth, values[n.args[0]])
         elif n.op == "integral":  # of energies: for arrays only
             values[n] = operations[n.op](n.value, values[n.args[0]])

@@ -26,7 +26,7 @@ ZERO = 1e-9
 
 
 class InPlane:
-    """y contains x and y of each body, and its rotation about the z axis of the world from its guess."""
+    """y contains x and y of each body, its rotation about the z axis of the world from its guess, and all states."""
 
     def __init__(self, system: System, q: Array) -> None:
         self.system, self._guess, size = system, q, system.tables.scale
@@ -34,6 +34,11 @@ class InPlane:
         start, keep, entries = list[float](), list[int](), list[tuple[int, int, float]]()
         for name, model in system.tables.models.items():
             d, first = system.tables.coordinates[name], len(start)
+            if model.n == 1:  # a state
+                entries.append((d, first, 1.0))
+                start.append(q[d])
+                keep.append(d)
+                continue
             entries += [(d, first, 1.0), (d + 1, first + 1, 1.0)]
             start += [q[d], q[d + 1]]
             keep += [d, d + 1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.mechanism.scene import Component, Scene
@@ -38,8 +39,8 @@ def _pulls(c: Component) -> bool:
     return stiffness is not None and stiffness.unit == "N/m" and any(_sizes(c.values["k"]))
 
 
-def _sizes(k: object) -> tuple[float, ...]:
-    return tuple(abs(x) for x in k) if isinstance(k, tuple) else (abs(float(k)),)  # type: ignore[arg-type]
+def _sizes(k: Any) -> tuple[float, ...]:
+    return tuple(abs(x) for x in k) if isinstance(k, tuple) else (abs(float(k)),)
 
 
 def _in_series(scene: Scene, name: str, held: list[Component]) -> str:

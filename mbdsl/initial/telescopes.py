@@ -26,7 +26,7 @@ def positions(system: System) -> dict[str, Expr]:
     """The positions of joints that slide between two moving bodies, without a driver or an initial value, by name."""
     scene = system.scene
     said = {x.target for x in scene.initial}
-    frames = {leaf.value[0] for x in said for leaf in leaves(x) if leaf.op == "coordinate"}  # type: ignore[index]
+    frames = {leaf.value[0] for x in said for leaf in leaves(x) if leaf.op == "coordinate"}
     driven = [set(c.ports.values()) for c in scene.components.values() if getattr(c.kind, "driver", None)]
     found = {}
     for c in scene.components.values():

@@ -31,7 +31,7 @@ def in_loops(system: System, graph: MechanismGraph) -> dict[str, Placement]:
     """Bodies with an attitude and without initial values of positions that are part of a loop: their placements."""
     scene, tree = system.scene, {p.body: p for p in graph.tree()}
     targets = [x.target for x in scene.initial if not is_velocity_level(x.target)]
-    frames = {leaf.value[0] for x in targets for leaf in leaves(x) if leaf.op == "coordinate"}  # type: ignore[index]
+    frames = {leaf.value[0] for x in targets for leaf in leaves(x) if leaf.op == "coordinate"}
     given = {scene.frames[name].body for name in frames if name in scene.frames}
     hung, closed = {p.joint for p in tree.values()}, set[str]()
     for edge in graph.joints:
@@ -59,7 +59,7 @@ def turned_round(system: System, graph: MechanismGraph, placement: Placement, t:
         return None
     joint = scene.components[placement.joint]
     pivot = next(name for name in joint.ports.values() if scene.frames[name].body == placement.body)
-    J = dense(system.Phi_q(t, q))[tables.rows[joint.name] :][: joint.kind.rows]  # type: ignore[attr-defined]
+    J = dense(system.Phi_q(t, q))[tables.rows[joint.name] :][: joint.kind.rows]
     held = J[~(J[:, tables.lengths] != 0.0).any(axis=1)][:, _turns(system, placement.body)]
     free = null_space(held)
     if free.shape[1] != 1:

@@ -213,8 +213,8 @@ def available(spatial: bool = False) -> dict[str, Method]:
     dict
         Name -> ``Method``, mbdsl's own methods first, then third-party integrators.
     """
-    others: dict[str, object] = {**shipped_backends(), **_registered()[0], **_given}
-    found: dict[str, Method] = {name: each.METHOD for name, each in others.items()}  # type: ignore[attr-defined]
+    others: dict[str, Any] = {**shipped_backends(), **_registered()[0], **_given}
+    found: dict[str, Method] = {name: each.METHOD for name, each in others.items()}
     return {**compiled(), **{name: method for name, method in found.items() if method.spatial or not spatial}}
 
 

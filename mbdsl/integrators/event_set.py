@@ -1,9 +1,9 @@
 """Events of a model during a run: which when-equations act, and what they change.
 
-At one time there is one event. Conditions are evaluated with the values after the last change; a when-equation acts if
-a condition of it becomes true, the first such branch alone; and this is repeated until no discrete value changes. A
-condition that is true at the start has not become true (MLS 3.6, section 8.3.5), but for `initial()`, and a clock that
-ticks then. Actions are done in the order of the text, and `reinit` after all others of a round.
+At one time there is one event. A when-equation acts if a condition of it becomes true, the first such branch alone.
+What it sets is what the others read, and ``pre(x)`` are the values before. Then these become the present ones, and this
+is repeated until no value changes. A condition that is true at the start has not become true (MLS 3.6, section 8.3.5),
+but for `initial()`, and a clock that ticks then.
 
 A jump of a velocity signal s by reinit is an impulse along s:
 
@@ -14,23 +14,29 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import InitialisationError, Span
+from mbdsl.errors import InitialisationError, ModelError, Span
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.mechanism.events import INITIAL, Action, Branch
+from mbdsl.integrators.run_state import RunState
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.clock_tables import CLOCKS, PLACE
 from mbdsl.system.signals import gradients, values
+
+if TYPE_CHECKING:
+    from mbdsl.mechanism.events import Action, Branch, Events
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
+MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
 
 
 class Acted(NamedTuple):
@@ -40,13 +46,23 @@ class Acted(NamedTuple):
     branches: tuple[Branch, ...]
 
 
+class Happened(NamedTuple):
+    """A when-equation that acted: time [s], kind, and place of its condition."""
+
+    t: float
+    kind: str
+    span: Span | None
+
+
 class EventSet:
     """The discrete variables of a run, and what changes them.
 
     Attributes
     ----------
-    history : list of (t, tuple of float)
-        The values of all numbers of the model from each event on, in the order of ``names``.
+    history : list of (k, 1 + numbers)
+        Time, and the values of all numbers of the model from each event on, in the order of ``names``.
+    ticked : list of (k, 2)
+        Time, and the clocks that ticked then as a sum of 2^clock, of ticks in the compiled loop.
     acted : list of Acted
         The events so far.
     ended : str
@@ -63,15 +79,20 @@ class EventSet:
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
         self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
         self._roots = [c for _, c in self._conditions]
+        number = {clock.name: k for k, clock in enumerate(self.events.clocks)}
+        leaf = [c.args[0].value if c.op == "ne" else None for c in self._roots]
+        self._of_clocks = {k: number[str(x)] for k, x in enumerate(leaf) if x in number}  #: condition -> its clock
         self.reset()
 
     def reset(self) -> None:
         """Return to the start."""
         self.values = {name: x.start for name, x in self.events.variables.items()}
         self._was = np.zeros(len(self._roots), bool)
-        self.history: list[tuple[float, tuple[float, ...]]] = []
+        self.history: list[Array] = []
+        self.ticked: list[Array] = []
         self.acted: list[Acted] = []
-        self.ended, self.endless = "", list[Branch]()
+        self.ended = ""
+        self.endless: list[Branch] = []
         self.failed: Action | None = None
         self._ticks = [0] * len(self.events.clocks)
 
@@ -93,6 +114,45 @@ class EventSet:
                 yield tick
             last = tick
 
+    def put(self, run: RunState) -> None:
+        """Let the compiled loop go on with the next ticks."""
+        place, clocks = self._place(run)
+        if clocks:
+            run.numbers[place : place + clocks] = self._ticks
+            run.reals[S.NEXT_EVENT] = min(run.reals[S.KNOWN], self.next_tick() - run.reals[S.LEAST_H])
+
+    def next_tick(self) -> float:
+        """The time of the next tick of any clock [s]."""
+        return min((clock.tick(k) for clock, k in zip(self.events.clocks, self._ticks, strict=True)), default=np.inf)
+
+    def take(self, run: RunState) -> None:
+        """Enter the ticks that the compiled loop has done."""
+        place, clocks = self._place(run)
+        count = int(run.numbers[place + clocks]) if clocks else 0
+        if not count:
+            return
+        targets = [a.target for _, a in self.events.of_clocks or ()]
+        first, width = place + clocks + 1, 2 + len(targets)
+        log = run.numbers[first : first + count * width].reshape(count, width)
+        rows = np.empty((count, 1 + len(self.names)))
+        rows[:, 0], rows[:, 1:] = log[:, 0], [self.values[x] for x in self.names]
+        for k, name in enumerate(targets):
+            self.values[name] = float(log[-1, 2 + k])
+            rows[:, 1 + self.names.index(name)] = log[:, 2 + k]
+            if f"pre({name})" in self.values:
+                rows[:, 1 + self.names.index(f"pre({name})")] = log[:, 2 + k]
+        self._remember()
+        self.history.append(rows)
+        self.ticked.append(log[:, :2].copy())
+        self._ticks = [int(x) for x in run.numbers[place : place + clocks]]
+        run.numbers[place + clocks] = 0.0
+
+    @staticmethod
+    def _place(run: RunState) -> tuple[int, int]:
+        """The place in numbers of the counts of clocks, and their number; 0 if Python does what they do."""
+        o = run.layout[L.TICKS]
+        return (int(run.layout[o + PLACE]), int(run.layout[o + CLOCKS])) if o else (0, 0)
+
     def _due(self, t: float) -> list[str]:
         """The clocks that tick up to time t and have not yet acted."""
         due = []
@@ -105,13 +165,26 @@ class EventSet:
 
     # -- one event -----------------------------------------------------------------------------------------------------
 
-    def begin(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
-        """The event at the start; the velocities (n,) behind it."""
+    def begin(self, t: float, stop: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+        """The event at the start; the velocities (n,) behind it.
+
+        Raises
+        ------
+        ModelError
+            If a clock ticks so often until ``stop`` [s] that the run would not end.
+        """
+        for clock in self.events.clocks:
+            if (stop - t) / float(clock.period) > MOST_TICKS:
+                name = f"sample({float(clock.start):g} s, {float(clock.period):g} s)"
+                message = f"{name} ticks {(stop - t) / float(clock.period):.2g} times until t = {stop:g} s"
+                raise ModelError(
+                    message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
+                )
         self.reset()
         self._put()
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
-        return self._act(t, q, v, left_out, [INITIAL, *due])
+        return self._act(t, q, v, left_out, [self.events.initial, *due])
 
     def ticks_by(self, t: float) -> bool:
         """Whether a clock ticks up to time t that has not yet acted."""
@@ -140,20 +213,13 @@ class EventSet:
                 self.values[name] = 1.0
         for _ in range(ROUNDS):
             self._remember()
-            truth = self._truth(t, q, v, left_out)
-            rose, self._was = truth & ~self._was, truth
-            branches = self._rising(rose)
-            if not branches:
-                break
-            before = dict(self.values), v
-            v = self._do(branches, t, q, v, left_out)
-            acted += branches
-            if self.ended or self.failed is not None:
-                break
-            if self.values == before[0] and v is before[1]:
+            before, at_first = dict(self.values), v
+            done, v = self._round(t, q, v, left_out)
+            acted += done
+            if self.ended or self.failed is not None or (self.values == before and v is at_first):
                 break
         else:
-            self.endless = branches
+            self.endless = list({id(x): x for x in acted[-len(self._conditions) :]}.values())
         for name in pulses:
             if name in self.values:
                 self.values[name] = 0.0
@@ -164,8 +230,24 @@ class EventSet:
             self._was = self._truth(t, q, v, left_out)
         if acted:
             self.acted.append(Acted(t, tuple(acted)))
-        self.history.append((t, tuple(self.values[x] for x in self.names)))
+        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
         return v
+
+    def _round(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[list[Branch], Array]:
+        """Everything that acts with the same values before; the branches, and the velocities behind them.
+
+        What one when-equation sets is what the conditions of others read; each of them acts at most once.
+        """
+        done: list[Branch] = []
+        while not self.ended and self.failed is None:
+            truth = self._truth(t, q, v, left_out)
+            branches = [x for x in self._rising(truth & ~self._was) if all(x is not y for y in done)]
+            if not branches:
+                break
+            v = self._do(branches, t, q, v, left_out)
+            done += branches
+        self._was = truth
+        return done, v
 
     def _remember(self) -> None:
         """pre(x) <- x of all variables."""
@@ -208,7 +290,9 @@ class EventSet:
     def _do(self, branches: list[Branch], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
         """The actions of branches; the velocities behind them."""
         jumps: list[tuple[Action, float]] = []
-        for action in (a for branch in branches for a in branch.actions):
+        order, last = self.events.order, len(self.events.order)
+        actions = [a for branch in branches for a in branch.actions]
+        for action in sorted(actions, key=lambda a: order[a.target] if a.what == "set" else last):
             if action.value is None:
                 self.ended = self.ended or action.text or "terminated"
                 continue
@@ -248,7 +332,58 @@ class EventSet:
             return S.ASSERTED
         if self.endless:
             return S.ENDLESS
-        return S.TERMINATED if self.ended else S.RUNNING
+        return S.DONE if self.ended else S.RUNNING
+
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
+
+    def saved(self) -> dict[str, Any]:
+        """What a checkpoint keeps, by name."""
+        number = {id(branch): k for k, branch in enumerate(self.events.branches)}
+        acted = [(x.t, number[id(branch)]) for x in self.acted for branch in x.branches]
+        width = 1 + len(self.names)
+        return {
+            "values": np.array([self.values[x] for x in self.names], float),
+            "was": self._was.astype(float),
+            "ticks": np.array(self._ticks, float),
+            "history": np.concatenate([np.empty((0, width)), *self.history]),
+            "ticked": np.concatenate([np.empty((0, 2)), *self.ticked]),
+            "acted": np.array(acted, float).reshape(-1, 2),
+            "ended": self.ended,
+        }
+
+    def restore(self, run: RunState, kept: Mapping[str, Any]) -> None:
+        """Return to the state of a checkpoint.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            If something is missing, or has a type, shape or range that is impossible in this run.
+        """
+        now, branches = self.saved(), self.events.branches
+        for name, own in now.items():
+            found = kept[name]
+            if isinstance(own, str):
+                fits = isinstance(found, str)
+            else:
+                fits = isinstance(found, np.ndarray) and found.dtype == np.float64 and np.isfinite(found).all()
+                first = 1 if name in ("history", "ticked", "acted") else 0  # tables of any number of rows
+                fits = fits and found.ndim == own.ndim and found.shape[first:] == own.shape[first:]
+            if not fits:
+                raise ValueError(f"{name} of its events does not have the size or type that this model needs")
+        ticks, acted, due = kept["ticks"], kept["acted"], kept["ticked"][:, 1]
+        if not (((ticks >= 0) & (ticks < 2.0**53)).all() and ((due >= 0) & (due < 2.0**53)).all()):
+            raise ValueError("a count of its clocks is impossible")
+        if not ((acted[:, 1] >= 0) & (acted[:, 1] < len(branches))).all():
+            raise ValueError("an event of it has no when-equation")
+        self.values = dict(zip(self.names, kept["values"].tolist(), strict=True))
+        self._was, self._ticks = kept["was"] != 0.0, [int(x) for x in ticks]
+        self.history, self.ticked = [kept["history"].copy()], [kept["ticked"].copy()]
+        self.acted = [Acted(t, (branches[int(k)],)) for t, k in acted.tolist()]
+        self.ended = kept["ended"]
+        place, clocks = self._place(run)
+        if clocks:
+            run.numbers[place + clocks] = 0.0  # the compiled loop does not check it
+        self.put(run)
 
     # -- results -------------------------------------------------------------------------------------------------------
 
@@ -256,11 +391,48 @@ class EventSet:
         """The numbers of the model at times t (N,); at the time of an event, behind it."""
         if not self.history:
             return {}
-        times = np.array([x for x, _ in self.history])
-        rows = np.array([row for _, row in self.history])
+        if len(self.history) > 1:
+            self.history = [np.concatenate(self.history)]
+        times, rows = self.history[0][:, 0], self.history[0][:, 1:]
         which = np.clip(np.searchsorted(times, t + 1e-13 * (1.0 + np.abs(t)), side="right") - 1, 0, None)
         return {name: rows[which, k] for k, name in enumerate(self.names)}
 
     def counts(self) -> Counter[Span | None]:
         """How often each branch acted, by its place in the text."""
-        return Counter(branch.span for event in self.acted for branch in event.branches)
+        found = Counter(branch.span for event in self.acted for branch in event.branches)
+        found.update({branch.span: len(times) for branch, times in self._of_ticks()})
+        return found
+
+    def kinds(self) -> Counter[str]:
+        """How often branches of each kind acted."""
+        found = Counter(kind(branch, self.events) for event in self.acted for branch in event.branches)
+        for branch, times in self._of_ticks():
+            found[kind(branch, self.events)] += len(times)
+        return found
+
+    def happened(self) -> list[Happened]:
+        """All that happened, in the order of time."""
+        found = [Happened(x.t, kind(b, self.events), b.span) for x in self.acted for b in x.branches]
+        for branch, times in self._of_ticks():
+            what = kind(branch, self.events)
+            found += [Happened(t, what, branch.span) for t in times.tolist()]
+        return sorted(found, key=lambda x: x.t)
+
+    def _of_ticks(self) -> Iterator[tuple[Branch, Array]]:
+        """The branches that the compiled loop does, and their times."""
+        if self.ticked:
+            self.ticked = [np.concatenate(self.ticked)]
+            t, due = self.ticked[0][:, 0], self.ticked[0][:, 1].astype(np.int64)
+            for k, clock in self._of_clocks.items():
+                yield self._conditions[k][0], t[(due >> clock) & 1 == 1]
+
+
+def kind(branch: Branch, events: Events) -> str:
+    """The kind of an event: "terminate" or "reinit" by what it does, else "sample", "initial" or "when"."""
+    does = {action.what for action in branch.actions}
+    if found := does & {"terminate", "reinit"}:
+        return min(found, key=("terminate", "reinit").index)
+    read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
+    if read & {clock.name for clock in events.clocks}:
+        return "sample"
+    return "initial" if events.initial in read else "when"

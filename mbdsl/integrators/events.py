@@ -116,9 +116,8 @@ class Events:
 
     def saved(self) -> dict[str, Any]:
         """What a checkpoint keeps, by name."""
-        return {name: getattr(self, name).copy() for name in ("times", "rounding", "_cut", "_recent")} | {
-            "_fastest": self._fastest
-        }
+        found = {name: getattr(self, name).copy() for name in ("times", "rounding", "_cut", "_recent")}
+        return found | {"_fastest": self._fastest, "set": None if self.set is None else self.set.saved()}
 
     @property
     def changing(self) -> list[Switch]:
@@ -159,16 +158,23 @@ class Events:
         """Set NEXT_EVENT to a time before the next known event, by more than the rounding error of times."""
         before = self.run.reals[S.LEAST_H]
         later = (x - before for x in self._known)
-        self.run.reals[S.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+        due = next((x for x in later if x > t + before), np.inf)
+        self.run.reals[S.NEXT_EVENT] = self.run.reals[S.KNOWN] = due
+        if self.set is not None:
+            self.set.put(self.run)
 
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
         known = self.system.time_events(t, self.run.stop, corners=declared(self.run.method).order > 2)
-        return known if self.set is None else heapq.merge(known, self.set.ticks(t, self.run.stop))
+        return (
+            known
+            if self.set is None or self.run.layout[L.TICKS]
+            else heapq.merge(known, self.set.ticks(t, self.run.stop))
+        )
 
     def rejoin(self) -> None:
         """Generate the known times that are still to come, after the run was restored from a checkpoint."""
-        run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.NEXT_EVENT]
+        run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.KNOWN]
         if due < np.inf:
             self._known = dropwhile(lambda x: x - before <= due, self._times(run.start))
 
@@ -206,12 +212,12 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = 4 * least if at_once else LEFT * reals[S.LAST_H]
+                most = max(4 * least, 1.01 * run.sliver * run.grid) if at_once else LEFT * reals[S.LAST_H]
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
                 if found is None:
                     return self._progress(t, old) if at_once else S.RUNNING, None
-                if found > 0.0 and declared(run.method).order > PRECISE:
+                if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
                     way = self._refined(t, q, v, a, found)
                     found = self._distance(t, way, lam, old, most) or found
                 s = found
@@ -278,7 +284,7 @@ class Events:
 
     def _way(self, q: Array, v: Array, a: Array, c: Array | float = 0.0) -> Way:
         """q and v after the time s, with the accelerations a + 2 c s."""
-        if declared(self.run.method).order <= PRECISE:
+        if declared(self.run.method).order <= PRECISE and not self.run.grid:
             return lambda s: (self.system.moved(q, s * (v + s / 2 * a)), v + s * a)
         return lambda s: (self.system.moved(q, s * (v + s / 2 * a + s * s / 3 * c)), v + s * a + s * s * c)
 

@@ -76,7 +76,7 @@ class Landings:
         self._pending: list[tuple[float, float]] = []
         self._looks, self._approaches = run.system.kept(OnTheWay), run.system.kept(Approaches)
         run.approaches, run.approaching = [], np.zeros((5, len(self._approaches.arguments)))
-        self._searching = bool(self._looks.terms or self._approaches.arguments)
+        self._searching = run.grid == 0.0 and bool(self._looks.terms or self._approaches.arguments)
         self.record()
         self._together = (
             FEW,

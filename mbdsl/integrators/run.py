@@ -121,7 +121,8 @@ class MethodRun(RunState):
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         self.searched = not_searched()
         reals, integers, span = self.reals, self.integers, self.stop - self.start
-        integers[S.EVERY], reals[S.NEXT_EVENT] = self.every, np.inf
+        integers[S.EVERY] = self.every
+        reals[[S.NEXT_EVENT, S.KNOWN]] = np.inf
         reals[S.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
         reals[S.WITHIN] = landing_part(modules()[self.method].METHOD.order, reals[S.TOL])
         reals[S.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
@@ -166,15 +167,10 @@ class MethodRun(RunState):
         controlled = self.controlled
         if t is None and self.tol is not None and self.events.set is not None:
             v, a, lam = self._act_at_start(q, v, a, lam)
-        system, t0, vectors = self.system, self.start if t is None else t, self.vectors
-        n, scale = system.n, system.tables.scale
-        method = modules()[self.method].METHOD
+        system, t0 = self.system, self.start if t is None else t
+        method, largest = modules()[self.method].METHOD, self._largest
         if method.inverts_mass:
             self._check_masses()
-
-        def largest(x: Array) -> float:
-            return float(np.abs(x * scale).max(initial=0.0))
-
         if controlled:
             left = max(self.stop - t0, self.reals[S.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
@@ -183,23 +179,20 @@ class MethodRun(RunState):
             a, lam = accelerations(system, behind, q, v, left_out)
         fa, jerk, fa_rate = self._rates_at(behind, q, v, a, lam)
         found = jerk
-        if controlled:
+        if self.grid:
+            self.h = self._to_grid(t0)
+        elif controlled:
             self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
             self.h = representable(self.h, self)
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
-        stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
+        fixed = self.grid > 0.0 or not controlled
+        stiff = fixed and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
         if stiff:  # the method damps the transient; extrapolated over a step, its rates would spoil the start values
-            jerk, fa_rate = np.zeros(n), np.zeros(n)
+            jerk, fa_rate = np.zeros(system.n), np.zeros(system.n)
         if t is None:
-            self.numbers[self.counters] = system.tables.numbers[self.counters]
-            if self.tol is not None and self.events.set is not None:
-                for at, value in self.events.set.numbers().items():
-                    self.numbers[at] = value
-        in_charts = system.into_charts(q, self.numbers)
-        vectors[L.POSITION0, :n] = vectors[L.POSITION, :n] = in_charts
-        vectors[L.VELOCITY0, :n] = vectors[L.VELOCITY, :n] = v
-        vectors[L.FORCE0, :n] = system.M(t0, q) @ a
+            self._write_numbers()
+        in_charts = self._write_start(t0, q, v, a)
         self._begin_method(
             method, Start(self.h, in_charts, v, a, lam, fa, jerk, fa_rate, stiff), t is None or controlled
         )
@@ -209,16 +202,39 @@ class MethodRun(RunState):
             self._begin_own(t0, min(self.stop - t0, longest), found if method.order > PRECISE else jerk)
         if t is None:
             self._begin_events(behind, q, v, lam)
-        # this evaluation gives the gradients at the start of the first step
-        self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
+        self._make_ready(t0)
+
+    def _make_ready(self, t: float) -> None:
+        """Evaluate the gradients at the start of the first step."""
+        self.evaluate(t, self.vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[L.KEEP] = 1
         self.integers[S.HISTORY], self.integers[S.AIMED] = 1, 0
         self.keep_state()
 
+    def _largest(self, x: Array) -> float:
+        """The largest of coordinates or rates (n,), in the mechanism's size and in radians."""
+        return float(np.abs(x * self.system.tables.scale).max(initial=0.0))
+
+    def _write_numbers(self) -> None:
+        """Write the numbers that count turns, and discrete variables, at the start of the run."""
+        self.numbers[self.counters] = self.system.tables.numbers[self.counters]
+        if self.tol is not None and self.events.set is not None:
+            for at, value in self.events.set.numbers().items():
+                self.numbers[at] = value
+
+    def _write_start(self, t: float, q: Array, v: Array, a: Array) -> Array:
+        """Write the state at the start of the first step; returns its positions in charts."""
+        n, vectors = self.system.n, self.vectors
+        in_charts = self.system.into_charts(q, self.numbers)
+        vectors[L.POSITION0, :n] = vectors[L.POSITION, :n] = in_charts
+        vectors[L.VELOCITY0, :n] = vectors[L.VELOCITY, :n] = v
+        vectors[L.FORCE0, :n] = self.system.M(t, q) @ a
+        return in_charts
+
     def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """v, a and lam behind the event at the start."""
         assert self.events.set is not None
-        v = self.events.set.begin(self.start, q, v, self.left_out)
+        v = self.events.set.begin(self.start, self.stop, q, v, self.left_out)
         if self.events.set.acted:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
         return v, a, lam
@@ -258,7 +274,8 @@ class MethodRun(RunState):
         elif self.tol is not None:
             if has_order:
                 self.events.begin(behind, q, v, lam)
-            self.landings.begin(self.start)
+            if not self.grid:
+                self.landings.begin(self.start)
 
     def watch(self) -> None:
         """Keep the ends of all steps, and search fixed steps for peaks of laws that they pass over.
@@ -286,6 +303,11 @@ class MethodRun(RunState):
             self.overlooked.finish()
         elif self.integers[S.THIN]:
             self.drain()
+
+    def _to_grid(self, t: float) -> float:
+        """The first step from t on, of a run with fixed steps that ends steps at events."""
+        self.reals[S.NOW] = t
+        return float(step_control.to_grid(self))
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, reals, scale = modules()[self.method], self.reals, self.vectors[L.SCALE, : self.system.n]
@@ -355,6 +377,22 @@ class MethodRun(RunState):
         if self.tol is not None:
             self.events.resume()
 
+    def set_velocity(self, k: int, value: float) -> None:
+        """Set the velocity of a coordinate that no constraint contains, and restart.
+
+        Raises
+        ------
+        InitialisationError
+            If accelerations do not exist.
+        """
+        system, n, t = self.system, self.system.n, self.time
+        self.synchronise()
+        q = system.out_of_charts(self.vectors[L.POSITION0, :n].copy(), self.numbers)
+        v = self.vectors[L.VELOCITY0, :n].copy()
+        v[k] = value
+        a, lam = accelerations(system, t, q, v, self.left_out)
+        self.begin(q, v, a, lam, self.left_out, t=t)
+
     def jump(self, before: float, behind: float, change: Callable[[], None] = lambda: None) -> None:
         """Add a jump of accelerations and forces to the history.
 
@@ -380,7 +418,8 @@ class MethodRun(RunState):
     def _add(self, jump: input_jumps.Jump) -> None:
         """Add a jump to the history."""
         vectors, nothing = self.vectors, np.zeros(self.system.n)
-        start = Start(self.h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
+        h = float(self.reals[S.LAST_H]) if self.controlled else self.h
+        start = Start(h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
         method = modules()[self.method].METHOD
         rows = {L.FORCE0: jump.force, **method.begin(self.coefficients, start)}
         older = len(vectors) - 2 * method.older
@@ -409,6 +448,8 @@ class MethodRun(RunState):
     def _cross_event(self) -> int:
         """Restart after a switch, if one changes where the last step ended; a status."""
         status, restart = self.events.come()
+        if self.events.set is not None:
+            self.events.set.put(self)
         if restart is not None:
             t, q, v, a, lam, longest = restart
             try:
@@ -519,4 +560,8 @@ class MethodRun(RunState):
         return RunData(self.evaluate, self.tangent, self.inertia, *buffers)
 
     def _call(self, steps: int) -> int:
-        return int(self._advance(steps, self.times, self.out, *self.data()))
+        status = int(self._advance(steps, self.times, self.out, *self.data()))
+        if self.layout[L.TICKS]:
+            assert self.events.set is not None
+            self.events.set.take(self)
+        return status

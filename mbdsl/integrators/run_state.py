@@ -16,8 +16,10 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.loop.coupled_correction import BLOCKS
 from mbdsl.integrators.loop.thinned_records import LEAST
+from mbdsl.integrators.method import Method
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
+from mbdsl.integrators.tick_history import weights
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
@@ -40,6 +42,8 @@ def _pattern(system: System) -> sparse_lu.Pattern:
 RECORDED = 16_000
 
 
+#: the part of a fixed step below which no step is taken, but where the caller reads the state at each fixed step
+SLIVER = 0.1
 #: mark of the fields that change during a run, without which it cannot be continued
 KEPT = {"kept": True}
 
@@ -63,6 +67,8 @@ class RunState:
     tol: float | None = None
     every: bool = False
     longest: float = np.inf  #: largest allowed size of controlled steps
+    grid: float = 0.0  #: the fixed step, of a run whose steps end at events as well; else 0
+    sliver: float = SLIVER  #: the part of a fixed step below which none is taken
     rows: OutputTimes | None = None  #: the output times, of a run that has a window of them only in ``times``
     #: time since which the dense solver with pivoting replaces the sparse one
     pivoting_from: float | None = field(default=None, metadata=KEPT)
@@ -79,6 +85,7 @@ class RunState:
     layout: NDArray[np.int64] = field(init=False, metadata=KEPT)
     matrices: Array = field(init=False, metadata=KEPT)
     pivots: NDArray[np.int64] = field(init=False, metadata=KEPT)
+    acts: bool = field(init=False, default=True)  #: whether the compiled loop does what clocks of the model do
     solver: int = field(init=False, metadata=KEPT)  #: DENSE or SPARSE_LU
     # -- output ------------------------------------------------------------------------------------------------------
     out: Array = field(init=False, metadata=KEPT)  #: (times, n + unknowns)
@@ -107,9 +114,11 @@ class RunState:
     def allocate(self) -> None:
         """Allocate the buffers, and set the constants of the run in them."""
         declaration = modules()[self.method].METHOD
+        self.acts = True
         self.use_solver(linear_solve.SPARSE_LU)
         options = check_options(self.method, self.options or {}, force=True)
         self.coefficients = np.array(declaration.coefficients(options), float)
+        self.coefficients = self._with_ticks(declaration)
         self.coefficients.flags.writeable = False
         self.memory = np.zeros(0)  # set when the run begins
         self.reals = reals = np.zeros(S.REALS)
@@ -122,6 +131,7 @@ class RunState:
         reals[S.START], reals[S.STOP], reals[S.STEP_SIZE] = self.start, self.stop, self.h
         reals[S.STEP_END] = reals[S.NOW] = self.start
         reals[S.TOL] = self.tol or 0.0
+        reals[S.GRID], reals[S.SLIVER] = self.grid, self.sliver
         reals[S.CONTRACTION] = 0.1
         # Newton's tolerances, relative to h times the speed, to the local error, and to the mechanism's size. The last
         # one bounds the second, because differences of an oscillating a do not show the local error. The second is
@@ -166,6 +176,7 @@ class RunState:
             table = np.concatenate([table, more(system, len(work.layout) + len(table))])
         self.layout = layout = np.concatenate([work.layout, table])
         layout[L.SOLVER] = solver
+        layout[L.TICKS] *= self.acts
         layout[L.SPARSE] = len(work.layout)
         layout[L.SIZE] = size
         layout[[L.LAM_ROW, L.MU_ROW, L.LAW_ROW]] = method.multipliers
@@ -184,6 +195,13 @@ class RunState:
         self.pivots = np.zeros((count, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
         self.solver = solver
         self.mark_left_out()
+
+    def _with_ticks(self, method: Method) -> Array:
+        """The coefficients of the method, and what ticks of clocks add to its history, if the compiled loop does it."""
+        found = weights(method, self.coefficients, self.system, len(self.vectors)) if self.controlled else None
+        self.acts = found is not None
+        self.layout[L.TICKS] *= self.acts
+        return np.append(self.coefficients, found or [])
 
     def mark_left_out(self) -> None:
         """Mark the redundant constraints in ``layout``."""

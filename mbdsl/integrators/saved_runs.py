@@ -27,7 +27,7 @@ SETTINGS = [
     *(S.LAST_STEP, S.STABILISED, S.CONTROLLED, S.EVERY, S.LANDING),
     *(S.WATCHING, S.CORNERS, S.NOTES, S.MARGIN, S.OLDER),
 ]
-CONSTANTS = [S.START, S.STOP, S.TOL, S.LEAST_H, S.WITHIN]
+CONSTANTS = [S.START, S.STOP, S.TOL, S.LEAST_H, S.WITHIN, S.GRID, S.SLIVER]
 COUNTS = 2**53  #: largest value of a counter, which statistics convert to a float
 CUTS = 1000  #: largest number of times that a step is cut short
 
@@ -94,31 +94,31 @@ def _require(holds: object, problem: str) -> None:
         raise ValueError(problem)
 
 
-def _whole(name: str, value: object, low: int, high: int) -> int:
+def _whole(name: str, value: Any, low: int, high: int) -> int:
     fits = isinstance(value, int | np.integer) and not isinstance(value, bool) and low <= value <= high
     _require(fits, f"{name} is not an integer from {low} to {high}")
-    return int(value)  # type: ignore[call-overload]
+    return int(value)
 
 
-def _number(name: str, value: object, low: float, high: float) -> float:
+def _number(name: str, value: Any, low: float, high: float) -> float:
     """A finite number; times may exceed the ends of the run by rounding."""
     fits = isinstance(value, int | float | np.number) and not isinstance(value, bool) and isfinite(value)
     near = 1e-9 * (high - low) if isfinite(high - low) else 0.0
-    _require(fits and low - near <= value <= high + near, f"{name} is not a number in its range")  # type: ignore
-    return float(value)  # type: ignore[arg-type]
+    _require(fits and low - near <= value <= high + near, f"{name} is not a number in its range")
+    return float(value)
 
 
-def _array(name: str, value: object, kind: type, shape: tuple[int, ...]) -> np.ndarray:
+def _array(name: str, value: Any, kind: type, shape: tuple[int, ...]) -> np.ndarray:
     fits = isinstance(value, np.ndarray) and value.dtype == kind and value.shape == shape
     _require(fits, f"{name} does not have the size or type that this model needs")
-    return value.copy()  # type: ignore[attr-defined]
+    return value.copy()
 
 
-def _reals(name: str, value: object, shape: tuple[int, ...]) -> np.ndarray:
+def _reals(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     return _array(name, value, np.float64, shape)
 
 
-def _integers(name: str, value: object, shape: tuple[int, ...]) -> np.ndarray:
+def _integers(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     return _array(name, value, np.int64, shape)
 
 
@@ -132,7 +132,7 @@ def _check_reals(run: RunState, reals: np.ndarray) -> None:
     _require(own[S.STEP_SIZE] >= 0.0, "the step size is negative")
 
 
-def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
+def _run_integers(run: RunState, value: Any, rows: int) -> np.ndarray:
     s = S
     found = _integers("integers", value, run.integers.shape)
     found[SETTINGS] = run.integers[SETTINGS]
@@ -165,7 +165,7 @@ def _run_integers(run: RunState, value: object, rows: int) -> np.ndarray:
     return found
 
 
-def _pivots(run: RunState, value: object) -> np.ndarray:
+def _pivots(run: RunState, value: Any) -> np.ndarray:
     """Rows and columns, and in the last column the numbers of listed entries."""
     found = _integers("pivots", value, run.pivots.shape)
     own, counts = found[:, :-1], found[:, -1]
@@ -174,7 +174,7 @@ def _pivots(run: RunState, value: object) -> np.ndarray:
     return found
 
 
-def _layout(run: RunState, value: object) -> np.ndarray:
+def _layout(run: RunState, value: Any) -> np.ndarray:
     """The layout of the run, with the two flags that change during a run."""
     found, layout = _integers("layout", value, run.layout.shape), run.layout.copy()
     for flag in (L.KEEP, L.NEW_MASS):
@@ -182,18 +182,18 @@ def _layout(run: RunState, value: object) -> np.ndarray:
     return layout
 
 
-def _missed(run: RunState, value: object) -> list[float]:
+def _missed(run: RunState, value: Any) -> list[float]:
     """The number of a term and four times, or nothing."""
     if not value:
         return []
-    number, *times = value  # type: ignore[misc]
+    number, *times = value
     _require(len(times) == 4, "missed does not have four times")
     k = _whole("missed", number, 0, len(run.system.tables.values) - 1)
     return [k, *(_number("missed", t, -inf, inf) for t in times)]
 
 
-def _approach(run: RunState, value: object) -> Approach:
-    number, *reals, state = value  # type: ignore[misc]
+def _approach(run: RunState, value: Any) -> Approach:
+    number, *reals, state = value
     _require(len(reals) == 5 and len(state) == 2 * run.system.n, "approaches do not have the states of this model")
     _require(all(isinstance(x, float) for x in (*reals, *state)), "approaches are not numbers")
     k = _whole("approaches", number, 0, run.approaching.shape[1] - 1)

@@ -89,8 +89,10 @@ OF_MULTIPLIERS = 52  #: 1 if force laws depend on multipliers, as friction does
 # constraints by expression: offset in layout of a list with the offset of each record; number of constraints
 RELATIONS, N_RELATIONS = 53, 54
 RELATION = 5  #: ints of such a record before its leaves
-BLOCKS = 55  #: first block header
+TICKS = 55  #: offset in layout of the record of clocks that set discrete variables (system/clock_tables.py), or 0
+BLOCKS = 56  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------
+ACT = 2  #: evaluates the right-hand sides of the when-equations of clocks, which are the last part of the tape
 TIMES, INVERSE = 0, 1  #: target <- (M without its constant diagonal) row; target <- M^{-1} row, target != row

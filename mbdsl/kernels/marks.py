@@ -14,13 +14,13 @@ TEXT = "__mbdsl_text__"  #: attribute of emitted modules: their source
 
 def kernel(function: Function) -> Function:
     """Mark ``function`` for compilation. A kernel that takes kernels as arguments is compiled once for each of them."""
-    function.__mbdsl_kernel__ = True  # type: ignore[attr-defined]
+    vars(function)["__mbdsl_kernel__"] = True
     return function
 
 
 def rare(function: Function) -> Function:
     """Mark a kernel that is not inlined, because it is long or seldom called."""
-    function.__mbdsl_rare__ = True  # type: ignore[attr-defined]
+    vars(function)["__mbdsl_rare__"] = True
     return kernel(function)
 
 

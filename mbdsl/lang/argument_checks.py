@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any, TypeGuard, overload
 
-from mbdsl.elements.kind import ANY, Parameter
+from mbdsl.elements.declaration import ANY, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.lang import quantities, units, values
@@ -16,6 +17,14 @@ from mbdsl.lang.values import Quantity, Value, describe
 from mbdsl.messages import did_you_mean
 
 
+@overload
+def fit(
+    value: Quantity, dimension: Dimension | None, what: str, unit: str = "", e: s.Expression | None = None
+) -> Quantity: ...
+@overload
+def fit(
+    value: Value, dimension: Dimension | None, what: str, unit: str = "", e: s.Expression | None = None
+) -> Value: ...
 def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "", e: s.Expression | None = None) -> Value:
     """``value`` of the expression ``e`` as a number (or array) of ``dimension``, which bare numbers adopt."""
     if isinstance(value, tuple):
@@ -44,11 +53,11 @@ def number(q: Quantity, what: str) -> float:
     """A finite float that is known before the start."""
     value = q.value
     if isinstance(value, symbolic.Expr) and symbolic.is_const(value):
-        value = value.value  # type: ignore[assignment]
+        value = value.value
     if isinstance(value, symbolic.Expr):
         raise ModelError(f"{what} must be known before the start; it depends on time or signals")
     try:
-        result = float(value)  # type: ignore[arg-type]
+        result = float(value)
     except OverflowError:  # a large integer
         result = math.inf
     if not math.isfinite(result):
@@ -56,18 +65,23 @@ def number(q: Quantity, what: str) -> float:
     return result
 
 
-def floats(value: Value, what: str) -> float | tuple:
+def is_vector(value: Value) -> TypeGuard[tuple[Quantity, ...]]:
+    """Whether it is an array of single values."""
+    return isinstance(value, tuple) and not any(isinstance(x, tuple) for x in value)
+
+
+def floats(value: Value, what: str) -> Any:
     if isinstance(value, tuple):
         return tuple(floats(v, what) for v in value)
     return number(value, what)
 
 
-def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> float | str | tuple:
+def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> Any:
     """The value of a component's parameter in SI, checked against its declaration."""
     return argument_of(parameter, value, f"`{parameter.name}` of `{owner}`", e)
 
 
-def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression | None = None) -> float | str | tuple:
+def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression | None = None) -> Any:
     """As ``argument``; ``what`` is the parameter in messages."""
     if isinstance(parameter.default, bool):
         if isinstance(value, tuple) or not isinstance(value.value, bool):
@@ -131,15 +145,15 @@ def law(parameter: Parameter, value: Value, owner: str, e: s.Expression | None =
 
 def spatial_pose(value: Value, what: str) -> tuple[float, ...]:
     """``{x, y}``, ``{x, y, z}``, or ``{x, y, phi}`` with an angle about the z axis: origin and axes (12 numbers)."""
-    if not isinstance(value, tuple) or len(value) not in (2, 3) or any(isinstance(v, tuple) for v in value):
+    if not is_vector(value) or len(value) not in (2, 3):
         raise ModelError(f"{what}: found {describe(value)}, expected a position {{x, y, z}}")
     last = value[2] if len(value) == 3 else Quantity(0.0)
-    if last.dimension == units.dimension("rad"):  # type: ignore[union-attr]  # no number without unit, which adopts one
+    if last.dimension == units.dimension("rad"):  # no number without unit, which adopts one
         x, y, phi = pose(value, what)
         c, s_ = math.cos(phi), math.sin(phi)
         return x, y, 0.0, c, s_, 0.0, -s_, c, 0.0, 0.0, 0.0, 1.0
     fitted = [
-        number(fit(p, units.dimension("m"), f"{name} of {what}", "m"), f"{name} of {what}")  # type: ignore[arg-type]
+        number(fit(p, units.dimension("m"), f"{name} of {what}", "m"), f"{name} of {what}")
         for p, name in zip((*value[:2], last), "xyz", strict=True)
     ]
     return *fitted, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
@@ -147,11 +161,11 @@ def spatial_pose(value: Value, what: str) -> tuple[float, ...]:
 
 def pose(value: Value, what: str) -> tuple[float, float, float]:
     """``{x, y}`` or ``{x, y, phi}``"""
-    if not isinstance(value, tuple) or len(value) not in (2, 3) or any(isinstance(v, tuple) for v in value):
+    if not is_vector(value) or len(value) not in (2, 3):
         raise ModelError(f"{what}: found {describe(value)}, expected a position {{x, y}} or a pose {{x, y, phi}}")
     parts = [*value, Quantity(0.0)] if len(value) == 2 else list(value)
     fitted = [
-        number(fit(p, units.dimension(unit), f"{name} of {what}", unit), f"{name} of {what}")  # type: ignore[arg-type]
+        number(fit(p, units.dimension(unit), f"{name} of {what}", unit), f"{name} of {what}")
         for p, unit, name in zip(parts, ("m", "m", "rad"), ("x", "y", "phi"), strict=True)
     ]
     return fitted[0], fitted[1], fitted[2]

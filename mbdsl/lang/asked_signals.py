@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from functools import cached_property
 
-from mbdsl.elements.kind import ANY
+from mbdsl.elements.declaration import ANY
 from mbdsl.errors import MbdslError, ModelError, SyntaxProblem, UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, expr, input_signal, is_const, leaves
 from mbdsl.lang import functions, units
@@ -15,7 +15,7 @@ from mbdsl.lang.evaluate import Budget, Names, evaluate
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.unparse import write
-from mbdsl.lang.values import Quantity, Value, describe
+from mbdsl.lang.values import Quantity, Value, describe, numeric
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.messages import did_you_mean
@@ -140,8 +140,8 @@ def read(
     if value.dimension is None:
         # a number before a signal may have any unit in a law; before a constant it has none, as in `2*L`
         with suppress(ModelError):
-            value.dimension = evaluate(tree, _Scope(operand, names, where, constant=True)).dimension  # type: ignore[union-attr]
-    root = expr(value.value)  # type: ignore[arg-type]
+            value.dimension = numeric(evaluate(tree, _Scope(operand, names, where, constant=True)), text).dimension
+    root = expr(value.value)
     if not leaves(root):
         raise UsageError(f"`{text}` contains no signal", hint=did_you_mean(text, names, "signals"))
     return root, _unit(root, value, scope.units)

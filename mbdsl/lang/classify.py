@@ -27,10 +27,15 @@ def is_frame_type(name: str) -> bool:
 
 
 def classify(
-    d: s.Declaration, unit: SourceUnit, around: Callable[[], list[s.Item]] = list, spatial: bool = False
+    d: s.Declaration,
+    unit: SourceUnit,
+    around: Callable[[], list[s.Item]] = list,
+    spatial: bool = False,
+    defined: bool = False,
 ) -> str | tuple[s.Model, SourceUnit]:
     """The class of a declaration: "value", "frame", "table", the name of a kind, or a model.
 
+    An equation defines it, so that a Force is a value, if it is ``defined``.
     ``around()`` are the other items and equations of its model, and ``spatial`` says whether this is a model in space,
     for the message about an unknown type.
     """
@@ -46,7 +51,8 @@ def classify(
         return "table"
     kind = modelica_names.kind(name)
     quantity = quantities.type_unit(name) is not None
-    if quantity and (_known(kind) is None or d.value is not None or d.prefixes & {"parameter", "constant", "input"}):
+    given = defined or d.value is not None or d.prefixes & {"parameter", "constant", "input", "discrete"}
+    if quantity and (_known(kind) is None or given):
         return "value"
     if _known(kind) is not None:
         return kind

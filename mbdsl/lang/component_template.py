@@ -8,6 +8,7 @@ from mbdsl.elements.kind import Kind
 from mbdsl.errors import ModelError
 from mbdsl.lang import modelica_names, orientations
 from mbdsl.lang import syntax as s
+from mbdsl.lang.argument_checks import is_vector
 from mbdsl.lang.mistakes import members
 from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.modifiers import Modifier, Modifiers, refuse_inner
@@ -86,8 +87,8 @@ class Template:
         if name not in ("n", "r") or modifier.value is None:
             return None
         given = modifier.evaluate()
-        if not isinstance(given, tuple) or any(isinstance(x, tuple) or not x.number or x.varying for x in given):
+        if not is_vector(given) or any(not x.number or x.varying for x in given):
             return None
-        n = [float(x.value) for x in given]  # type: ignore[union-attr,arg-type]
+        n = [x.known for x in given]
         joint = other_names.Attached() if attached is None else attached()
         return other_names.axis(self.kind.name, owner, n, joint)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import REQUIRED, JointKind, Parameter
+from mbdsl.elements.declaration import REQUIRED, Parameter
+from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, orientations, values
 from mbdsl.lang import syntax as s
@@ -53,7 +54,7 @@ def values_of(part: FlatComponent) -> dict:
             continue
         _check_quoted(part, parameter, modifier)
         value = modifier.evaluate()
-        with placed(modifier.value.at):  # type: ignore[union-attr]
+        with placed(modifier.value_at):
             picked = modifier.pick(value, _rank(part, parameter, modifier, values.shape(value)), part.contexts)
             found[parameter.name] = argument_checks.argument(parameter, picked, part.name, modifier.value)
         if parameter.unit == "rad":

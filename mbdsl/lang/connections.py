@@ -30,7 +30,7 @@ class PortNode:
         while top._above is not None:
             top = top._above
         while self is not top:  # path compression
-            self._above, self = top, self._above  # type: ignore[assignment]
+            self._above, self = top, self._above
         return top
 
     @property

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mbdsl.elements.kind import ANY, Kind
+from mbdsl.elements.declaration import ANY
+from mbdsl.elements.kind import Kind
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.printing import text

@@ -150,7 +150,7 @@ def as_text(columns: Mapping[str, Column]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(f"{name} [{c.unit}]" if c.unit else name for name, c in columns.items())
-    scales = [units.parse(c.unit).factor if c.unit else 1.0 for c in columns.values()]  # type: ignore[union-attr]
+    scales = [units.valid(c.unit).factor if c.unit else 1.0 for c in columns.values()]
     ones = all(scale == 1.0 for scale in scales)
     rows = zip(*(c.numbers for c in columns.values()), strict=True)
     writer.writerows(rows if ones else _unscaled(rows, scales))
@@ -222,7 +222,7 @@ def _made(names: Sequence[str], columns: Sequence[array[float]], units_of: Seque
     """Columns in SI units."""
     found = {}
     for name, numbers, unit in zip(names, columns, units_of, strict=True):
-        scale = units.parse(unit).factor if unit else 1.0  # type: ignore[union-attr]
+        scale = units.valid(unit).factor if unit else 1.0
         found[name] = Column(Points(numbers if scale == 1.0 else (scale * number for number in numbers)), unit)
     return found
 

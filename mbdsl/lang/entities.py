@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Union
+from typing import TYPE_CHECKING, Any, Union
 
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
@@ -13,7 +13,8 @@ from mbdsl.lang.connections import PortNode
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.scene import Frame, Input, Table
+from mbdsl.mechanism.scene import Frame, Input
+from mbdsl.mechanism.scene_parts import Table
 
 if TYPE_CHECKING:
     from mbdsl.lang.flat_component import FlatComponent
@@ -235,13 +236,13 @@ class TableMember:
 
     def _text(self, name: str) -> str | None:
         """The value of an argument that is a text; None if it is not given."""
-        from mbdsl.elements.kind import Parameter
+        from mbdsl.elements.declaration import Parameter
 
         modifier = self.modifiers.get(name)
         if modifier is None or modifier.value is None:
             return None
         with placed(modifier.value.at):
-            return argument_checks.argument(Parameter(name, ""), modifier.evaluate(), self.name)  # type: ignore[return-value]
+            return argument_checks.argument(Parameter(name, ""), modifier.evaluate(), self.name)
 
     def _of_points(self, given: Modifier, what: str) -> Columns2:
         """The columns of ``table``, and their dimensions."""
@@ -257,8 +258,8 @@ class TableMember:
             )
         if found[0] < 2:
             raise ModelError(f"{what} has {found[0]} row, it needs at least 2", span)
-        with placed(given.value.at):  # type: ignore[union-attr]
-            (u, u_dimension), (y, y_dimension) = (self._column(rows, k) for k in (0, 1))  # type: ignore[arg-type]
+        with placed(given.value_at):
+            (u, u_dimension), (y, y_dimension) = (self._column(rows, k) for k in (0, 1))
         for k, (before, after) in enumerate(pairwise(u)):
             if not before < after:
                 raise ModelError(
@@ -266,7 +267,7 @@ class TableMember:
                 )
         return u, y, u_dimension, y_dimension
 
-    def _column(self, rows: tuple, k: int) -> tuple[tuple[float, ...], units.Dimension | None]:
+    def _column(self, rows: Any, k: int) -> tuple[tuple[float, ...], units.Dimension | None]:
         what = f"column {k + 1} of `{self.name}`"
         dimension = None
         numbers = []
@@ -277,13 +278,13 @@ class TableMember:
         return tuple(numbers), dimension
 
     def _choice(self, name: str, choices: tuple[str, ...]) -> str:
-        from mbdsl.elements.kind import Parameter
+        from mbdsl.elements.declaration import Parameter
 
         modifier = self.modifiers.get(name)
         if modifier is None or modifier.value is None:
             return choices[0]
         with placed(modifier.value.at):
-            return argument_checks.argument(Parameter(name, "", choices=choices), modifier.evaluate(), self.name)  # type: ignore[return-value]
+            return argument_checks.argument(Parameter(name, "", choices=choices), modifier.evaluate(), self.name)
 
     def at_argument(self, argument: Value, varying: bool) -> Quantity:
         table, u_dimension, y_dimension = self.made()
@@ -292,7 +293,7 @@ class TableMember:
             argument_checks.fit(q, u_dimension, f"the argument of `{self.name}`")
         if not varying:
             raise ModelError(f"the table `{self.name}` is used in laws only; this value must be known before the start")
-        node = symbolic.Expr("table", (symbolic.expr(q.value),), (table, 0))  # type: ignore[arg-type]
+        node = symbolic.Expr("table", (q.expression,), (table, 0))
         return Quantity(node, y_dimension)
 
 

@@ -60,8 +60,8 @@ class Names(ABC):
         """Warn if ``value`` is probably in degrees; where nothing else is said, do not."""
         return
 
-    def rate(self, value: Quantity) -> Quantity | None:
-        """The derivative of a state of the model; None of other values."""
+    def rate(self, leaf: symbolic.Expr) -> symbolic.Expr | None:
+        """The derivative of a leaf that is a state of the model; None of other leaves."""
         return None
 
     def function_names(self) -> list[str]:
@@ -119,7 +119,7 @@ def _evaluate(e: s.Expression, scope: Names) -> Value:
             found = tuple(evaluate(item, inner) for inner in loop(iterators, scope))
             return _rectangular(_with_unit(found, unit, (item,)) if unit else found)
         case s.Literal(value):
-            return value  # type: ignore[return-value]
+            return value
         case s.Last():
             return scope.last()
     raise ModelError("`:` is an index, it has no value here")
@@ -249,10 +249,8 @@ def _der(arguments: list[s.Expression], scope: Names) -> Value:
     dimension = None
     if inner.dimension is not None:
         dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
-    if (found := scope.rate(inner)) is not None:
-        return found
     try:
-        rate = symbolic.der(symbolic.expr(inner.value))  # type: ignore[arg-type]
+        rate = symbolic.der(inner.expression, scope.rate)
     except ValueError as problem:
         raise ModelError(str(problem)) from None
     return Quantity(rate, dimension)
@@ -274,7 +272,7 @@ def range_values(e: s.Range, scope: Names) -> list[int | float]:
     numbers = [values.numeric(b, "a range") for b in bounds]
     if any(q.varying or q.dimension not in (None, values.NUMBER) for q in numbers):
         raise ModelError("the bounds of a range are pure numbers known before the start")
-    start, by_, stop = (float(q.value) for q in numbers)  # type: ignore[arg-type]
+    start, by_, stop = (q.known for q in numbers)
     if by_ == 0:
         raise ModelError("the step of a range is zero")
     n = max(0, math.floor((stop - start) / by_ * (1 + 1e-12)) + 1)

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 #: functions that have a meaning at events only
 FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
-#: most ticks of a clock: a run to them takes hours
-MOST_TICKS = 10**9
 
 
 def assigned(items: Iterable[s.Item]) -> set[str]:
@@ -140,7 +138,7 @@ class EventsOfModel:
             message = f"the period of sample() is {float(period):g} s, it must be positive"
             raise ModelError(message, span_of(given[1].at))
         name = f"sample({float(start):.17g}, {float(period):.17g})"
-        self._clocks[name] = Clock(name, start, period)
+        self._clocks.setdefault(name, Clock(name, start, period, span_of(given[1].at)))
         return self._truth(name)
 
     # -- when-equations ------------------------------------------------------------------------------------------------
@@ -152,7 +150,17 @@ class EventsOfModel:
         """The events of the model, checked."""
         whens = tuple(self._when(item, scope) for item, scope in self._whens)
         self._single(whens)
-        return Events(dict(self._variables), tuple(self._clocks.values()), whens)
+        found = Events(dict(self._variables), tuple(self._clocks.values()), whens)
+        if circle := found.circle():
+            first = {a.target: a.span for b in reversed(found.branches) for a in reversed(b.actions) if a.what == "set"}
+            notes = tuple((f"{x} is set here", span) for x in circle[1:-1] if (span := first[x]) is not None)
+            raise ModelError(
+                f"cyclic definition: {' -> '.join(circle)}",
+                first[circle[0]],
+                f"break the circle by the value before the event, `pre({circle[-1]})`",
+                notes=notes[:5],
+            )
+        return found
 
     def _when(self, item: s.When, scope: Scope) -> When:
         scope = scope.for_signals()

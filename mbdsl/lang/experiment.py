@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from mbdsl.elements.kind import EFFECTS
+from mbdsl.elements.declaration import EFFECTS
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, functions, units, values
 from mbdsl.lang import syntax as s
@@ -89,9 +89,10 @@ def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
     what = f"`{name}`"
     if field == "without":
         items = value if isinstance(value, tuple) else (value,)
-        if not all(isinstance(x, values.Quantity) and isinstance(x.value, str) for x in items):
+        names = tuple(x.value for x in items if isinstance(x, values.Quantity) and isinstance(x.value, str))
+        if len(names) < len(items):
             raise ModelError(f'{what}: found {values.describe(value)}, expected effects such as {{"friction"}}')
-        return check_effects(tuple(x.value for x in items))  # type: ignore[union-attr,misc]
+        return check_effects(names)
     if not unit:
         if isinstance(value, tuple) or not isinstance(value.value, str):
             raise ModelError(f'{what}: found {values.describe(value)}, expected a text such as "hht-si2"')

@@ -6,9 +6,10 @@ Everything is computed when it is first requested, and stored, so that the order
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from mbdsl.elements.kind import ANY, REQUIRED, BodyKind, JointKind, Kind, SensorKind
+from mbdsl.elements.declaration import ANY, REQUIRED
+from mbdsl.elements.kind import BodyKind, JointKind, Kind, SensorKind
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
@@ -25,9 +26,11 @@ from mbdsl.lang.paths import path_of
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism import poses_in_space, signals, wrenches
+from mbdsl.mechanism import signals, wrenches
 from mbdsl.mechanism.frozen_dict import FrozenDict
-from mbdsl.mechanism.scene import Frame, SpatialFrame
+from mbdsl.mechanism.poses import SpatialPose
+from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.mechanism.signal_names import accelerations
 
 if TYPE_CHECKING:
@@ -114,7 +117,7 @@ class FlatComponent:
         modifier = self.modifier(name)
         if modifier is None:
             default = parameter.default
-            return None if default is None or default is REQUIRED else symbolic.const(default)  # type: ignore[arg-type]
+            return None if default is None or default is REQUIRED else symbolic.const(default)
         assert modifier.value is not None
         with self.assembly.defining((self, name), f"`{self.name}.{name}`", modifier.value.at):
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
@@ -206,7 +209,7 @@ class FlatComponent:
         axes = self.kind.axes(self.values).get(port) if self.kind.spatial else None
         if axes is None or axes == SpatialFrame.axes:
             return base
-        pose = poses_in_space.composed(base.pose, (0.0, 0.0, 0.0, *axes))
+        pose = base.pose @ SpatialPose.of_axes(axes)
         return frame_at(f"{self.name}.{port}", base.body, pose, span_of(self.at), base.phi)
 
     def port_frame(self, port: str) -> Frame:
@@ -271,7 +274,7 @@ class FlatComponent:
 
     def _coordinate(self, port: str, key: str) -> Expr:
         frame = self.frames["c"] if port == "c" else self.own_frame(port)
-        return self.assembly.coordinate(frame, key).value  # type: ignore[return-value]
+        return self.assembly.coordinate(frame, key).expression
 
     def signal(self, name: str) -> Quantity:
         """A signal by its own name, as an expression over frames."""
@@ -296,7 +299,7 @@ class FlatComponent:
         """A component of what a joint or force exerts on the body at a port, in the axes of the frame there."""
         frame = self.port_frame(port)
         force, torque = wrenches.on_port(self._formulas_at(port), port)
-        found = wrenches.in_axes(force, torque, lambda name: self.assembly.coordinate(frame, name).value)  # type: ignore[arg-type,return-value]
+        found = wrenches.in_axes(force, torque, lambda name: self.assembly.coordinate(frame, name).expression)
         return Quantity(found[key], units.dimension(wrenches.units(self.assembly.spatial)[key]))
 
     def own(self, name: str) -> Value | PortNode | Frame | None:
@@ -318,11 +321,17 @@ class FlatComponent:
         found = modelica_names.frame_of_body(name, tuple(self.frames), self.kind.is_frame, centred)
         return self.frames.get(found) if found is not None else None
 
-    def _quantity(self, value: object, unit: str) -> Value | None:
+    def _quantity(self, value: Any, unit: str) -> Any:
+        """The value of a parameter with its unit; None if it has none."""
         if isinstance(value, tuple):
-            return tuple(self._quantity(v, unit) for v in value)  # type: ignore[misc]
+            return tuple(self._quantity(v, unit) for v in value)
         dimension = None if unit == ANY else units.dimension(unit)
-        return None if value is None else Quantity(value, dimension)  # type: ignore[arg-type]
+        return None if value is None else Quantity(value, dimension)
+
+    @property
+    def is_point(self) -> bool:
+        """Whether its bare name denotes a frame."""
+        return isinstance(self.kind, BodyKind) and self.kind.is_frame
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""

@@ -5,7 +5,7 @@ Both front-ends use it, the text (:mod:`mbdsl.lang.instantiate`) and the library
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -106,7 +106,10 @@ class Assembly:
             circle = names[list(self._active).index(key) :]
             shown = " -> ".join(name for name, _ in [*circle, circle[0]])
             notes = tuple((f"{name} is defined here", span_of(where)) for name, where in circle[1:] if where)
-            raise ModelError(f"cyclic definition: {shown}", span_of(circle[0][1]), notes=notes[:5])
+            varies = any(isinstance(x, Slot) and not x.constant for x in [*self._active][-len(circle) :])
+            name = circle[0][0].strip("`")
+            hint = f"break the circle by a state, `der(y) = ({name} - y)/T`, or by `pre({name})` in a `when`"
+            raise ModelError(f"cyclic definition: {shown}", span_of(circle[0][1]), hint if varies else None, notes[:5])
         self._active[key] = (label, at)
         try:
             with placed(at):
@@ -295,6 +298,27 @@ class Assembly:
 
     # -- the result --------------------------------------------------------------------------------------------
 
+    def _leave_out(self, effects: Iterable[str]) -> None:
+        """Leave out further effects; values that depend on them are forgotten."""
+        left_out = tuple(dict.fromkeys((*self.without, *effects)))
+        if left_out != self.without:
+            self.without = left_out
+            self.plain.clear()
+            for part in self.parts.values():
+                part.forget()
+
+    def _declared_frames(self) -> tuple[dict[str, Frame], dict[str, str]]:
+        """Frames that have been declared, and other names of frames."""
+        frames, aliases = dict[str, Frame](), dict[str, str]()
+        for member in self.frames:
+            found = member.target() if isinstance(member, FrameMember) else member
+            frame = found.frame if isinstance(found, PortNode) else found
+            if frame is not None and frame.name == member.name:
+                frames[frame.name] = frame
+            elif frame is not None:
+                aliases[member.name] = frame.name
+        return frames, aliases
+
     def scene(
         self,
         root: Namespace,
@@ -303,12 +327,7 @@ class Assembly:
         experiment: Experiment | None = None,
     ) -> Scene:
         """Complete the checks and make the Scene."""
-        left_out = tuple(dict.fromkeys((*self.without, *(experiment.without if experiment else ()))))
-        if left_out != self.without:
-            self.without = left_out
-            self.plain.clear()
-            for part in self.parts.values():
-                part.forget()
+        self._leave_out(experiment.without if experiment else ())
         for part in self.parts.values():
             part.values  # noqa: B018  errors in values come before those of connections
         self.connect_all()
@@ -323,21 +342,17 @@ class Assembly:
         if self.spatial:
             turned = (part.own_frame(port) for part in self.parts.values() for port in part.nodes)
             frames |= {frame.name: frame for frame in turned if frame.name not in frames}
-        aliases: dict[str, str] = {}
-        for member in self.frames:
-            found = member.target() if isinstance(member, FrameMember) else member
-            frame = found.frame if isinstance(found, PortNode) else found
-            if frame is not None and frame.name == member.name:
-                frames[frame.name] = frame
-            elif frame is not None:
-                aliases[member.name] = frame.name
-        initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
+        declared, aliases = self._declared_frames()
+        frames |= declared
+        initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn, self.states).values())
         if self.states:
+            for state, rate, description in self.states.variables():
+                variables[state], descriptions[state] = rate, description
             components |= self.states.components(self.ground.frames["c"])
             frames |= self.states.frames()
             initial = (*initial, *self.states.initial({x.name: x for x in initial}))
         if self._steady is not None:
-            check_steady(self._steady, initial)
+            check_steady(self._steady, initial, {self.states.value(x) for x in self.states})
         self._doubt_names()
         self._note_passed()
         components = turned_by_joints(components, frames)

@@ -18,8 +18,9 @@ from mbdsl.lang.modifiers import Contexts, Modifiers, refuse_inner
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
-from mbdsl.mechanism.poses_in_space import composed
-from mbdsl.mechanism.scene import Frame, SpatialFrame
+from mbdsl.mechanism.poses import SpatialPose
+from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.messages import did_you_mean
 
 
@@ -55,7 +56,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
             value = angle.pick(angle.evaluate(), 0, contexts)
             q = argument_checks.fit(value, units.NUMBER, what, "rad", angle.value)
             doubts.angle(base.scope.namespace.assembly.warn, value, angle.value, what)
-            phi = argument_checks.floats(q, what)  # type: ignore[assignment]
+            phi = argument_checks.floats(q, what)
             if isinstance(phi, tuple):
                 raise ModelError(f"{what}: found an array, expected a single angle")
     c, sn = cos(phi0), sin(phi0)
@@ -65,7 +66,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
 def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
     """As ``fixed_frame``, in space: see :mod:`mbdsl.lang.orientations`."""
     entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
-    pose: tuple[float, ...] = (0.0, 0.0, 0.0, *SpatialFrame.axes)
+    pose = SpatialPose.of_axes(SpatialFrame.axes)
     turn = 0.0
     if isinstance(entity, FlatComponent) and is_body(entity):
         body = entity.name
@@ -79,7 +80,7 @@ def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Conte
         body, pose = found.body, found.pose
         turn = found.phi
     own, more = orientations.pose(f"`{name}`", modifiers, contexts, at, base.scope.namespace.assembly.warn)
-    return _checked(base, frame_at(name, body, composed(pose, own), span_of(at), turn + more))
+    return _checked(base, frame_at(name, body, pose @ own, span_of(at), turn + more))
 
 
 def _checked(base: Positional, frame: Frame) -> Frame:
@@ -145,7 +146,7 @@ def declared_frame(
 def alias(argument: Positional, contexts: Contexts) -> Frame | PortNode:
     found = argument.find(contexts)
     if isinstance(found, FlatComponent):
-        found = as_frame(found, argument.e)  # type: ignore[assignment]
+        found = as_frame(found, argument.e)
     if not isinstance(found, Frame | PortNode):
         raise ModelError(f"`{write(argument.e)}` is not a frame", span_of(argument.e.at))
     return found

@@ -99,5 +99,5 @@ def _dimension(d: s.Declaration) -> tuple[Dimension | None, str]:
             if units.parse(unit) is None:
                 raise ModelError(f"unknown unit `{unit}`", span_of(a.value.at))
         elif a.name not in ("min", "max", "quantity", "displayUnit", "start", "nominal"):
-            raise ModelError(f"a {d.type} has no attribute `{a.name or write(a.value)}`", span_of(a.at))  # type: ignore[arg-type]
+            raise ModelError(f"a {d.type} has no attribute `{a.name or write(a.value)}`", span_of(a.at))
     return (units.dimension(unit) if unit else None), unit

@@ -88,8 +88,8 @@ def _extreme(name: str) -> Callable[[list[Value]], Value]:
     pair = _pair(name)
 
     def apply(arguments: list[Value]) -> Value:
-        array = len(arguments) == 1 and isinstance(arguments[0], tuple)
-        items = list(arguments[0]) if array else arguments  # type: ignore[arg-type]
+        first = arguments[0] if len(arguments) == 1 else None
+        array, items = isinstance(first, tuple), list(first) if isinstance(first, tuple) else arguments
         if not items:
             raise ModelError(f"{name}() of nothing")
         if len(items) == 1 and not array:
@@ -178,7 +178,7 @@ def _linspace(arguments: list[Value]) -> Value:
 
 def _div(arguments: list[Value]) -> Value:
     a, b = (numeric(x, "div()") for x in arguments)
-    result = compute("floor", lambda x: math.trunc(x), values.divide(a, b))  # type: ignore[arg-type]
+    result = compute("floor", lambda x: math.trunc(x), numeric(values.divide(a, b), "div()"))
     return Quantity(result, NUMBER, True)
 
 
@@ -192,7 +192,7 @@ def _from_unit(name: str, unit: str, arguments: list[Value]) -> Value:
     a = numeric(arguments[0], f"{name}()")
     if a.dimension not in (None, NUMBER):
         raise ModelError(f"{name}() takes a pure number, found {describe(a)}")
-    return values.with_unit(Quantity(a.value), units.parse(unit))  # type: ignore[arg-type]
+    return values.with_unit(Quantity(a.value), units.valid(unit))
 
 
 def _to_unit(name: str, unit: str, arguments: list[Value]) -> Value:

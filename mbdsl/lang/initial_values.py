@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
 
 from mbdsl.display_unit import DisplayUnit
@@ -16,6 +16,7 @@ from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, placed, span_of
+from mbdsl.lang.states import State, States, derivative, per_second
 from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
@@ -42,8 +43,9 @@ def is_steady(item: s.Initial) -> bool:
     return STATES[value]
 
 
-def check_steady(item: s.Initial, given: Iterable[InitialValue]) -> None:
-    """Check that a model that starts at its equilibrium has no initial values that contradict it.
+def check_steady(item: s.Initial, given: Iterable[InitialValue], states: Collection[symbolic.Expr] = ()) -> None:
+    """Check that a model that starts at its equilibrium has no initial values that contradict it; those of ``states``
+    are where the search for the equilibrium begins.
 
     Raises
     ------
@@ -51,6 +53,8 @@ def check_steady(item: s.Initial, given: Iterable[InitialValue]) -> None:
         If a position is fixed, or a velocity is not zero.
     """
     for x in given:
+        if x.target in states:
+            continue
         if symbolic.is_velocity_level(x.target):
             wrong = x.value != 0.0
             message, hint = f"`{x.name}` is {x.value:g}, and the model is at rest where it starts", "omit this velocity"
@@ -66,9 +70,14 @@ class InitialValues:
     """The initial values of a model."""
 
     def __init__(
-        self, parts: Iterable[FlatComponent], equations: list[tuple[s.Initial, Scope]], warn: doubts.Warn
+        self,
+        parts: Iterable[FlatComponent],
+        equations: list[tuple[s.Initial, Scope]],
+        warn: doubts.Warn,
+        states: States,
     ) -> None:
         self.parts = parts
+        self.states = states
         self.warn = warn
         self.equations = equations
 
@@ -123,6 +132,9 @@ class InitialValues:
         """The initial equations."""
         known: dict[int, Value] = {}  # numbers in loops, by their places in the tree
         for item, scope in self.equations:
+            if rates := self._rates_of(item, scope):
+                self._give_rates(rates, evaluate(item.value, scope), item)
+                continue
             name, target = self._target(item.target, scope.for_signals())
             value = known.get(id(item.value)) or evaluate(item.value, scope)
             if isinstance(item.value, s.Number):
@@ -139,7 +151,34 @@ class InitialValues:
                 label = f"{name}[{k + 1}]" if isinstance(target, tuple) else name
                 with placed(item.at):
                     assert isinstance(t, Quantity)
+                    if (state := self.states.of(t)) is not None:
+                        label = state.name
                     yield self._initial_value(label, t, v, item.mode == "fixed", item.at, item.value), item.at
+
+    def _rates_of(self, item: s.Initial, scope: Scope) -> list[State]:
+        """The states of an initial equation ``der(x) = ...``; [] of others."""
+        if not self.states or (inner := derivative(item.target)) is None:
+            return []
+        found = scope.for_signals().value(inner)
+        states = [self.states.of(x) for x in (found if isinstance(found, tuple) else (found,))]
+        return [x for x in states if x is not None]
+
+    def _give_rates(self, states: list[State], value: Value, item: s.Initial) -> None:
+        given = value if isinstance(value, tuple) else (value,) * len(states)
+        if len(given) != len(states):
+            raise ModelError(f"found an array of {len(given)} for {len(states)} states", span_of(item.value.at))
+        for state, x in zip(states, given, strict=True):
+            what = f"the initial value of `der({state.name})`"
+            with placed(item.value.at):
+                x = values.numeric(
+                    argument_checks.fit(x, per_second(state.start.dimension), what, "", item.value), what
+                )
+                number = argument_checks.number(x, what)
+            if state.rate_at_start is not None:
+                first = span_of(state.rate_at_start[1])
+                notes = (("first given here", first),) if first else ()
+                raise ModelError(f"{what} is given twice", span_of(item.at), notes=notes)
+            state.rate_at_start = number, item.at
 
     def _target(self, target: s.Expression, scope: Scope) -> tuple[str, Value]:
         """Name and value of the left side of an initial equation: a signal, or der(signal)."""
@@ -165,8 +204,8 @@ class InitialValues:
         what = f"the initial value of `{name}`"
         if target.dimension == NUMBER:
             doubts.angle(self.warn, value, e, what)
-        number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
-        return InitialValue(name, target.value, number, fixed, span_of(at), _display(value.unit, target.dimension))  # type: ignore[arg-type]
+        number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)
+        return InitialValue(name, target.expression, number, fixed, span_of(at), _display(value.unit, target.dimension))
 
 
 @lru_cache

@@ -10,6 +10,7 @@ from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import TABLE_ARGUMENTS
+from mbdsl.lang.mistakes import equations
 from mbdsl.lang.modifiers import Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
@@ -104,8 +105,12 @@ def no_equation(item: s.Relation, remedy: str | None, at: At = None) -> ModelErr
             f"found `{write(item.left)}`, expected `connect(a, b);`",
             span_of(item.left.at),
         )
+    if (solved := equations.solved_for_derivative(item)) is not None:
+        return ModelError(
+            "an equation of a state has its derivative alone on one side", span_of(at or item.left.at), solved
+        )
     return ModelError(
-        "mbdsl has no free equations: the equation section holds `connect(a, b);`",
+        "mbdsl has no free equations: the equation section holds `connect(a, b);` and `der(x) = ...;`",
         span_of(at or item.left.at),
         f"give a variable its value where it is declared, `{remedy or 'Real F = 2 N*sin(3*time);'}`; "
         "initial values go under `initial equation`",

@@ -27,11 +27,13 @@ from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.instance_checks import Elements
 from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.mistakes import doubts, equations
-from mbdsl.lang.modifiers import Contexts, Modifiers, bind, coordinates_named, merge, refuse_inner
+from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.states import derived, target_of
+
+Class = str | tuple[s.Model, SourceUnit]  #: of a declaration: see :func:`mbdsl.lang.classify.classify`
 
 
 class Instance:
@@ -63,7 +65,7 @@ class Instance:
         self.content.add(model, unit, {})
         self.members = self.content.members
         blocks = (m.item for m in self.members if not isinstance(m.item, s.Declaration))
-        self._classes: dict[int, str | tuple[s.Model, SourceUnit]] = {}  # of declarations, by their places in the tree
+        self._classes: dict[int, Class] = {}  # of declarations, by their places in the tree
         self.looped = {name for item in blocks for name in declared_names(item)}
         self._derivatives: list[tuple[s.Relation, Scope]] = []
         self._derived = derived(self.content.equations)
@@ -141,19 +143,10 @@ class Instance:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = self._classes.get(id(d))  # loops declare the same again and again
         if kind is None:
-            kind = self._classes[id(d)] = classify(d, member.unit, self.around, self.assembly.spatial)
-        if d.notes:
-            checks.refuse_shapes(self, d, kind)
-            doubts.misplaced_experiment(self.assembly.warn, d.notes, f"`{d.name}`")
-        if "input" in d.prefixes:
-            refuse_other_inputs(d, kind)
+            defined = d.name in self._derived or d.name in self._set
+            kind = self._classes[id(d)] = classify(d, member.unit, self.around, self.assembly.spatial, defined)
+        self._check_declared(d, kind, block)
         looped = block and d.indices
-        if block and kind == "value":
-            raise ModelError(
-                "parameters cannot be declared in a loop or `if`",
-                span_of(d.at),
-                "declare an array: `Real k[N] = {...}`",
-            )
         if d.condition is not None and kind != "value" and not self._decide(d.condition, scope):
             self._enter(d, looped, scope, lambda name, c, i: Disabled(name, d.at))
             return
@@ -169,6 +162,26 @@ class Instance:
             return
         if d.prefixes & {"parameter", "constant"}:
             raise no_type(d, member.unit, spatial=self.assembly.spatial)
+        self._declare_part(d, kind, given, scope, looped)
+
+    def _check_declared(self, d: s.Declaration, kind: Class, block: bool) -> None:
+        """Check what a declaration has besides its arguments."""
+        if d.notes:
+            checks.refuse_shapes(self, d, kind)
+            doubts.misplaced_experiment(self.assembly.warn, d.notes, f"`{d.name}`")
+        if "input" in d.prefixes:
+            refuse_other_inputs(d, kind)
+        if block and kind == "value":
+            raise ModelError(
+                "parameters cannot be declared in a loop or `if`",
+                span_of(d.at),
+                "declare an array: `Real k[N] = {...}`",
+            )
+
+    def _declare_part(
+        self, d: s.Declaration, kind: Class, given: Modifier | None, scope: Scope, looped: object
+    ) -> None:
+        """Make a frame, a table, a component or a model."""
         positional, own = bind(d.arguments, scope, self.level)
         if isinstance(kind, str) and positional:
             declared = find(kind, self.assembly.spatial)

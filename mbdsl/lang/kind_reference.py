@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter, SensorKind
+from mbdsl.elements.declaration import REQUIRED, Parameter
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, SensorKind
 
 #: the pages of models in the plane and in space
 PAGES = {False: "language.md", True: "space.md"}

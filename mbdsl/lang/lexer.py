@@ -39,10 +39,22 @@ TOKEN = re.compile(
 )
 _BLANK = re.compile(f"[{BLANKS}]*")
 MODEL_FOLLOWS = re.compile(r"\s+(?:partial\s+)?model\b")
+EMPTY = re.compile(r"\s*\(\s*\)")  #: of `initial()`, a function
 #: `guess` and `fixed` are words of the initial section if a name follows; `Frame fixed annotation(...)` declares a name
 A_NAME_FOLLOWS = re.compile(rf"[{BLANKS}]+(?!(?:{'|'.join(sorted(KEYWORDS))})\b)[A-Za-z_]")
 _NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
 _PAIRS = {")": "(", "]": "[", "}": "{"}
+
+
+def leading(text: str) -> str:
+    """The numeral at the beginning of a text; "" if there is none."""
+    return text[: _end(NUMERAL, text, 0)]
+
+
+def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
+    """The end of what matches at a place of a text; the place itself if nothing does."""
+    found = pattern.match(text, at)
+    return at if found is None else found.end()
 
 
 #: kinds of tokens for editors and highlighting
@@ -100,7 +112,7 @@ def scan(source: Source) -> Iterator[Token]:
         if found is None:
             if text[at] == '"':
                 # Later texts are not searched for their ends either, so that the time remains linear.
-                strings_end, last, end = False, "OPEN_STRING", _LINE.match(text, at).end()  # type: ignore[union-attr]
+                strings_end, last, end = False, "OPEN_STRING", _end(_LINE, text, at)
             else:
                 last, end = "WRONG", at + 1
             yield Token(last, text[at:end], at, end, source)
@@ -130,7 +142,7 @@ def scan(source: Source) -> Iterator[Token]:
             last = "NUMBER" if takes_unit else "STRING"
         yield Token(last, word, at, end, source)
         if takes_unit:
-            blank = _BLANK.match(text, end).end()  # type: ignore[union-attr]
+            blank = _end(_BLANK, text, end)
             if unit := units.scan(text, blank):
                 last, end = "UNIT", unit[1]
                 yield Token(last, unit[0].text, blank, end, source)
@@ -139,7 +151,7 @@ def scan(source: Source) -> Iterator[Token]:
 
 def _word(word: str, text: str, end: int, in_brackets: bool) -> str:
     """The terminal of a word that ends at an offset; ``end`` in the brackets of indices is the last index."""
-    if word in KEYWORDS:
+    if word in KEYWORDS and not (word == "initial" and EMPTY.match(text, end)):
         return "LAST" if word == "end" and in_brackets else word.upper()
     soft = word in ("guess", "fixed") and A_NAME_FOLLOWS.match(text, end) is not None
     soft = soft or (word == "spatial" and MODEL_FOLLOWS.match(text, end) is not None)

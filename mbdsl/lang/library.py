@@ -146,7 +146,7 @@ class Library:
     def _columns(self, path: str, x: str | None, y: str | None) -> Columns:
         known = self.data.get(path, {})
         if x in known and y in known:
-            return {name: known[name] for name in (x, y)}  # type: ignore[misc, index]
+            return {name: known[name] for name in (x, y)}
         if known and x is None and y is None:
             return dict(known)
         if self._texts is None:

@@ -41,6 +41,12 @@ class Modifier:
         self._cached: Value | None = None
         _, self.inner = bind(argument.modifiers, scope, level) if argument.modifiers else ((), {})
 
+    @property
+    def value_at(self) -> At:
+        """The place of its value, of a modifier that has one."""
+        assert self.value is not None
+        return self.value.at
+
     def evaluate(self) -> Value:
         """The value, evaluated once (it does not depend on the element it is for)."""
         if self._cached is None:

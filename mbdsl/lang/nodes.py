@@ -10,7 +10,7 @@ from typing import Any
 from mbdsl.errors import Span, SyntaxProblem
 from mbdsl.lang import limits, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.lexer import NUMERAL, Token, unquote
+from mbdsl.lang.lexer import Token, leading, unquote
 from mbdsl.lang.source import At, cover, span_of
 from mbdsl.lang.unparse import write
 
@@ -214,9 +214,9 @@ class Nodes:
 
     def number(self, parts: list) -> s.Number:
         token = parts[0]
-        digits = NUMERAL.match(token.text).group()  # type: ignore[union-attr]
+        digits = leading(token.text)
         rest = token.text[len(digits) :].strip()
-        unit = units.scan(rest)[0] if rest else None  # type: ignore[index]
+        unit = None if (found := units.scan(rest) if rest else None) is None else found[0]
         value: float | int = float(digits)
         if value == float("inf"):
             raise SyntaxProblem("this number is too large", _span(token))

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from math import hypot
 from typing import Any
 
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.declaration import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
@@ -22,8 +22,8 @@ from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write
-from mbdsl.mechanism import poses_in_space
-from mbdsl.mechanism.scene import SpatialFrame
+from mbdsl.mechanism import poses
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.messages import did_you_mean
 
 PARAMETERS = {
@@ -139,9 +139,9 @@ def pose(
     wrong = next((value for key in ("sequence", "n_y") if key in given and (value := modifiers[key].value)), None)
     with placed(wrong.at if wrong is not None else at):
         axes = _axes(what, given)
-    n = given.get("n", PARAMETERS["n"].default)
+    n = given["n"] if "n" in given else PARAMETERS["n"].default
     about_z = given.get("phi", 0.0) * n[2] / abs(n[2]) if n[0] == n[1] == 0.0 else 0.0
-    return (*given.get("r", PARAMETERS["r"].default), *axes), about_z
+    return (*(given["r"] if "r" in given else PARAMETERS["r"].default), *axes), about_z
 
 
 def _one_way(what: str, given: dict[str, Any], modifiers: Modifiers, at: At) -> None:
@@ -174,7 +174,7 @@ def _words(keys: Iterable[str]) -> str:
 def _axes(what: str, given: Mapping[str, Any]) -> tuple[float, ...]:
     """The axes (9) for an orientation that is given in one way."""
     if "quaternion" in given:
-        return poses_in_space.of_quaternion(given["quaternion"])
+        return poses.of_quaternion(given["quaternion"])
     if "n_x" in given:
         return _of_two(what, given["n_x"], given["n_y"])
     if "angles" in given:
@@ -186,17 +186,17 @@ def _axes(what: str, given: Mapping[str, Any]) -> tuple[float, ...]:
                 f"`sequence` of {what} is {{{shown}}}, expected numbers of axes, 1, 2 or 3, no two alike in succession",
                 hint="{1, 2, 3} are Cardan angles about x, y, z; {3, 1, 3} are Euler's angles",
             )
-        return poses_in_space.turned_successively(given["angles"], [int(k) - 1 for k in sequence])
+        return poses.turned_successively(given["angles"], [int(k) - 1 for k in sequence])
     if "phi" not in given:
         return SpatialFrame.axes
-    return poses_in_space.about(given.get("n", PARAMETERS["n"].default), given["phi"])
+    return poses.about(given.get("n", PARAMETERS["n"].default), given["phi"])
 
 
 def _of_two(what: str, n_x, n_y) -> tuple[float, ...]:
     """The axes (9) with x along n_x, and y in the plane of n_x and n_y on the side of n_y."""
     x = [a / hypot(*n_x) for a in n_x]
     y = [a / hypot(*n_y) for a in n_y]
-    z = poses_in_space.product(x, y)
+    z = poses.product(x, y)
     size = hypot(*z)
     if size < PARALLEL:
         raise ModelError(
@@ -204,4 +204,4 @@ def _of_two(what: str, n_x, n_y) -> tuple[float, ...]:
             hint="n_y needs a part at right angles to n_x; it need not be at right angles itself",
         )
     z = [a / size for a in z]
-    return *x, *poses_in_space.product(z, x), *z
+    return *x, *poses.product(z, x), *z

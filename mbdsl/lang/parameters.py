@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, declared_display, functions, quantities, units, values
 from mbdsl.lang import syntax as s
@@ -13,6 +15,7 @@ from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import placed, span_of
+from mbdsl.lang.states import refuse_no_state
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
@@ -60,6 +63,8 @@ def make_slot(
     slot.constant = constant
     free = not constant and d.value is None and not valued and "input" not in d.prefixes
     slot.derived, slot.discrete = free and derived, free and (set_ or "discrete" in d.prefixes)
+    if derived:
+        refuse_no_state(slot, d)
     assembly.slots.append(slot)
     return slot
 
@@ -94,7 +99,7 @@ def _evaluate(
             dimension = _dimension_of(evaluate(d.value, scope))
             unit = slot.unit = unit or (quantities.unit_text(dimension) if dimension else "")
         e, at = given.value, given.value.at
-        value = given.evaluate() if "input" not in d.prefixes else evaluate(given.value, given.scope.for_signals())
+        value = given.evaluate() if slot.constant else evaluate(given.value, given.scope.for_signals())
         with placed(at):
             rank = len(sizes) if sizes or d.type else min(len(values.shape(value)), 0)
             value = given.pick(value, rank, namespace.contexts)
@@ -117,28 +122,25 @@ def _evaluate(
         if comes_in or slot.derived or slot.discrete:
             value = starts(value, dimension, sizes)
         assert value is not None
-        value = _check(value, d, what, dimension, unit, sizes, attributes, e, slot.assembly)
+        value = _check(value, d, _Wanted(what, dimension, unit, sizes), attributes, e, slot.assembly)
         if comes_in:
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
         elif slot.derived:
-            value = _state(slot, d, value, attributes, dimension)
+            value = _state(slot, value, attributes, dimension)
         elif slot.discrete:
             value = slot.assembly.events.make(slot.name, d.type, value, slot.unit, d.doc, d.at)
     return value
 
 
-def _state(slot: Slot, d: s.Declaration, start: Value, attributes: Modifiers, dimension: Dimension | None) -> Value:
+def _state(slot: Slot, start: Value, attributes: Modifiers, dimension: Dimension | None) -> Value:
     """The value of a state, from its start and its attributes."""
     nominal, fixed = attributes.get("nominal"), attributes.get("fixed")
     size = None
     if nominal is not None and nominal.value is not None:
         with placed(nominal.value.at):
-            what = f"`nominal` of `{slot.name}`"
-            size = argument_checks.number(argument_checks.fit(nominal.evaluate(), dimension, what, ""), what)  # type: ignore[arg-type]
-            if not size > 0.0:
-                raise ModelError(f"{what} is {size:g}, it must be positive")
-    kept = fixed is None or bool(getattr(fixed.evaluate(), "value", True))
-    return slot.assembly.states.make(slot.name, start, size, kept, d.doc, d.at)
+            size = argument_checks.fit(nominal.evaluate(), dimension, f"`nominal` of `{slot.name}`")
+    kept = None if fixed is None or fixed.value is None else bool(getattr(fixed.evaluate(), "value", True))
+    return slot.assembly.states.make(slot.name, start, size, kept, slot)
 
 
 def _attributes(slot: Slot, attributes: Modifiers, unit: str) -> str:
@@ -146,7 +148,7 @@ def _attributes(slot: Slot, attributes: Modifiers, unit: str) -> str:
     written = attributes.get("unit")
     if written is not None and written.value is not None:
         unit = slot.unit = _unit_attribute(written)
-        if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
+        if units.valid(unit).factor != 1.0:
             si = quantities.unit_text(units.dimension(unit))  # values are kept in SI units
             slot.unit = "rad" if si == "1" else si
             slot.display = written, unit
@@ -171,17 +173,19 @@ def _unit_attribute(written: Modifier) -> str:
     return text
 
 
+class _Wanted(NamedTuple):
+    """What a value has to be: its description for messages, its dimension, unit and sizes."""
+
+    what: str
+    dimension: Dimension | None
+    unit: str
+    sizes: list[int]
+
+
 def _check(
-    value: Value,
-    d: s.Declaration,
-    what: str,
-    dimension: Dimension | None,
-    unit: str,
-    sizes: list[int],
-    attributes: Modifiers,
-    e: s.Expression | None,
-    assembly: Assembly,
+    value: Value, d: s.Declaration, wanted: _Wanted, attributes: Modifiers, e: s.Expression | None, assembly: Assembly
 ) -> Value:
+    what, dimension, unit, sizes = wanted
     shape = values.shape(value)
     if (sizes or d.type) and (
         len(sizes) != len(shape) or any(a not in (b, -1) for a, b in zip(sizes, shape, strict=True))
@@ -243,10 +247,10 @@ def _range(value: Value, name: str, bound: Modifier, what: str) -> None:
         if q.varying or not q.number:
             continue
         values.common(q, limit, f"`{name}`")
-        wrong = q.value < limit.value if name == "min" else q.value > limit.value  # type: ignore[operator]
+        wrong = q.known < limit.known if name == "min" else q.known > limit.known
         if wrong:
             word = "least" if name == "min" else "most"
-            found, bounded = (argument_checks.in_unit(x.value, q) for x in (q, limit))  # type: ignore[arg-type]
+            found, bounded = (argument_checks.in_unit(x.known, q) for x in (q, limit))
             raise ModelError(f"{what} is {found}, it must be at {word} {bounded}")
 
 

@@ -6,6 +6,7 @@ import hashlib
 import pickle
 import re
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache, lru_cache
@@ -127,11 +128,11 @@ def _lark() -> Lark:
     return made
 
 
-def _fed(tokens: list[Token], start: str) -> tuple[InteractiveParser, Any]:
+def _fed(tokens: Sequence[Any], start: str) -> tuple[InteractiveParser, Any]:
     """The parser after tokens, and the node that it has made if ``$END`` is the last of them."""
     run, result = _lark().parse_interactive(start=start), None
     for token in tokens:
-        result = run.feed_token(token)  # type: ignore[arg-type]  # Lark reads only the type of a token
+        result = run.feed_token(token)  # Lark reads only the type of a token
     return run, result
 
 

@@ -8,7 +8,7 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import is_point
+from mbdsl.elements.kind import ForceKind, is_point
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import syntax as s
@@ -85,10 +85,11 @@ def path_of(part: FlatComponent, over: Modifier | None) -> Path:
                 )
 
     def coordinate(frame: Frame, key: str) -> Expr:
-        return part.assembly.coordinate(frame, key).value  # type: ignore[return-value]
+        return part.assembly.coordinate(frame, key).expression
 
     at: list[Callable[[str], Expr]] = [partial(coordinate, frame) for frame in frames]
-    return part.kind.path(part.values, at, part.assembly.spatial)  # type: ignore[attr-defined, no-any-return]
+    assert isinstance(part.kind, ForceKind) and part.kind.path is not None
+    return part.kind.path(part.values, at, part.assembly.spatial)
 
 
 def spans(part: FlatComponent, over: Modifier | None) -> list[Component]:

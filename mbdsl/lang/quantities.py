@@ -57,6 +57,7 @@ TYPES: dict[str, str] = {
     "Voltage": "V",
     "Resistance": "Ohm",
     "Inductance": "H",
+    "Capacitance": "F",
     "VolumeFlowRate": "m3/s",
     "Momentum": "kg.m/s",
     "Impulse": "N.s",
@@ -94,6 +95,11 @@ _WORDS = (
     ("a second moment of area", "m4"),
     ("a temperature", "K"),
     ("a current", "A"),
+    ("a voltage", "V"),
+    ("a resistance", "Ohm"),
+    ("an inductance", "H"),
+    ("a capacitance", "F"),
+    ("a volume flow", "m3/s"),
 )
 _BY_DIMENSION = {units.dimension(unit): (words, unit) for words, unit in _WORDS}
 

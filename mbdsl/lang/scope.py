@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mbdsl.elements.kind import BodyKind, JointKind, PairKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.symbolic import TIME
+from mbdsl.expressions.symbolic import TIME, Expr, expr
 from mbdsl.lang import functions, modelica_names, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import NotConnected, PortNode
@@ -104,11 +104,10 @@ class Scope(Names):
         if unit is not None and not driver and value.dimension in (None, units.dimension(unit)):
             doubts.hidden_signal(self.namespace.assembly.warn, name, owner.name, reference.at)
 
-    def rate(self, value: Quantity) -> Quantity | None:
-        """The derivative of a state of the model; None of other values."""
+    def rate(self, leaf: Expr) -> Expr | None:
         states = self.namespace.assembly.states
-        state = states.of(value)
-        return None if state is None else states.rate(state)
+        state = states.of(leaf)
+        return None if state is None else expr(states.rate(state).value)  # type: ignore[arg-type]
 
     def value_of(self, entity: Entity, reference: s.Reference) -> Value:
         if isinstance(entity, SignalEntity):
@@ -213,9 +212,7 @@ class Scope(Names):
         if name in self.locals:
             return self.locals[name]
         found = self.namespace.find(name)
-        if self.owner is not None and (found is None or (len(reference.steps) == 1 and _no_value(found, step))):
-            # As in Modelica, a modifier sees the names around it; the component's own names have lower priority. A
-            # component has no value, so that `s` in the law of a spring `s` can only mean its length.
+        if self.owner is not None and not of_model(found, len(reference.steps) == 1 and _no_value(found, step)):
             own = self._own(self.owner, name)
             if own is not None:
                 return own
@@ -298,7 +295,7 @@ class Scope(Names):
             raise mistakes.output_only(f"{owner}.{name}", step.at)
         if name in SIZES and f"{name}x" in part.signal_names():
             raise mistakes.size(f"{owner}.{name}", part.signal_names(), name, step.at)
-        if is_body(part) and part.kind.is_frame and name in self.namespace.assembly.coordinates:  # type: ignore[attr-defined]
+        if part.is_point and name in self.namespace.assembly.coordinates:
             frame = part.frames["c"]
             return SignalEntity(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
         other = part.by_other_name(name)
@@ -339,6 +336,15 @@ class Scope(Names):
             return as_frame(self.resolve(e), e, centred)
 
 
+def of_model(found: object, no_value: bool) -> bool:
+    """Whether a name in a law of a component is the one ``found`` in the model, and not a name of the component.
+
+    As in Modelica, a modifier sees the names around it; the component's own names have lower priority. A component has
+    no value, so that `s` in the law of a spring `s` can only mean its length.
+    """
+    return found is not None and not no_value
+
+
 def as_frame(
     entity: Entity, e: s.Expression, centred: bool = False
 ) -> Frame | PortNode | FlatComponent | Many | Disabled:
@@ -354,7 +360,7 @@ def as_frame(
     if isinstance(entity, FlatComponent):
         if not is_body(entity):
             return entity
-        if entity.kind.is_frame or centred:  # type: ignore[attr-defined]
+        if entity.is_point or centred:
             return entity.frames["c"]
         name = write(e)
         frames = ", ".join(f"{name}.{f}" for f in entity.frames)
@@ -378,5 +384,5 @@ def _varies(value: Value) -> bool:
     return any(_varies(v) for v in value) if isinstance(value, tuple) else value.varying
 
 
-def _no_value(found: Entity, step: s.Step) -> bool:
+def _no_value(found: Entity | None, step: s.Step) -> bool:
     return isinstance(found, FlatComponent | Namespace | ComponentArray) and not step.indices

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from typing import Any
 
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, units, values
@@ -36,7 +37,7 @@ COLOURS = {
 }
 
 
-def lengths(value: Value, what: str) -> float | tuple:
+def lengths(value: Value, what: str) -> Any:
     found = argument_checks.floats(argument_checks.fit(value, units.dimension("m"), what, "m"), what)
     pending = [found]
     while pending:
@@ -56,7 +57,7 @@ def points(least: int) -> Callable[[Value, str], tuple[Point, ...]]:
                 f"{what}: found {words(value)}, expected at least {least} points {{x, y}}",
                 hint="write `points = {{0, 0}, {20, 0}, {10, 15}} mm`",
             )
-        return lengths(value, what)  # type: ignore[return-value]
+        return lengths(value, what)
 
     return check
 
@@ -65,7 +66,7 @@ def extent(value: Value, what: str) -> tuple[Point, Point]:
     if values.shape(value) != (2, 2):
         hint = "write `extent = {{-10, -5}, {10, 5}} mm`"
         raise ModelError(f"{what}: found {words(value)}, expected two corners {{{{x1, y1}}, {{x2, y2}}}}", hint=hint)
-    (x0, y0), (x1, y1) = lengths(value, what)  # type: ignore[misc]
+    (x0, y0), (x1, y1) = lengths(value, what)
     if x0 == x1 or y0 == y1:
         raise ModelError(f"{what} has no area: {{{{{x0:g}, {y0:g}}}, {{{x1:g}, {y1:g}}}}} m")
     return (x0, y0), (x1, y1)
@@ -74,7 +75,7 @@ def extent(value: Value, what: str) -> tuple[Point, Point]:
 def point(value: Value, what: str) -> Point:
     if values.shape(value) != (2,):
         raise ModelError(f"{what}: found {words(value)}, expected a position {{x, y}}")
-    return lengths(value, what)  # type: ignore[return-value]
+    return lengths(value, what)
 
 
 def length(value: Value, what: str) -> float:
@@ -112,9 +113,9 @@ def colour(value: Value, what: str) -> str:
     hint = 'a colour is "#1f77b4", {31, 119, 180}, or one of ' + ", ".join(COLOURS)
     if isinstance(value, tuple):
         fitted = argument_checks.floats(argument_checks.fit(value, units.NUMBER, what), what)
-        if values.shape(value) != (3,) or not all(0 <= x <= 255 for x in fitted):  # type: ignore[union-attr]
+        if values.shape(value) != (3,) or not all(0 <= x <= 255 for x in fitted):
             raise ModelError(f"{what}: expected three numbers from 0 to 255", hint=hint)
-        return "#" + "".join(f"{round(x):02x}" for x in fitted)  # type: ignore[union-attr]
+        return "#" + "".join(f"{round(x):02x}" for x in fitted)
     if not isinstance(value.value, str):
         raise ModelError(f"{what}: found {describe(value)}, expected a colour", hint=hint)
     text = value.value.strip().lower()

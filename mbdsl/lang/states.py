@@ -22,9 +22,11 @@ from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.scene import Component, Frame, InitialValue, SpatialFrame
+from mbdsl.mechanism.scene import Component, Description, Frame, InitialValue
+from mbdsl.mechanism.scene_parts import SpatialFrame
 
 if TYPE_CHECKING:
+    from mbdsl.lang.entities import Slot
     from mbdsl.lang.scope import Scope
 
 
@@ -35,26 +37,28 @@ class State:
     name: str
     start: Quantity
     nominal: float | None
-    fixed: bool
+    fixed: bool | None  #: None if nothing is written
     doc: str
     at: At
+    unit: str = ""
     equation: s.Relation | None = None
     scope: Scope | None = None
     index: int = 0  #: of an array that an equation defines as a whole, its element from 1; else 0
     law: Quantity | None = None
+    rate_at_start: tuple[float, At] | None = None  #: of `der(x) = ...` among the initial equations
 
     @property
     def frame(self) -> str:
         return f"{self.name}.c"
 
 
-def derived(items: Iterable[s.Item]) -> set[str]:
-    """Names of the variables whose derivative an equation gives, also within `for` and `if`."""
-    found = set()
+def derived(items: Iterable[s.Item]) -> dict[str, s.Relation]:
+    """Names of the variables whose derivative an equation gives, also within `for` and `if`, and these equations."""
+    found = dict[str, s.Relation]()
     for item in items:
         if isinstance(item, s.Relation):
-            if (target := target_of(item)) is not None:
-                found.add(target.steps[0].name)
+            if (target := target_of(item)) is not None and len(target.steps) == 1:
+                found[target.steps[0].name] = item
         elif isinstance(item, s.For):
             found |= derived(item.items)
         elif isinstance(item, s.If):
@@ -66,10 +70,11 @@ def target_of(item: s.Relation) -> s.Reference | None:
     """x of an equation `der(x) = f`, or of `f = der(x)`; None of other equations."""
     if item.right is None:
         return None
-    return _derivative(item.left) or _derivative(item.right)
+    return derivative(item.left) or derivative(item.right)
 
 
-def _derivative(e: s.Expression) -> s.Reference | None:
+def derivative(e: s.Expression) -> s.Reference | None:
+    """x of the expression `der(x)` of a name; None of others."""
     if isinstance(e, s.Call) and write(e.function) == "der" and len(e.arguments) == 1:
         inner = e.arguments[0].value
         return inner if isinstance(inner, s.Reference) else None
@@ -86,12 +91,24 @@ class States:
     def __bool__(self) -> bool:
         return bool(self._states)
 
-    def make(self, name: str, start: Value, nominal: float | None, fixed: bool, doc: str, at: At) -> Value:
+    def __iter__(self) -> Iterator[State]:
+        return iter(self._states.values())
+
+    def make(self, name: str, start: Value, nominal: Value | None, fixed: bool | None, slot: Slot) -> Value:
         """The value of a declared state, an expression; arrays have one state for each element."""
         if isinstance(start, tuple):
             stem = f"{name[:-1]}," if name.endswith("]") else f"{name}["
-            return tuple(self.make(f"{stem}{i}]", x, nominal, fixed, doc, at) for i, x in enumerate(start, 1))
-        state = State(name, start, nominal, fixed, doc, at)
+            sizes = nominal if isinstance(nominal, tuple) else (nominal,) * len(start)
+            if len(sizes) != len(start):
+                raise ModelError(f"`nominal` of `{name}`: found {len(sizes)} values, expected {len(start)}")
+            each = enumerate(zip(start, sizes, strict=True), 1)
+            return tuple(self.make(f"{stem}{i}]", x, size, fixed, slot) for i, (x, size) in each)
+        what, size = f"`nominal` of `{name}`", None
+        if nominal is not None:
+            size = argument_checks.number(values.numeric(nominal, what), what)
+            if not size > 0.0:
+                raise ModelError(f"{what} is {size:g}, it must be positive")
+        state = State(name, start, size, fixed, slot.doc, slot.at, slot.unit)
         self._states[state.frame] = state
         return Quantity(self.value(state), start.dimension or units.NUMBER)
 
@@ -101,9 +118,9 @@ class States:
             return spatial_coordinates.named(state.frame, "vx")
         return symbolic.coordinate(state.frame, "vx")
 
-    def of(self, value: Value) -> State | None:
+    def of(self, value: Value | symbolic.Expr) -> State | None:
         """The state that a value is; None for other values."""
-        leaf = getattr(value, "value", None)
+        leaf = value if isinstance(value, symbolic.Expr) else getattr(value, "value", None)
         if isinstance(leaf, symbolic.Expr) and leaf.op == "coordinate" and leaf.value[1] == "vx":  # type: ignore[index]
             return self._states.get(leaf.value[0])  # type: ignore[index]
         return None
@@ -112,12 +129,12 @@ class States:
         """Enter an equation."""
         target = target_of(item)
         assert target is not None
-        found = evaluate(target, scope.for_signals())
+        found = _declared(target, scope)
         whole = isinstance(found, tuple)
         for k, value in enumerate(found if isinstance(found, tuple) else (found,), 1):
             state = self.of(value)
             if state is None:
-                raise _no_state(target, value)
+                raise _no_state(target)
             if state.equation is not None:
                 first = span_of(state.equation.at)
                 raise ModelError(
@@ -137,7 +154,7 @@ class States:
                     f"write `der({state.name}) = ...;` in the equation section, or give it a value",
                 )
             assembly, item = state.scope.namespace.assembly, state.equation
-            e = item.right if _derivative(item.left) else item.left
+            e = item.right if derivative(item.left) else item.left
             assert e is not None
             with assembly.defining(state, f"der({state.name})", item.at):
                 found = evaluate(e, state.scope.for_signals())
@@ -164,7 +181,8 @@ class States:
         for state in self._states.values():
             rate, span = self.rate(state), span_of(state.at)
             kind, equation = (of_variant(x, self._spatial).KIND for x in ("state", "state_rate"))
-            found[state.name] = Component(state.name, kind, {"nominal": state.nominal}, span=span, doc=state.doc)
+            given = {"nominal": state.nominal, "rate": state.rate_at_start and state.rate_at_start[0]}
+            found[state.name] = Component(state.name, kind, given, span=span, doc=state.doc)
             found[f"der({state.name})"] = Component(
                 f"der({state.name})",
                 equation,
@@ -179,15 +197,37 @@ class States:
         made = SpatialFrame if self._spatial else Frame
         return {x.frame: made(x.frame, x.name, span=span_of(x.at)) for x in self._states.values()}
 
+    def variables(self) -> Iterator[tuple[str, symbolic.Expr, Description]]:
+        """Of each state its derivative, as a variable."""
+        for state in self:
+            rate = symbolic.expr(self.rate(state).value)  # type: ignore[arg-type]
+            unit = unit_text(per_second(state.start.dimension))
+            unit = "1/s" if unit == "rad/s" and state.unit != "rad" else unit
+            yield f"der({state.name})", rate, Description(unit, f"rate of {state.name}")
+
     def initial(self, given: Mapping[str, InitialValue]) -> Iterator[InitialValue]:
-        """The starts of the states that have no other initial value."""
-        for state in self._states.values():
+        """The starts of the states that have no other initial value.
+
+        Raises
+        ------
+        ModelError
+            If a state has two initial values.
+        """
+        for state in self:
+            found = [("its value is given here", x.span)] if (x := given.get(state.name)) and x.fixed else []
+            if state.rate_at_start is not None:
+                found.append(("its derivative is given here", span_of(state.rate_at_start[1])))
+            if state.fixed:
+                found.append(("its start is fixed here", span_of(state.at)))
+            if len(found) > 1:
+                notes = tuple((text, span) for text, span in found[1:] if span is not None)
+                raise ModelError(f"state `{state.name}` has two initial values", found[0][1], notes=notes)
             if state.name not in given:
-                what = f"the start of `{state.name}`"
-                number = argument_checks.number(state.start, what)
+                number = argument_checks.number(state.start, f"the start of `{state.name}`")
                 dimension = state.start.dimension
                 unit = DisplayUnit(unit_text(dimension)) if dimension not in (None, units.NUMBER) else DisplayUnit()  # type: ignore[arg-type]
-                yield InitialValue(state.name, self.value(state), number, state.fixed, span_of(state.at), unit)
+                kept = state.fixed is not False
+                yield InitialValue(state.name, self.value(state), number, kept, span_of(state.at), unit)
 
 
 def per_second(dimension: Dimension | None) -> Dimension:
@@ -195,13 +235,35 @@ def per_second(dimension: Dimension | None) -> Dimension:
     return units.multiply(dimension or units.NUMBER, units.dimension("s"), -1)
 
 
-def _no_state(target: s.Reference, value: Value) -> ModelError:
+def refuse_no_state(slot: Slot, d: s.Declaration) -> None:
+    """Raise an error if a variable whose derivative an equation gives is not declared as a state."""
+    hint = f"a state is declared without a value, `{d.type or 'Real'} {d.name}(start = ...);`"
+    word = next((x for x in ("parameter", "constant", "input") if x in d.prefixes), None)
+    if word is not None:
+        article = "an" if word == "input" else "a"
+        raise ModelError(
+            f"`{slot.name}` is {article} {word}, an equation cannot give its derivative", span_of(d.at), hint
+        )
+    if d.type in ("Integer", "Boolean", "String"):
+        raise ModelError(
+            f"`{slot.name}` is of type {d.type}, a state is a real number", span_of(d.type_at or d.at), hint
+        )
+
+
+def _declared(target: s.Reference, scope: Scope) -> Value:
+    """The value of the variable whose derivative an equation gives."""
+    from mbdsl.lang.scope import SignalEntity  # which uses this module
+
+    scope = scope.for_signals()
+    with placed(target.at):
+        entity = scope.resolve(target)
+        if isinstance(entity, SignalEntity):
+            raise _no_state(target, "motions follow from forces and joints and cannot be given")
+        return scope.value_of(entity, target)
+
+
+def _no_state(target: s.Reference, why: str = "") -> ModelError:
     name, hint = write(target), "declare it without a value: `Real x(start = 0);`"
-    message = f"`der({name})`: `{name}` is not a variable whose derivative can be given"
-    if isinstance(value, Quantity) and isinstance(value.value, symbolic.Expr):
-        if symbolic.is_velocity_level(value.value):
-            message = f"`der({name})`: accelerations follow from forces and cannot be given"
-            hint = f"to use the derivative of a velocity in a law, filter it: `der(x) = ({name} - x)/T`"
-        else:
-            message = f"`der({name})`: `{name}` already has a value"
-    return ModelError(message, span_of(target.at), hint)
+    if why:
+        hint = f"to use the derivative of a velocity in a law, filter it: `der(x) = ({name} - x)/T`"
+    return ModelError(f"`der({name})`: {why or f'`{name}` already has a value'}", span_of(target.at), hint)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import collections.abc
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.lang.source import At
 from mbdsl.lang.units import Unit
@@ -35,7 +35,7 @@ class Node:
         return tuple(getattr(self, f.name) for f in fields(self) if f.compare)
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self._content() == other._content()  # type: ignore[attr-defined]
+        return type(self) is type(other) and self._content() == other._content()
 
     def __hash__(self) -> int:
         return hash((type(self), self._content()))
@@ -45,14 +45,21 @@ class Node:
         return f"{type(self).__name__}({shown})"
 
 
+def children(node: object) -> collections.abc.Iterator[Node]:
+    """The nodes of which a node, or a tuple of nodes and tuples, consists."""
+    for part in node._content() if isinstance(node, Node) else node if isinstance(node, tuple) else ():
+        if isinstance(part, Node):
+            yield part
+        else:
+            yield from children(part)
+
+
 def inside(node: object) -> collections.abc.Iterator[Node]:
     """All nodes of a piece of syntax, each before those in it."""
     if isinstance(node, Node):
         yield node
-        node = node._content()
-    if isinstance(node, tuple):
-        for part in node:
-            yield from inside(part)
+    for part in children(node):
+        yield from inside(part)
 
 
 # -- expressions ---------------------------------------------------------------------------------------------------
@@ -187,7 +194,7 @@ class Argument(Node):
 class Literal(Expression):
     """A value that the Builder inserts into the tree; text never creates one."""
 
-    value: object
+    value: Any
 
 
 @node

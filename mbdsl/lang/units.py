@@ -197,12 +197,17 @@ def meant(word: str) -> str | None:
 
 
 @cache
-def dimension(text: str) -> Dimension:
-    """Dimension of a unit that is known to be valid (from a declaration)."""
+def valid(text: str) -> Unit:
+    """A unit that is known to be valid (from a declaration)."""
     unit = parse(text)
     if unit is None:
         raise ValueError(f"no unit: {text!r}")
-    return unit.dimension
+    return unit
+
+
+def dimension(text: str) -> Dimension:
+    """Dimension of a unit that is known to be valid."""
+    return valid(text).dimension
 
 
 def multiply(a: Dimension, b: Dimension, sign: int = 1) -> Dimension:

@@ -31,9 +31,9 @@ def write(e: s.Expression | None) -> str:
             # Long sums associate to the left: written without recursion, with parentheses for lower precedence only.
             chain: list[str] = []
             while True:
-                chain += (inner(e.right), e.operator)  # type: ignore[union-attr]
-                left = e.left  # type: ignore[union-attr]
-                if not (isinstance(left, s.Binary) and _PRECEDENCE[left.operator] == _PRECEDENCE[e.operator] != 6):  # type: ignore[union-attr]
+                chain += (inner(e.right), e.operator)
+                left = e.left
+                if not (isinstance(left, s.Binary) and _PRECEDENCE[left.operator] == _PRECEDENCE[e.operator] != 6):
                     return " ".join([inner(left), *reversed(chain)])
                 e = left
         case s.Choice(branches, otherwise):

@@ -51,6 +51,18 @@ class Quantity:
         return isinstance(self.value, Expr) and not symbolic.is_const(self.value)
 
     @property
+    def expression(self) -> Expr:
+        """The value as an expression, of numbers and conditions."""
+        assert not isinstance(self.value, str)
+        return symbolic.expr(self.value)
+
+    @property
+    def known(self) -> float:
+        """The value of a number that does not vary."""
+        assert not isinstance(self.value, str)
+        return float(self.value.value if isinstance(self.value, Expr) else self.value)
+
+    @property
     def number(self) -> bool:
         return not self.boolean and not isinstance(self.value, str)
 
@@ -65,7 +77,7 @@ def literal(value: float | int) -> Quantity:
     return Quantity(value, None, True)
 
 
-def boolean(value: bool | Expr) -> Quantity:
+def boolean(value: float | Expr) -> Quantity:
     return Quantity(value, NUMBER, boolean=True)
 
 
@@ -119,7 +131,7 @@ def _overflow() -> float:
 def compute(operation: str, now: Callable, *operands: Quantity) -> float | int | Expr:
     """``now`` applied to the values if they are known, else an expression."""
     if any(isinstance(q.value, Expr) for q in operands):
-        arguments = [symbolic.expr(q.value) for q in operands]  # type: ignore[arg-type]
+        arguments = [q.expression for q in operands]
         if operation in symbolic._ARITHMETIC:
             return symbolic._ARITHMETIC[operation](*arguments)
         return symbolic.call(operation, *arguments)
@@ -202,7 +214,7 @@ def power(a: Value, b: Value) -> Value:
     elif isinstance(b.value, Expr):
         raise ModelError(f"a power of {describe(a)} takes a constant exponent")
     else:
-        dimension = units.power(a.dimension, Fraction(b.value).limit_denominator(12))  # type: ignore[arg-type]
+        dimension = units.power(a.dimension, Fraction(b.value).limit_denominator(12))
     return Quantity(compute("pow", _power, a, b), dimension, a.literal and b.literal)
 
 
@@ -229,20 +241,27 @@ def compare(symbol: str, a: Value, b: Value) -> Quantity:
     if isinstance(a.value, str) and isinstance(b.value, str) and symbol in ("==", "<>"):
         return boolean(now(a.value, b.value))
     if a.boolean and b.boolean and symbol in ("==", "<>"):
-        return boolean(compute(operation, now, a, b))  # type: ignore[arg-type]
+        return boolean(compute(operation, now, a, b))
     a, b = numeric(a, f"`{symbol}`"), numeric(b, f"`{symbol}`")
     common(a, b, f"`{symbol}`")
     if swap:
         a, b = b, a
-    return boolean(compute(operation, now, a, b))  # type: ignore[arg-type]
+    return boolean(compute(operation, now, a, b))
+
+
+_LOGICAL: dict[str, Callable] = {
+    "and": lambda x, y: x and y,
+    "or": lambda x, y: x or y,
+    "not": lambda x: not x,
+}
 
 
 def logical(symbol: str, *operands: Value) -> Quantity:
-    for q in operands:
-        if isinstance(q, tuple) or not q.boolean:
-            raise ModelError(f"`{symbol}` takes conditions (true or false), found {describe(q)}")
-    now = {"and": lambda x, y: x and y, "or": lambda x, y: x or y, "not": lambda x: not x}[symbol]
-    return boolean(compute(symbol, now, *operands))  # type: ignore[arg-type]
+    conditions = [q for q in operands if isinstance(q, Quantity) and q.boolean]
+    if len(conditions) < len(operands):
+        wrong = next(q for q in operands if isinstance(q, tuple) or not q.boolean)
+        raise ModelError(f"`{symbol}` takes conditions (true or false), found {describe(wrong)}")
+    return boolean(compute(symbol, _LOGICAL[symbol], *conditions))
 
 
 def choose(condition: Quantity, a: Value, b: Value) -> Value:
@@ -250,15 +269,11 @@ def choose(condition: Quantity, a: Value, b: Value) -> Value:
     if isinstance(a, tuple) or isinstance(b, tuple):
         raise ModelError("an `if` that depends on time or signals chooses between numbers, found an array")
     if a.boolean and b.boolean:
-        return boolean(symbolic.call("select", condition.value, _expr(a), _expr(b)))  # type: ignore[arg-type]
+        return boolean(symbolic.call("select", condition.expression, a.expression, b.expression))
     a, b = numeric(a, "`if`"), numeric(b, "`if`")
     dimension = common(a, b, "`if`")
-    result = symbolic.call("select", condition.value, _expr(a), _expr(b))  # type: ignore[arg-type]
+    result = symbolic.call("select", condition.expression, a.expression, b.expression)
     return Quantity(result, dimension, a.literal and b.literal)
-
-
-def _expr(q: Quantity) -> Expr:
-    return symbolic.expr(q.value)  # type: ignore[arg-type]
 
 
 def with_unit(value: Value, unit: units.Unit) -> Value:

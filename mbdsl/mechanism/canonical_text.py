@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from numbers import Real
+from typing import Any
 
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions.symbolic import Expr, walk
@@ -82,7 +83,7 @@ class _Lines:
         for n in walk(root):
             if n not in self.numbers:
                 # constants of 0 and -0 are one node
-                value = n.value + 0.0 if n.op == "const" else n.value  # type: ignore[operator]
+                value = n.value + 0.0 if n.op == "const" else n.value
                 payload = "" if value is None else f" {self.text(value)}"
                 own = f"%{len(self.numbers)}"  # after the operations of an expression in the payload
                 self.lines.append(f"{own} = {n.op}{payload}{''.join(f' {self.numbers[a]}' for a in n.args)}")
@@ -90,5 +91,5 @@ class _Lines:
         return self.numbers[root]
 
 
-def _content(x: object) -> list[tuple[str, object]]:
-    return [(f.name, getattr(x, f.name)) for f in fields(x) if f.compare]  # type: ignore[arg-type]
+def _content(x: Any) -> list[tuple[str, object]]:
+    return [(f.name, getattr(x, f.name)) for f in fields(x) if f.compare]

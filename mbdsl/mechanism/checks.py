@@ -19,7 +19,7 @@ def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:
             hint="declare one, such as:  Ground world;",
         )
     first = grounds[0]
-    if not scene.bodies():
+    if not scene.with_coordinates():
         raise ModelError(
             f"model `{scene.name}` has no bodies: there is nothing to move",
             first.span,

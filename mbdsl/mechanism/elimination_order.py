@@ -52,18 +52,7 @@ def minimum_degree(
             continue  # an outdated entry; the heap contains the current one as well
         done[node] = True
         order.append(node)
-        front = neighbours[node]
-        touched = set(front)
-        for other in front:
-            near = neighbours[other]
-            near.discard(node)
-            degree[other] -= size[node]
-            new = front - near
-            new.discard(other)
-            if new:
-                near |= new
-                degree[other] += sum([size[k] for k in new])
-        neighbours[node] = set()
+        touched = _eliminate(node, neighbours, degree, size)
         for other in frees[node]:
             waits[other] -= 1
             if not waits[other]:
@@ -74,3 +63,19 @@ def minimum_degree(
     if len(order) < count:
         raise ValueError("the precedences are cyclic")
     return [names[k] for k in order]
+
+
+def _eliminate(node: int, neighbours: list[set[int]], degree: list[int], size: list[int]) -> set[int]:
+    """Couple the neighbours of a node with each other, and remove it; returns its neighbours."""
+    front = neighbours[node]
+    for other in front:
+        near = neighbours[other]
+        near.discard(node)
+        degree[other] -= size[node]
+        new = front - near
+        new.discard(other)
+        if new:
+            near |= new
+            degree[other] += sum([size[k] for k in new])
+    neighbours[node] = set()
+    return set(front)

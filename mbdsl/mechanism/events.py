@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple
 
 from mbdsl.errors import Span
-from mbdsl.expressions.symbolic import Expr, call, input_signal
+from mbdsl.expressions.symbolic import Expr, call, input_signal, leaves
 
 INITIAL, TERMINAL = "initial()", "terminal()"
 
@@ -37,6 +38,7 @@ class Clock:
     name: str
     start: Fraction
     period: Fraction
+    span: Span | None = field(default=None, compare=False)
 
     def tick(self, k: int) -> float:
         return float(self.start + k * self.period)
@@ -71,6 +73,11 @@ class When:
     branches: tuple[Branch, ...]
 
 
+def _read(roots: Iterable[Expr]) -> set[str]:
+    """The names of the numbers that expressions read."""
+    return {str(leaf.value) for leaf in leaves(*roots) if leaf.op == "input"}
+
+
 @dataclass(frozen=True)
 class Events:
     """The discrete variables of a model, the clocks, and the when-equations."""
@@ -78,6 +85,8 @@ class Events:
     variables: dict[str, Discrete] = field(default_factory=dict)
     clocks: tuple[Clock, ...] = ()
     whens: tuple[When, ...] = ()
+
+    initial = INITIAL  #: name of the truth of ``initial()``
 
     def __bool__(self) -> bool:
         return bool(self.whens)
@@ -100,6 +109,69 @@ class Events:
     def conditions(self) -> list[Expr]:
         """The conditions of all branches."""
         return [c for branch in self.branches for c in branch.conditions]
+
+    @cached_property
+    def of_clocks(self) -> tuple[tuple[int, Action], ...] | None:
+        """Number of the clock and action of all that clocks do, if a compiled step loop can do it: values that depend
+        on the state, time and the values before are set, and no other condition reads them. Else None; () of nothing.
+        """
+        number = {clock.name: k for k, clock in enumerate(self.clocks)}
+        found, others = list[tuple[int, Action]](), list[Expr]()
+        for when in self.whens:
+            conditions = [c for branch in when.branches for c in branch.conditions]
+            first = conditions[0]
+            clock = first.args[0] if len(conditions) == 1 and first.op == "ne" else None
+            if clock is not None and clock.op == "input" and clock.value in number:
+                actions = when.branches[0].actions
+                if any(a.what != "set" for a in actions):
+                    return None
+                found += [(number[str(clock.value)], action) for action in actions]
+            else:
+                others += conditions
+        values = [a.value for _, a in found if a.value is not None]
+        targets = {a.target for _, a in found}
+        pulses = {INITIAL, TERMINAL, *number}
+        if _read(others) & (targets | {f"pre({x})" for x in targets} | set(number)):
+            return None
+        possible = all(leaf.op in ("time", "coordinate", "input") for leaf in leaves(*values))
+        return tuple(found) if possible and not _read(values) & (targets | pulses) else None
+
+    @cached_property
+    def order(self) -> dict[str, int]:
+        """Variable -> its place in an event: after those that its new value reads, but for ``pre(x)``.
+
+        Those of a circle (:meth:`circle`) keep the order of the text.
+        """
+        found: dict[str, int] = {}
+        for name in self._reads:
+            self._place(name, found, [])
+        return found
+
+    def circle(self) -> list[str]:
+        """Variables each of which reads the next one in the same event, the first one again at the end; [] if none."""
+        found: dict[str, int] = {}
+        return next((c for name in self._reads if (c := self._place(name, found, []))), [])
+
+    @cached_property
+    def _reads(self) -> dict[str, list[str]]:
+        """Variable that is set -> the variables that are set, which its new values read."""
+        actions = [a for branch in self.branches for a in branch.actions if a.what == "set" and a.value is not None]
+        reads: dict[str, list[str]] = {a.target: [] for a in actions}
+        for a in actions:
+            assert a.value is not None
+            reads[a.target] += [x for x in sorted(_read([a.value])) if x in reads]
+        return reads
+
+    def _place(self, name: str, found: dict[str, int], above: list[str]) -> list[str]:
+        """Enter a variable after those that it reads; the circle above it, if there is one."""
+        if name in above:
+            return [*above[above.index(name) :], name]
+        circle: list[str] = []
+        if name not in found:
+            for x in self._reads[name]:
+                circle = circle or self._place(x, found, [*above, name])
+            found[name] = len(found)
+        return circle
 
     @property
     def expressions(self) -> list[Expr]:

@@ -15,7 +15,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions.symbolic import Expr, walk
-from mbdsl.mechanism.scene import Scene, Table
+from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene_parts import Table
 
 #: sizes in SI units beyond which a number of a mechanism is suspected; its square is still a double
 LARGE, SMALL = 1e25, 1e-25
@@ -98,7 +99,7 @@ def _numbers(scene: Scene) -> Iterator[tuple[str, float, Span | None]]:
 def _of(value: object) -> Iterator[float]:
     if isinstance(value, Expr):
         for node in walk(value):
-            yield from _of(node.value[0] if node.op == "table" else node.value)  # type: ignore[index]
+            yield from _of(node.value[0] if node.op == "table" else node.value)
     elif isinstance(value, Table):
         yield from (*value.u, *value.y)
     elif isinstance(value, tuple):

@@ -14,7 +14,7 @@ from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError
 from mbdsl.expressions.spatial_coordinates import CARDAN, QUATERNION, named
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
-from mbdsl.mechanism.poses_in_space import of_quaternion, turned_successively
+from mbdsl.mechanism.poses import of_quaternion, turned_successively
 from mbdsl.mechanism.scene import InitialValue, Scene
 
 DEGREES = DisplayUnit("deg", pi / 180.0)
@@ -86,7 +86,7 @@ def _key(target: Expr) -> tuple[str, str] | None:
     first = next((leaf for leaf in leaves(target) if leaf.op == "coordinate"), None)
     if first is None:
         return None
-    frame = first.value[0]  # type: ignore[index]
+    frame = first.value[0]
     names = CARDAN if target.op == "atan2" else QUATERNION
     return next(((frame, key) for key in names if named(frame, key) is target), None)
 
@@ -129,5 +129,5 @@ def for_assembly(scene: Scene, items: list[InitialValue]) -> list[InitialValue]:
 
 
 def _turns_only(scene: Scene, target: Expr, known: set[str]) -> bool:
-    frames = {leaf.value[0] for leaf in leaves(target) if leaf.op == "coordinate"} if target.op == "angle" else ()  # type: ignore[index]
+    frames = {leaf.value[0] for leaf in leaves(target) if leaf.op == "coordinate"} if target.op == "angle" else ()
     return bool(frames) and all(scene.frames[name].body in known for name in frames)

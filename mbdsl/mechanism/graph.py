@@ -22,7 +22,7 @@ from mbdsl.mechanism.connected_groups import connected
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
-from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.mechanism.scene import Component, Scene, is_rate, is_state
 from mbdsl.messages import count, few
 
 
@@ -75,7 +75,13 @@ class MechanismGraph(GraphAlgorithms):
     # -- counts ----------------------------------------------------------------------------------------------
     @cached_property
     def coordinates(self) -> int:
-        return sum(_coordinates(c) for c in self.bodies.values())
+        """The number of coordinates of the bodies, without states."""
+        return sum(_mechanical(c) for c in self.bodies.values())
+
+    @property
+    def states(self) -> list[str]:
+        """Names of the states, which are among the ``bodies``."""
+        return [name for name, c in self.bodies.items() if is_state(c)]
 
     @cached_property
     def rows(self) -> int:
@@ -122,7 +128,7 @@ class MechanismGraph(GraphAlgorithms):
             rows[k] += e.rows
             velocity_rows[k] += e.velocity_rows
         return tuple(
-            SubMechanism(tuple(group), sum(_coordinates(self.bodies[b]) for b in group), rows[k], velocity_rows[k])
+            SubMechanism(tuple(group), sum(_mechanical(self.bodies[b]) for b in group), rows[k], velocity_rows[k])
             for k, group in enumerate(groups)
         )
 
@@ -201,8 +207,10 @@ class MechanismGraph(GraphAlgorithms):
     def summary(self) -> str:
         """Counts and mobility, a few lines."""
         parts = self.sub_mechanisms
-        counts = [count(len(self.bodies), "body", "bodies"), count(len(self.joints), "joint")]
-        counts += [count(len(self.forces), "force"), count(self.loops, "independent loop")]
+        states = len(self.states)
+        counts = [count(len(self.bodies) - states, "body", "bodies"), count(len(self.joints), "joint")]
+        counts += [count(len(self.forces) - states, "force"), count(self.loops, "independent loop")]
+        counts += [count(states, "state")] if states else []
         sides = f"{count(self.coordinates, 'coordinate')} - {count(self.rows, 'constraint row')}"
         lines = [f"{self.scene.name}: {', '.join(counts)}", f"mobility {self.mobility} = {sides} (Gruebler count)"]
         if self.velocity_rows:
@@ -225,8 +233,13 @@ class MechanismGraph(GraphAlgorithms):
         tree = self.tree()
         closing = {e.name for e in self.cut_joints}
         lines = [self.summary(), "", "bodies"]
-        lines += [f"  {n}  {c.kind.name}  {', '.join(c.coordinates)}" for n, c in self.bodies.items()]
-        for title, edges in (("joints", self.joints), ("forces", self.forces)):
+        bodies = {name: c for name, c in self.bodies.items() if not is_state(c)}
+        lines += [f"  {n}  {c.kind.name}  {', '.join(c.coordinates)}" for n, c in bodies.items()]
+        rates = [e for e in self.forces if is_rate(e.component)]
+        if rates:
+            lines += ["", "states"]
+            lines += [f"  {e.body_j}  reads {', '.join((*e.also, *e.reads)) or 'itself and time only'}" for e in rates]
+        for title, edges in (("joints", self.joints), ("forces", [e for e in self.forces if e not in rates])):
             lines += ["", title] if edges else []
             for e in edges:
                 loop = "  closes a loop" if e.name in closing else ""
@@ -235,7 +248,7 @@ class MechanismGraph(GraphAlgorithms):
                 frames = ", ".join(e.component.ports.values()) or ", ".join((e.body_j, *e.also))
                 lines.append(f"  {e.name}  {e.component.kind.name}({frames}){rows}{loop}")
         lines += ["", "placed from the ground"]
-        for p in tree:
+        for p in (p for p in tree if not is_state(self.bodies[p.body])):
             by = f"by {p.joint}" if p.joint else "as its initial values say"
             lines.append(f"  {p.body}  {by}, from {p.parent or self.ground.name}")
         return "\n".join(lines)
@@ -280,11 +293,11 @@ def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -
 
     laws = [value for value in component.values.values() if isinstance(value, Expr)]
     found = leaves(*laws, *component.relations, *component.velocity_constraints)
-    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}  # type: ignore[index]
-    frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]  # type: ignore[index]
+    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}
+    frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]
     for joint in (scene.components[name] for name in reads):
         of_joint = leaves(*joint.relations, *joint.velocity_constraints)
-        frames += [*joint.ports.values(), *(x.value[0] for x in of_joint if x.op == "coordinate")]  # type: ignore[index]
+        frames += [*joint.ports.values(), *(x.value[0] for x in of_joint if x.op == "coordinate")]
     read = sorted({body(frame) for frame in frames})
     ends = [body(frame) for frame in component.ports.values()]
     if not ends:
@@ -305,6 +318,10 @@ def _kind(component: Component) -> BodyKind:
 
 def _coordinates(component: Component) -> int:
     return len(component.coordinates)
+
+
+def _mechanical(component: Component) -> int:
+    return 0 if is_state(component) else len(component.coordinates)
 
 
 def _is_driver(e: Edge) -> bool:

@@ -13,196 +13,44 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
-from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
-from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, PairKind, SensorKind
-from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
+from mbdsl.display_unit import OWN, UnitsOfSignals
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, PairKind, SensorKind
+from mbdsl.errors import ModelError, ModelWarning, UsageError
 from mbdsl.expressions import formulas, spatial_coordinates
-from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, expr, is_const, substitute
+from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, substitute
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
+from mbdsl.mechanism.scene_parts import (
+    Component,
+    Description,
+    Experiment,
+    Frame,
+    InitialValue,
+    Input,
+    Load,
+    ParameterValue,
+)
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
-
-STATE = "state"  #: the variant of kinds of states
-
-
-@dataclass(frozen=True)
-class Table:
-    """A function of one variable, given by points.
-
-    ``smoothness`` is the interpolation: "linear", "cubic" (twice continuously differentiable spline) or "monotone"
-    (shape-preserving cubic); ``extrapolation`` is "hold", "linear", "periodic" or "error".
-    """
-
-    name: str
-    u: tuple[float, ...]
-    y: tuple[float, ...]
-    smoothness: str = "linear"
-    extrapolation: str = "hold"
+STATE, RATE_OF_STATE = "state", "state_rate"  #: the variants of kinds of states, and of their equations
 
 
-Value = float | int | bool | str | tuple | Expr | Table | None
+def is_rate(component: Component) -> bool:
+    """Whether a component is the equation of a state."""
+    return component.kind.variant == RATE_OF_STATE
 
 
-@dataclass(frozen=True)
-class Frame:
-    """A frame fixed to a body or to the ground.
-
-    Its pose (x, y, phi) [m, m, rad] is relative to the body's reference point (not its centre of mass), in the body's
-    axes. With a ``motion``, which drivers prescribe, the pose is a function of time in world axes instead.
-    """
-
-    name: str
-    body: str
-    x: float = 0.0
-    y: float = 0.0
-    phi: float = 0.0
-    span: Span | None = field(default=None, compare=False)
-    motion: tuple[Expr, Expr, Expr] | None = None
-
-    @property
-    def pose(self) -> tuple[float, ...]:
-        """(x, y, phi)."""
-        return self.x, self.y, self.phi
-
-
-@dataclass(frozen=True)
-class SpatialFrame(Frame):
-    """A frame fixed to a body or to the ground of a model in space.
-
-    Its origin x, y, z [m] and its axes x, y, z are relative to the body's reference point, in the body's axes. ``phi``
-    [rad] is its angle about the z axis as the model gives it, with whole turns; joint angles are counted from it.
-    """
-
-    z: float = 0.0
-    axes: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    rotor: int = 0  #: in a reduced scene, the number of the rotor on a gyrostat with which the frame turns; 0: none
-
-    @property
-    def pose(self) -> tuple[float, ...]:
-        """Origin and axes."""
-        return self.x, self.y, self.z, *self.axes
-
-
-@dataclass(frozen=True, repr=False)
-class Component:
-    """One element of the mechanism, with complete ``values`` (defaults included) in SI units."""
-
-    name: str
-    kind: Kind
-    values: Mapping[str, Any]  #: of type Value
-    ports: Mapping[str, str] = field(default_factory=dict)  #: port name -> frame name
-    #: names of its signals, which follow from kind and values; :meth:`Scene.signal_of` evaluates their formulas
-    signals: tuple[str, ...] = field(default=(), compare=False)
-    span: Span | None = field(default=None, compare=False)
-    doc: str = field(default="", compare=False)
-    energy: Expr | None = None  #: potential energy, if the kind has a formula for it
-    velocity_constraints: tuple[Expr, ...] = ()  #: of joints: residuals Gamma(v, q, t)
-    friction: Expr | None = None  #: of joints: resistance along ``kind.friction_along``
-    friction_rows: tuple[Expr, ...] = ()  #: if this has several coordinates: those along each of them
-    #: in space: port -> the frame that it is attached to, of ports whose frame has the axes of the component
-    attached: Mapping[str, str] = field(default_factory=dict, compare=False)
-    relations: tuple[Expr, ...] = ()  #: of joints without frames: functions g(q), which equal u(t) or zero
-    units: Mapping[str, str] = field(default_factory=dict, compare=False)  #: of signals whose kind leaves them open
-
-    def __post_init__(self) -> None:
-        freeze(self, "values", "ports")
-
-    def __repr__(self) -> str:
-        ports = ", ".join(f"{port} = {frame}" for port, frame in self.ports.items())
-        return f"<{self.kind.name} {self.name}{f'({ports})' if ports else ''}>"
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of its generalised coordinates; those of flexible bodies depend on ``values``."""
-        of = self.kind.coordinates_of if isinstance(self.kind, BodyKind) else None
-        return of(self.values) if of is not None else self.kind.coordinates
-
-    @property
-    def moves_in_time(self) -> bool:
-        """Whether it is a joint that prescribes a motion, which may add energy; a coupling only if its law varies."""
-        law = self.kind.driver if isinstance(self.kind, JointKind) else None
-        return law is not None and not (self.relations and is_const(expr(self.values[law])))
-
-    @property
-    def deforms(self) -> bool:
-        """Whether it is a body with more coordinates than a pose, whose number depends on ``values``."""
-        return isinstance(self.kind, BodyKind) and self.kind.coordinates_of is not None
-
-
-@dataclass(frozen=True)
-class InitialValue:
-    """``target`` = ``value`` at the start: exactly if ``fixed``, else as a guess that the assembly may change."""
-
-    name: str
-    target: Expr
-    value: float
-    fixed: bool
-    span: Span | None = field(default=None, compare=False)
-    unit: DisplayUnit = field(default=DisplayUnit(), compare=False)
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """The settings of ``annotation(experiment(...))``; None if not given. Times in seconds."""
-
-    start: float = 0.0
-    stop: float | None = None
-    interval: float | None = None
-    tolerance: float | None = None
-    method: str | None = None
-    step: float | None = None
-    without: tuple[str, ...] = ()  #: effects to leave out
-
-
-@dataclass(frozen=True)
-class ParameterValue:
-    """A resolved parameter of the top-level model, for ``--set`` and for listings."""
-
-    name: str
-    value: Value
-    unit: str = ""
-    doc: str = field(default="", compare=False)
-    span: Span | None = field(default=None, compare=False)
-
-
-@dataclass(frozen=True)
-class Input:
-    """A value that the caller of a simulation sets; it is ``start`` (in SI units) until then."""
-
-    name: str
-    start: float = 0.0
-    unit: str = ""
-    doc: str = field(default="", compare=False)
-    span: Span | None = field(default=None, compare=False)
-
-
-class Description(NamedTuple):
-    """The unit and the documentation of a variable, as declared."""
-
-    unit: str = ""
-    doc: str = ""
-
-
-class Load(NamedTuple):
-    """What an element exerts on a body: force [N] and torque [N.m] at the origin of a frame in world axes.
-
-    ``point`` is the point of the body where it acts, if the element slides along it; else this is the origin.
-    """
-
-    element: str
-    frame: str
-    force: Sequence[Expr]
-    torque: Sequence[Expr]
-    point: Sequence[Expr] = ()
+def is_state(component: Component) -> bool:
+    """Whether a component with a coordinate is a state, and not a body."""
+    return component.kind.variant == STATE
 
 
 class Origin(Protocol):
@@ -271,7 +119,7 @@ class Scene:
     components: Mapping[str, Component]
     frames: Mapping[str, Frame]
     initial: tuple[InitialValue, ...] = ()
-    experiment: Experiment = Experiment()
+    experiment: Experiment = field(default_factory=Experiment)
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
     doc: str = field(default="", compare=False)
     files: Mapping[str, str] = field(default_factory=dict, compare=False)
@@ -442,9 +290,10 @@ class Scene:
         Returns
         -------
         list of Component
-            In the order of their declaration.
+            In the order of their declaration, the states last.
         """
-        return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        found = [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+        return sorted(found, key=lambda c: c.kind.variant == STATE)
 
     def signals(self) -> dict[str, Expr]:
         """Signals of all components, and the variables; those of frames are not listed.
@@ -634,7 +483,7 @@ class Scene:
         """
         if leaf.op != "coordinate":
             return None
-        frame, key = leaf.value  # type: ignore[misc]
+        frame, key = leaf.value
         motion = self._prescribed_frames.get(frame)
         if motion is None:
             return None

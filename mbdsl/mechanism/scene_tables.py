@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.display_unit import OWN, UnitsOfSignals
-from mbdsl.elements.kind import ANY, JointKind
+from mbdsl.elements.declaration import ANY
+from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.messages import few, visible

@@ -12,7 +12,7 @@ from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import Expr, call, const, coordinate
 from mbdsl.mechanism import sections, wrenches
 from mbdsl.mechanism.energies import energies
-from mbdsl.mechanism.scene import ENERGIES, Component, Description, Scene
+from mbdsl.mechanism.scene import ENERGIES, STATE, Component, Description, Scene
 from mbdsl.messages import did_you_mean, few
 from mbdsl.results.selection import matching
 
@@ -172,7 +172,7 @@ class SignalNames:
 
         def named(name: str) -> bool:
             owner = components.get(name.rpartition(".")[0])
-            return owner is None or isinstance(owner.kind, BodyKind)
+            return owner is None or (isinstance(owner.kind, BodyKind) and owner.kind.variant != STATE)
 
         return {name: name for name in self.scene.frames if named(name)} | dict(self.scene.aliases)
 
@@ -185,7 +185,7 @@ class SignalNames:
         """
         found = {}
         for c in self.scene.components.values():
-            if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+            if isinstance(c.kind, BodyKind) and c.kind.coordinates and c.kind.variant != STATE:
                 found |= {f"{c.name}.{key}": unit for key, unit in accelerations(c.kind).items()}
                 found[f"{c.name}.a"] = ACCELERATIONS["ax"]
                 if c.kind.spatial and len(c.kind.coordinates) > 3:
@@ -212,13 +212,14 @@ class SignalNames:
 
     @property
     def defaults(self) -> list[str]:
-        """Names of the coordinates and velocities of all bodies."""
-        bodies = self.scene.bodies()
+        """Names of the coordinates and velocities of all bodies, and of the states."""
+        bodies, states = self.scene.bodies(), [c.name for c in self.scene.states()]
         if self.scene.spatial:
-            return [f"{b.name}.{key}" for keys in ("position", "velocity") for b in bodies for key in _spatial(b, keys)]
+            both = ("position", "velocity")
+            return [f"{b.name}.{key}" for keys in both for b in bodies for key in _spatial(b, keys)] + states
         keys = {"x": "vx", "y": "vy", "phi": "w"}
         found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
-        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
+        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates] + states
 
     @property
     def elastic(self) -> list[str]:

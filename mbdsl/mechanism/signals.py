@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
+from typing import Any
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
@@ -37,7 +38,7 @@ class Formulas:
         self,
         kind: Kind,
         name: str,
-        value: Callable[[str], object],
+        value: Callable[[str], Any],
         coordinate: Callable[[str, str], Expr],
     ) -> None:
         self.kind, self.name, self.given, self.coordinate = kind, name, value, coordinate
@@ -77,9 +78,9 @@ class Formulas:
 
         def own(leaf: Expr) -> Expr | None:
             if leaf.op == "coordinate":
-                return self.coordinate(*leaf.value)  # type: ignore[misc]
+                return self.coordinate(*leaf.value)
             if leaf.op == "multiplier":
-                return multiplier(self.name, leaf.value[1])  # type: ignore[index]
+                return multiplier(self.name, leaf.value[1])
             if leaf.op == "input":
                 name, _, index = str(leaf.value).partition("[")
                 return expr(self.element(name, int(index[:-1])) if index else self.value(name))
@@ -110,28 +111,28 @@ class Formulas:
         """The law given for the parameter ``name``; None if none is given, or if this is not a law parameter."""
         known = name in self.kind.law_parameters or name in self.kind.computed
         given = self.given(name) if known else None
-        return None if given is None else expr(given)  # type: ignore[arg-type]
+        return None if given is None else expr(given)
 
     # -- names in formulas -------------------------------------------------------------------------------------
 
     def value(self, name: str) -> Expr | float:
         parameter = self.kind.parameter(name)
-        return self.signal(name) if parameter is None or parameter.law else self.given(name)  # type: ignore[return-value]
+        return self.signal(name) if parameter is None or parameter.law else self.given(name)
 
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
             return multiplier(self.name, index - 1)
         if name == "slope" and isinstance(self.kind, JointKind):
             law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
-            return diff(expr(self.given(law)), self.signal(argument))[0]  # type: ignore[arg-type]
-        found = self.given(name)[index - 1]  # type: ignore[index]
-        return input_signal(f"{self.name}.{name}[{index}]") if found is None else found  # type: ignore[no-any-return]
+            return diff(expr(self.given(law)), self.signal(argument))[0]
+        found = self.given(name)[index - 1]
+        return input_signal(f"{self.name}.{name}[{index}]") if found is None else found
 
     def latches(self) -> Iterator[tuple[str, Expr, Expr]]:
         """Of each number that an event sets: its name, the condition, and its value then."""
         for latch in self.kind.latches:
             name, _, index = latch.target.rstrip("]").partition("[")
-            if self.given(name)[int(index) - 1] is None:  # type: ignore[index]
+            if self.given(name)[int(index) - 1] is None:
                 condition, value = (formulas.evaluate(x, self) for x in latch[1:])
                 yield f"{self.name}.{latch.target}", condition, value
 

@@ -72,7 +72,7 @@ def _on_frame_b(f: Formulas) -> tuple[Vector, Vector]:
 
 def _gradient(f: Formulas, signal: str, port: str) -> list[Expr]:
     """The derivatives of a signal with respect to the motion of the frame at a port."""
-    frame = f.coordinate(port, "x").value[0]  # type: ignore[index]
+    frame = f.coordinate(port, "x").value[0]
     return by_motion(f.signal(signal), frame, f.kind.spatial)
 
 

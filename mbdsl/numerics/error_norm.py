@@ -28,9 +28,12 @@ def fastest(scale: Array, v: Array, span: float) -> float:
     return max(float(np.abs(v * scale).max(initial=0.0)), 1.0 / span if span > 0.0 else 1.0)
 
 
-def differences(scale: Array, speed: float, dq: Array, dv: Array) -> Array:
-    """The norm of differences (N, n) in q and v at each of N times; ``speed`` [1/s] is the largest scaled velocity."""
-    q, v = np.abs(dq * scale), np.abs(dv * scale) / speed
+def differences(scale: Array, speed: float, dq: Array, dv: Array, of_v: Array | None = None) -> Array:
+    """The norm of differences (N, n) in q and v at each of N times; ``speed`` [1/s] is the largest scaled velocity.
+
+    ``of_v`` (n,) are the factors of velocities, if these are not ``scale``.
+    """
+    q, v = np.abs(dq * scale), np.abs(dv * (scale if of_v is None else of_v)) / speed
     return np.maximum(q.max(axis=1, initial=0.0), v.max(axis=1, initial=0.0))
 
 

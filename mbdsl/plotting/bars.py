@@ -12,21 +12,26 @@ ROW, LETTER, WIDTH = 32.0, 7.4, 860.0  #: height of a bar, width of a letter, an
 
 
 def html(bars: Bars, key: str, classes: Mapping[str, str], known: Mapping[str, Look]) -> Iterator[str]:
-    """The chart as rows of name, bar and text, which fit any width; ``classes`` give the colours."""
-    most = max((bar.value for bar in bars.bars), default=1.0) or 1.0
+    """The chart as rows of name, bar and text, which fit any width, with classes of colours and of :func:`widths`."""
     heading = f"<h2>{escape(bars.title)}</h2>" if bars.title else ""
     yield f'<figure id="{key}">\n<figcaption>{heading}'
     if bars.note:
         yield f'<p class="note">{escape(bars.note)}</p>'
     yield f'</figcaption>\n<table class="bars"><caption>{escape(bars.label)}</caption>\n<tbody>'
-    for bar in bars.bars:
-        kind = "" if known[bar.name].filled else " hollow-bar"
-        width = f"{max(0.5, 100.0 * bar.value / most):.1f}%"
+    for k, bar in enumerate(bars.bars):
+        kind = f"bar {key}-{k} {classes[bar.name]}{'' if known[bar.name].filled else ' hollow-bar'}"
         yield (
-            f'<tr><th scope="row">{escape(bar.name)}</th><td><span class="bar {classes[bar.name]}{kind}" '
-            f'style="width: {width}"></span></td><td class="number">{escape(bar.text)}</td></tr>'
+            f'<tr><th scope="row">{escape(bar.name)}</th><td><span class="{kind}"></span></td>'
+            f'<td class="number">{escape(bar.text)}</td></tr>'
         )
     yield "</tbody></table>\n</figure>"
+
+
+def widths(bars: Bars, key: str) -> str:
+    """Rules of a style sheet for the widths of the bars: the policy of a page allows no style of single elements."""
+    most = max((bar.value for bar in bars.bars), default=1.0) or 1.0
+    parts = (max(0.5, 100.0 * bar.value / most) for bar in bars.bars)
+    return "".join(f".{key}-{k} {{ width: {part:.1f}%; }}\n" for k, part in enumerate(parts))
 
 
 def height(bars: Bars) -> float:

@@ -9,7 +9,7 @@ from itertools import groupby
 
 from mbdsl.messages import visible, width
 from mbdsl.plotting.axes import Axis, axis
-from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out
+from mbdsl.plotting.figure_layout import Drawn, PlotArea, lay_out
 from mbdsl.plotting.figures import Figure, Page
 
 COLUMNS = 80  #: width where there is no terminal
@@ -71,7 +71,7 @@ def text(page: Page, columns: int = COLUMNS, lines: int = 0, colour: bool = Fals
 class _Panel:
     """A panel: its frame in characters, with labels and legend."""
 
-    def __init__(self, frame: Frame, columns: int, height: int, colour: bool, ascii_only: bool) -> None:
+    def __init__(self, frame: PlotArea, columns: int, height: int, colour: bool, ascii_only: bool) -> None:
         figure = frame.figure
         self.frame, self.figure, self.columns, self.height = frame, figure, columns, height
         self.colour, self.ascii = colour, ascii_only

@@ -23,7 +23,7 @@ CELL_NOTE = "each segment between cells of a fine grid is drawn once."
 
 
 @dataclass(frozen=True)
-class Curve:
+class SignalCurve:
     """A curve of a signal.
 
     Attributes
@@ -61,14 +61,14 @@ class Curve:
     label: str = ""
 
 
-def _curve(name: str, points: Iterable[Array], count: int, reduced: str, **more) -> Curve:
+def _curve(name: str, points: Iterable[Array], count: int, reduced: str, **more) -> SignalCurve:
     x, y = points
     finite = y[np.isfinite(y)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
-    return Curve(name, x, y, max(abs(low), abs(high)), high - low, count, reduced, **more)
+    return SignalCurve(name, x, y, max(abs(low), abs(high)), high - low, count, reduced, **more)
 
 
-def over_time(result: Result, names: Sequence[str]) -> list[Curve]:
+def over_time(result: Result, names: Sequence[str]) -> list[SignalCurve]:
     """Signals over the time, from one pass through the result."""
     found = {name: ThinnedRows([result.time, name], result.time, POINTS, even=True) for name in names}
     last = -np.inf
@@ -84,7 +84,7 @@ def over_time(result: Result, names: Sequence[str]) -> list[Curve]:
     ]
 
 
-def in_plane(result: Result, against: str, names: Sequence[str]) -> list[Curve]:
+def in_plane(result: Result, against: str, names: Sequence[str]) -> list[SignalCurve]:
     """Signals against a signal: one pass for the ranges, and for long results a second one for the points."""
     asked, limit = [against, *names], POINTS
     ends = dict.fromkeys(asked, (np.inf, -np.inf))
@@ -108,9 +108,9 @@ def in_plane(result: Result, against: str, names: Sequence[str]) -> list[Curve]:
     return [_curve(name, (v.x, v.y), count, CELL_NOTE) for name, v in drawn.items()]
 
 
-def of_frequency(result: Result, names: Sequence[str]) -> list[Curve]:
+def of_frequency(result: Result, names: Sequence[str]) -> list[SignalCurve]:
     """Amplitude spectra; one signal is in memory at a time."""
-    found: list[Curve] = []
+    found: list[SignalCurve] = []
     for name in names:
         s = spectrum(result, name)
         highest = s.amplitude.max()

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.curves import SignalCurve
 from mbdsl.results.stored import Result
 
 BODIES = 3  #: number of bodies of which the default signals of a file are
@@ -56,7 +56,7 @@ def _coordinates(keys: Sequence[str]) -> list[str]:
 
 
 def left_out(
-    curves: Sequence[Curve], units: Mapping[str, str], sizes: Mapping[str, float]
+    curves: Sequence[SignalCurve], units: Mapping[str, str], sizes: Mapping[str, float]
 ) -> tuple[list[str], list[str]]:
     """The constant signals, and those that equal an earlier one, in all results.
 
@@ -65,7 +65,7 @@ def left_out(
     size = {**sizes}
     for curve in curves:
         size[units[curve.name]] = max(size.get(units[curve.name], 0.0), curve.largest)
-    of: dict[str, list[Curve]] = {}
+    of: dict[str, list[SignalCurve]] = {}
     for curve in curves:
         of.setdefault(curve.name, []).append(curve)
     limit = {name: CONSTANT * size[units[name]] for name in of}
@@ -84,7 +84,7 @@ def left_out(
     return constant, same
 
 
-def _equal(a: Curve, b: Curve, limit: float) -> bool:
+def _equal(a: SignalCurve, b: SignalCurve, limit: float) -> bool:
     """Whether two curves of the same result are the same."""
     if a.result != b.result or len(a.x) != len(b.x) or not np.array_equal(a.x, b.x, equal_nan=True):
         return False

@@ -51,7 +51,7 @@ class Failures:
 
 
 @dataclass(frozen=True)
-class Frame:
+class PlotArea:
     """The result of ``lay_out``. ``rows`` of outcomes are ordered from the bottom; ``aspect`` is height over width."""
 
     figure: Figure
@@ -83,7 +83,7 @@ def _names(figure: Figure | Bars) -> list[str]:
 
 def lay_out(
     figure: Figure, known: Mapping[str, Look] | None = None, letter: float = 0.0085, narrow: bool = False
-) -> Frame:
+) -> PlotArea:
     """The layout of a figure.
 
     ``known`` are looks by name; ``letter`` is a letter's width relative to the frame's. A ``narrow`` frame has fewer
@@ -105,7 +105,7 @@ def lay_out(
         elif place < 0.0:
             below.append(f"Further below: {text} ({number(value, 2)}).")
     left_out = " ".join(filter(None, (_left_out(figure), *below)))
-    return Frame(figure, x, y, drawn, rows, unplaced, sorted(floors), aspect, left_out)
+    return PlotArea(figure, x, y, drawn, rows, unplaced, sorted(floors), aspect, left_out)
 
 
 def _plain(series: Series) -> bool:

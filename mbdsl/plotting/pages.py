@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 
 from mbdsl.plotting import bars, svg
-from mbdsl.plotting.escaping import escape, seen
-from mbdsl.plotting.figure_layout import Frame, lay_out, looks_of
+from mbdsl.plotting.documents import asset, data_script, document
+from mbdsl.plotting.escaping import escape
+from mbdsl.plotting.figure_layout import PlotArea, lay_out, looks_of
 from mbdsl.plotting.figures import Bars, Figure, Page, Table
 from mbdsl.plotting.html_tables import as_html
 from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.storage.output_files import write_text
 
-HERE = Path(__file__).parent
-#: forbids the browser to load external resources, whatever text is on the page
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 SHORT = 100  #: largest number of letters of a value of the fine print that is shown unfolded
 
 
@@ -42,20 +38,9 @@ def write(page: Page, path: str | os.PathLike) -> None:
 def html(page: Page) -> str:
     """The page as the text of one HTML file."""
     colours, parts = fragments(page.items, page.looks)
-    style = (HERE / "page.css").read_text(encoding="utf-8") + colours
-    script = (HERE / "page.js").read_text(encoding="utf-8")
     body = [f"<h1>{escape(page.title)}</h1>", *(f"<p>{escape(text)}</p>" for text in page.paragraphs), *parts]
     body += fine_print(page.fine_print)
-    return "\n".join(
-        (
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f"<title>{escape(page.title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>",
-            *body,
-            f"</main>\n<script>\n{script}</script>\n</body>\n</html>\n",
-        )
-    )
+    return document(page.title, body, [asset("page.css") + colours], [asset("page.js")])
 
 
 def height(page: Page, width: float) -> int:
@@ -79,7 +64,7 @@ def fragments(items: Sequence[Figure | Bars | Table], given: Mapping[str, Look])
     Returns
     -------
     style : str
-        The colours of the series, in addition to ``page.css``.
+        The colours of the series and the widths of bars, in addition to ``page.css``.
     parts : list of str
         HTML of each item.
     """
@@ -97,7 +82,8 @@ def fragments(items: Sequence[Figure | Bars | Table], given: Mapping[str, Look])
         else:
             part = _figure(item, f"figure-{k}", known, (left, small)) if isinstance(item, Figure) else _table(item)
             parts.append("\n".join(part))
-    return _colours(known), parts
+    widths = (bars.widths(item, f"figure-{k}") for k, item in enumerate(items) if isinstance(item, Bars))
+    return "".join((_colours(known), *widths)), parts
 
 
 def _colours(known: dict[str, Look]) -> str:
@@ -108,7 +94,7 @@ def _colours(known: dict[str, Look]) -> str:
     return f"{light}@media screen and (prefers-color-scheme: dark) {{\n{dark}}}\n"
 
 
-def _narrow(figure: Figure, known: dict[str, Look]) -> Frame:
+def _narrow(figure: Figure, known: dict[str, Look]) -> PlotArea:
     """A figure in a narrow window."""
     return lay_out(figure, known, svg.letter(svg.NARROW), narrow=True)
 
@@ -132,12 +118,10 @@ def _figure(figure: Figure, key: str, known: dict[str, Look], left: tuple[float,
     yield f'<div class="scroll both">\n{pictures[0]}\n{pictures[1]}\n</div>'
     data["narrow"] = {name: what for name, what in svg.hover(small, place).items() if name in ("points", "failed")}
     yield from _outcomes(frame)
-    # `<` would let a text end the element; as an escape it is the same JSON.
-    text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    yield f'<script type="application/json">{text.replace("<", chr(92) + "u003c")}</script>\n</figure>'
+    yield f"{data_script(data)}\n</figure>"
 
 
-def _legend(frame: Frame, classes: dict[str, str]) -> Iterator[str]:
+def _legend(frame: PlotArea, classes: dict[str, str]) -> Iterator[str]:
     named = [(k, drawn) for k, drawn in enumerate(frame.drawn) if drawn.series.name]
     named.sort(key=lambda entry: entry[1].series.style in svg.BEHIND)
     if not named:
@@ -152,7 +136,7 @@ def _legend(frame: Frame, classes: dict[str, str]) -> Iterator[str]:
     yield "</ul>"
 
 
-def _outcomes(frame: Frame) -> Iterator[str]:
+def _outcomes(frame: PlotArea) -> Iterator[str]:
     """All outcomes in full: in the picture they are shortened."""
     if frame.left_out:
         yield f'<p class="note">{escape(frame.left_out)}</p>'

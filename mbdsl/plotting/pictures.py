@@ -91,7 +91,8 @@ def converted(svg: str, suffix: str, dpi: float = DPI, instead: str = ".svg and 
         ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         ax.set(xlim=(0.0, width), ylim=(height, 0.0))
         ax.set_axis_off()
-        _Drawing(ax, root, (width, height)).children(root, {}, (0.0, 0.0))
+        given = {name: value for name, value in root.attrib.items() if name.startswith("stroke")}
+        _Drawing(ax, root, (width, height)).children(root, given, (0.0, 0.0))
     return content.getvalue()
 
 
@@ -194,12 +195,13 @@ class _Drawing:
             size *= float(longest) / (7.2 * len(text))
         weight = "bold" if float(p.get("font-weight", 400)) >= 600 else "normal"
         x, y, side = at[0] + float(p["x"]), at[1] + float(p["y"]), SIDES[p.get("text-anchor", "start")]
-        halo = {}
+        halo: dict[str, Any] = {}
         if p.get("stroke", "none") != "none":
             halo["path_effects"] = [withStroke(linewidth=float(p["stroke-width"].removesuffix("px")) * 0.75,
                                                foreground=p["stroke"])]  # fmt: skip
-        self.ax.text(x, y, text, fontsize=size * 72.0 / INCH, ha=side, va="baseline", weight=weight,
-                     color=_colour(p, "fill", "#000000"), zorder=self.order, **halo)  # type: ignore[arg-type]  # fmt: skip
+        level = "center" if p.get("dominant-baseline") == "central" else "baseline"
+        self.ax.text(x, y, text, fontsize=size * 72.0 / INCH, ha=side, va=level, weight=weight,
+                     color=_colour(p, "fill", "#000000"), zorder=self.order, **halo)  # fmt: skip
 
 
 def _tag(element: ElementTree.Element) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.messages import count, few
-from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.differences import Difference
 from mbdsl.results.stored import Result
 
@@ -64,7 +64,7 @@ def of_results(
             )
 
 
-def of_curves(curves: Sequence[Curve]) -> Iterator[str]:
+def of_curves(curves: Sequence[SignalCurve]) -> Iterator[str]:
     """Decimation, and details of spectra."""
     long = max((curve for curve in curves if curve.reduced), key=lambda c: c.count, default=None)
     if long is not None:

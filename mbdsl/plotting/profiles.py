@@ -18,7 +18,7 @@ from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.messages import did_you_mean, few
 from mbdsl.plotting import signal_plots, table_files
-from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.figures import Table
 from mbdsl.plotting.signal_panels import Horizontal, labelled, panels
 from mbdsl.plotting.signal_plots import Plot
@@ -164,7 +164,7 @@ def profile(
                 hint="give them one by one",
             )
     curves = [
-        Curve(name, line.x, y, *_size(y), len(y), result=k, label=f"t = {second.text(at[k])}")
+        SignalCurve(name, line.x, y, *_size(y), len(y), result=k, label=f"t = {second.text(at[k])}")
         for name, line in lines.items()
         for k, y in enumerate(line.y)
     ]
@@ -316,6 +316,5 @@ def _between(a: float, b: float, weight: float) -> float:
 
 def check_out(out: str | os.PathLike | None) -> None:
     """Check the suffix and the folder of an output file."""
-    if out is not None:
-        output_files.suffix_of(out, SUFFIXES)
-        output_files.check([out])
+    output_files.suffix_of(out, SUFFIXES)
+    output_files.check([out])

@@ -6,11 +6,11 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 
 from mbdsl.plotting import bars, svg
+from mbdsl.plotting.documents import asset
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
+from mbdsl.plotting.figure_layout import Drawn, PlotArea, lay_out, looks_of
 from mbdsl.plotting.figures import Bars, Figure
 from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.plotting.svg import BEHIND, BOTTOM, WIDTH, Canvas
@@ -32,7 +32,7 @@ text { fill: #1f2328; font: 13px system-ui, "Segoe UI", "DejaVu Sans", sans-seri
 @cache
 def _style() -> str:
     """The rules of pages for pictures, in the colours of light paper."""
-    text = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
+    text = asset("page.css")
     rules = text[text.index("/* pictures */") : text.index("/* pages */")].partition("\n")[2]
     colours = dict(re.findall(r"--(\w+): (#\w+)", text.partition("@media")[0]))
     return STYLE + re.sub(r"var\(--(\w+)\)", lambda found: colours[found[1]], rules)
@@ -102,7 +102,7 @@ def _wrapped(notes: Iterable[str]) -> list[str]:
     return [line for note in notes for line in textwrap.wrap(note, NOTE, break_long_words=False)]
 
 
-def named(frame: Frame) -> list[Drawn]:
+def named(frame: PlotArea) -> list[Drawn]:
     """The curves of a legend, those behind the others last; none if the label of the vertical axis names the only
     one."""
     if len(frame.drawn) == 1 and frame.figure.y_label.startswith(frame.drawn[0].series.name):
@@ -124,7 +124,7 @@ def _rows(lengths: Sequence[float], width: float) -> list[list[int]]:
     return found
 
 
-def _legend(frame: Frame, classes: dict[str, str], top: float) -> tuple[list[str], float]:
+def _legend(frame: PlotArea, classes: dict[str, str], top: float) -> tuple[list[str], float]:
     """Texts and samples, and the height of the legend: 0 if it fits next to the label of the vertical axis."""
     shown = named(frame)
     lengths = [SAMPLE + 6.0 + LETTER * len(drawn.series.name) for drawn in shown]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
-from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.figures import Figure, Series
 from mbdsl.plotting.series_styles import DASHES, NEUTRAL, OTHERS, Look
 from mbdsl.results.stored import Result
@@ -49,13 +49,13 @@ class Horizontal:
 
 
 def panels(
-    curves: Sequence[Curve], units: Mapping[str, str], x: Horizontal, several: bool, display: UnitsOfSignals = OWN
+    curves: Sequence[SignalCurve], units: Mapping[str, str], x: Horizontal, several: bool, display: UnitsOfSignals = OWN
 ) -> tuple[tuple[Figure, ...], dict[str, Look]]:
     """The panels from the top, and the looks by the names of their series.
 
     Parameters
     ----------
-    curves : sequence of Curve
+    curves : sequence of SignalCurve
         The curves of all panels.
     units : mapping
         Signal -> unit.
@@ -73,7 +73,7 @@ def panels(
     """
     level = _levels(curves, units)
     along = x.shown(display)
-    by_unit: dict[tuple[str, DisplayUnit, int], list[Curve]] = {}
+    by_unit: dict[tuple[str, DisplayUnit, int], list[SignalCurve]] = {}
     for curve in curves:
         unit = units[curve.name]
         by_unit.setdefault((unit, display.of(unit, curve.name), level.get(curve.name, 0)), []).append(curve)
@@ -135,7 +135,7 @@ def with_peaks(
     return tuple(found), {BETWEEN: NEUTRAL} if peaks else {}
 
 
-def _levels(curves: Sequence[Curve], units: Mapping[str, str]) -> dict[str, int]:
+def _levels(curves: Sequence[SignalCurve], units: Mapping[str, str]) -> dict[str, int]:
     """The panels of angles by their ranges, from 0: beside one that turns many times, others would be flat lines."""
     ranges: dict[str, float] = {}
     for curve in curves:
@@ -160,7 +160,7 @@ def labelled(text: str, unit: str) -> str:
     return f"{text} [{unit}]".strip() if unit else text
 
 
-def _ends(curves: Sequence[Curve], x: Horizontal, factor: float) -> tuple[float, float]:
+def _ends(curves: Sequence[SignalCurve], x: Horizontal, factor: float) -> tuple[float, float]:
     """The range of the horizontal axis of all panels."""
     if any(curve.frequency for curve in curves):
         return 0.0, max(curve.frequency for curve in curves)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.messages import few
 from mbdsl.plotting import curves
-from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.default_signals import MOST, default_groups, left_out
 from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Figure, Page
@@ -60,8 +61,7 @@ class Plot:
         UsageError
             If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
         """
-        suffix = suffix_of(path)
-        if suffix == ".html":
+        if output_files.suffix_of(path, SUFFIXES) == ".html":
             from mbdsl.plotting.pages import write
 
             write(self.page(), path)
@@ -99,17 +99,6 @@ class Plot:
         from mbdsl.plotting.sheets import sheet
 
         return sheet(self.title, self.panels, self.looks, self.notes)
-
-
-def suffix_of(path: str | os.PathLike) -> str:
-    """The suffix of an output file.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    return output_files.suffix_of(path, SUFFIXES)
 
 
 def plot(
@@ -159,38 +148,62 @@ def plot(
         against = None
     files = all(r.is_file for r in results)
     asked = check_names([r.names for r in results], labels, patterns, against, spectrum, files)
-    sizes = {unit: size for result in results for unit, size in result.sizes.items()}
-    chosen: list[str] = []
-    constant: list[str] = []
-    same: list[str] = []
-    for group in [asked] if patterns else default_groups(results):
-        chosen = [name for name in group if name != against]
-        own = {name: _unit(name, results) for name in chosen}
-        found = list(_curves(results, labels, chosen, against, spectrum))
-        if patterns:
-            break
-        constant, same = left_out(found, own, sizes)
-        if len(constant) < len(chosen):
-            break
-    if not chosen:
-        raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
-    if not any(len(curve.x) for curve in found):
-        raise UsageError(f"{few(labels)} {'has' if len(results) == 1 else 'have'} no rows")
-    if not patterns:
-        moving = [name for name in chosen if name not in {*constant, *same}]
-        chosen = (moving or chosen)[:MOST]
-        found = [curve for curve in found if curve.name in chosen]
-        constant = constant if moving else []
+    choice = _chosen(results, labels, asked if patterns else None, against, spectrum)
+    chosen, found = choice.signals, choice.curves
     x = Horizontal("frequency", "Hz") if spectrum else Horizontal("time", "s")
     if against is not None:
         x = Horizontal(against, _unit(against, results), signal=True)
-    figures, looks = panels(found, own, x, len(results) > 1, display)
+    units_of = {name: _unit(name, results) for name in chosen}
+    figures, looks = panels(found, units_of, x, len(results) > 1, display)
     if against is None and not spectrum:
         figures, marked = with_peaks(figures, results, labels, chosen, display)
         looks |= marked
-    notes = [] if patterns else list(of_choice(chosen, constant, same, known))
+    notes = [] if patterns else list(of_choice(chosen, choice.constant, choice.same, known))
     notes += [*of_variables(results, chosen), *of_results(results, labels, chosen, display), *of_curves(found)]
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
+
+
+class _Choice(NamedTuple):
+    """Signals that are plotted with their curves, and those that are left out: constant, or equal to others."""
+
+    signals: list[str]
+    curves: list[SignalCurve]
+    constant: Sequence[str] = ()
+    same: Sequence[str] = ()
+
+
+def _chosen(
+    results: Sequence[Result], labels: Sequence[str], asked: list[str] | None, against: str | None, spectrum: bool
+) -> _Choice:
+    """The signals that were asked for, or the first of the default groups in which some are not constant.
+
+    Raises
+    ------
+    UsageError
+        If there is no signal, or if the results have no rows.
+    """
+    sizes = {unit: size for result in results for unit, size in result.sizes.items()}
+    choice = _Choice([], [])
+    for group in default_groups(results) if asked is None else [asked]:
+        names = [name for name in group if name != against]
+        own = {name: _unit(name, results) for name in names}
+        choice = _Choice(names, list(_curves(results, labels, names, against, spectrum)))
+        if asked is not None:
+            break
+        constant, same = left_out(choice.curves, own, sizes)
+        choice = choice._replace(constant=constant, same=same)
+        if len(constant) < len(names):
+            break
+    if not choice.signals:
+        raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
+    if not any(len(curve.x) for curve in choice.curves):
+        raise UsageError(f"{few(labels)} {'has' if len(results) == 1 else 'have'} no rows")
+    if asked is not None:
+        return choice
+    moving = [name for name in choice.signals if name not in {*choice.constant, *choice.same}]
+    shown = (moving or choice.signals)[:MOST]
+    curves = [curve for curve in choice.curves if curve.name in shown]
+    return choice._replace(signals=shown, curves=curves, constant=choice.constant if moving else ())
 
 
 class _OfResults(UnitsOfSignals):
@@ -258,7 +271,7 @@ def _unit(name: str, results: Sequence[Result]) -> str:
 
 def _curves(
     results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str], against: str | None, spectrum: bool
-) -> Iterator[Curve]:
+) -> Iterator[SignalCurve]:
     for k, (result, label) in enumerate(zip(results, labels, strict=True)):
         have = set(result.names)
         names = [name for name in chosen if name in have]

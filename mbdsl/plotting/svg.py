@@ -16,7 +16,7 @@ from mbdsl.plotting.axes import number
 from mbdsl.plotting.cells import LEVELS, MISSING, edges, level, scale
 from mbdsl.plotting.cells import colour as cell_colour
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.figure_layout import Drawn, Frame
+from mbdsl.plotting.figure_layout import Drawn, PlotArea
 from mbdsl.plotting.series_styles import MARKS
 
 WIDTH = 860.0  #: size of the picture [px]; the page may scale it
@@ -42,7 +42,7 @@ class Canvas:
     ``full`` is the width of the picture.
     """
 
-    def __init__(self, frame: Frame, left: float = 0.0, bottom: float = BOTTOM, full: float = WIDTH) -> None:
+    def __init__(self, frame: PlotArea, left: float = 0.0, bottom: float = BOTTOM, full: float = WIDTH) -> None:
         self.full = full
         self.left = max(left, 16.0 + 7.5 * max((len(label) for _, label in frame.y.ticks), default=1))
         self.bottom = bottom
@@ -68,7 +68,7 @@ def letter(full: float = WIDTH) -> float:
     return LETTER / (full - RIGHT - 50.0)
 
 
-def picture(frame: Frame, key: str, classes: dict[str, str], canvas: Canvas | None = None) -> str:
+def picture(frame: PlotArea, key: str, classes: dict[str, str], canvas: Canvas | None = None) -> str:
     """``<svg>`` with title and description; ``classes`` are those of the page's style for each series' name."""
     canvas = canvas or Canvas(frame)
     figure = frame.figure
@@ -104,7 +104,7 @@ def colour(drawn: Drawn, classes: dict[str, str]) -> str:
     return "neutral" if drawn.series.style in BEHIND else classes[drawn.series.name]
 
 
-def description(frame: Frame) -> str:
+def description(frame: PlotArea) -> str:
     """A description of the figure in words."""
     figure = frame.figure
     kinds = {(True, True): "Both axes are logarithmic.", (True, False): "The horizontal axis is logarithmic."}
@@ -131,7 +131,7 @@ def swatch(drawn: Drawn) -> str:
     return f'<svg class="swatch" viewBox="0 0 34 16" aria-hidden="true">{"".join(inside)}</svg>'
 
 
-def hover(frame: Frame, canvas: Canvas | None = None) -> dict[str, Any]:
+def hover(frame: PlotArea, canvas: Canvas | None = None) -> dict[str, Any]:
     """Data of the script: labels, and for each series the points (px, py, x, y, spread, text)."""
     canvas = canvas or Canvas(frame)
     failed = [
@@ -228,7 +228,7 @@ def _text(x: float, y: float, text: str, kind: str, anchor: str = "start", most:
     return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{fit}>{escape(text)}</text>'
 
 
-def _cells(frame: Frame, c: Canvas) -> Iterator[str]:
+def _cells(frame: PlotArea, c: Canvas) -> Iterator[str]:
     """The cells of a figure, and the colour bar to the right of its frame, as SVG."""
     shown = frame.figure.cells
     assert shown is not None
@@ -258,7 +258,7 @@ def _cells(frame: Frame, c: Canvas) -> Iterator[str]:
         yield _text(bar_at + BAR + 9.0, foot + 40.0, "no value", "tick")
 
 
-def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
+def _axes(frame: PlotArea, c: Canvas) -> Iterator[str]:
     left, right, top, bottom = c.x(0.0), c.x(1.0), c.y(1.0), c.y(0.0)
     figure = frame.figure
     for place, _ in frame.floors[-1:]:
@@ -291,7 +291,7 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
         yield f'<path class="floor-line" d="M{left:.1f} {c.y(place):.1f}H{right:.1f}"/>'
 
 
-def _floor_texts(frame: Frame, c: Canvas) -> Iterator[str]:
+def _floor_texts(frame: PlotArea, c: Canvas) -> Iterator[str]:
     """Labels below their lines, right and left in alternation; above guides, which may cross them."""
     for k, (place, text) in enumerate(frame.floors):
         at, anchor = (c.x(1.0) - 5.0, "end") if k % 2 == 0 else (c.x(0.0) + 6.0, "start")
@@ -351,7 +351,7 @@ def _row(c: Canvas, k: int) -> float:
     return c.top - ROW * (k + 0.5)
 
 
-def _outcomes(frame: Frame, c: Canvas, classes: dict[str, str]) -> Iterator[str]:
+def _outcomes(frame: PlotArea, c: Canvas, classes: dict[str, str]) -> Iterator[str]:
     for k, row in enumerate(frame.rows):
         y = _row(c, k)
         for group in row:

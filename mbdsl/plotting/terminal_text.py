@@ -12,7 +12,7 @@ import os
 import re
 import sys
 from contextlib import suppress
-from typing import TextIO
+from typing import Protocol
 
 from mbdsl.messages import width
 
@@ -30,7 +30,15 @@ CARETS = re.compile(r" {4}[ \t]*\^+")
 HINT = "  = "
 
 
-def columns(stream: TextIO, least: int = LEAST) -> int | None:
+class Output(Protocol):
+    """A text stream, as far as it shows whether it writes to a terminal."""
+
+    def isatty(self) -> bool: ...
+
+    def fileno(self) -> int: ...
+
+
+def columns(stream: Output, least: int = LEAST) -> int | None:
     """The width of the terminal that a stream writes to, at least ``least``; None if it writes to something else."""
     if not stream.isatty():
         return None
@@ -48,7 +56,7 @@ def text_width(usual: int) -> int:
     return columns(sys.stdout) or usual
 
 
-def coloured(stream: TextIO) -> bool:
+def coloured(stream: Output) -> bool:
     """Whether text on a stream has colours."""
     if os.environ.get("NO_COLOR"):
         return False

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mbdsl import plotting
 from mbdsl.analysis.operating_points import about
 from mbdsl.explanation.receipt_text import cells, head, remarks
 from mbdsl.messages import count, duration
+from mbdsl.plotting.documents import asset, document, frame, sheet
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figures import Figure, Table
 from mbdsl.plotting.pages import fine_print, fragments
@@ -22,7 +22,6 @@ from mbdsl.simulation.extremes import Extremes
 from mbdsl.version import __version__
 from mbdsl.viewing import structure_files, structure_svg
 from mbdsl.viewing.animation import animate
-from mbdsl.viewing.documents import document, frame, sheet
 from mbdsl.viewing.projection import pictured
 from mbdsl.viewing.svg_picture import still
 
@@ -80,10 +79,8 @@ def page(report: Findings) -> str:
         body.append(f'<section id="{section.key}"><h2>{escape(section.title)}</h2>')
         body += [item if isinstance(item, str) else next(parts) for item in section.content]
         body.append("</section>")
-    script = (Path(plotting.__file__).parent / "page.js").read_text(encoding="utf-8")
-    style = (HERE / "report.css").read_text(encoding="utf-8")
-    styles = [sheet(), colours, structure_svg.style(), style]
-    return document(f"Report on {scene.name}", body, styles, [script], frames)
+    styles = [sheet(), colours, structure_svg.style(), asset("report.css", HERE)]
+    return document(f"Report on {scene.name}", body, styles, [asset("page.js")], frames)
 
 
 REPEAT = "<h2>How to repeat it</h2>\n"  #: the heading of the fine print; the section has its own

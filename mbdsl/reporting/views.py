@@ -2,38 +2,44 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-from mbdsl import results as files
 from mbdsl.errors import IntegrationError, ModelWarning, UsageError
-from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.display_units import asked
 from mbdsl.lang.mistakes import unused
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.assembly_need import has_to_be_assembled
 from mbdsl.mechanism.graph import MechanismGraph, build
 from mbdsl.mechanism.scene import Scene
-from mbdsl.results.selection import matching
+from mbdsl.reporting.shown_runs import (
+    Changes,
+    Model,
+    Shown,
+    changes_of,
+    check_ghost,
+    check_plotted,
+    computed,
+    listed,
+    motion_of,
+    motion_or_file,
+    needs_no_run,
+    pale,
+    simulated,
+    source,
+)
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
-    from mbdsl.lang.builder import Builder
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.reporting.report import Report
-    from mbdsl.results.stored import Result
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.viewing.animation import Animation
     from mbdsl.viewing.structure import Structure
 
-Model: TypeAlias = "Scene | Builder | str | PathLike"
-Changes: TypeAlias = "Mapping[str, str | float] | None"
-SUFFIX = ".mbd"  #: of models
 SEARCHED = 200  #: largest number of unknowns with which `check` searches for the equilibrium, without compilation
 
 
@@ -162,10 +168,9 @@ def graph(
         If the model is invalid, or the file cannot be written.
     """
     from mbdsl.viewing.structure import structure
-    from mbdsl.viewing.structure_files import check_suffix
+    from mbdsl.viewing.structure_files import SUFFIXES
 
-    if out is not None:
-        check_suffix(out)
+    output_files.suffix_of(out, SUFFIXES)
     scene = as_scene(model, parameters, without)
     output_files.check([out], scene.files)
     return _saved(structure(build(scene), not quick, announce), out)
@@ -205,87 +210,24 @@ def plot(
     IntegrationError
         If the integration fails; the file shows the results until then.
     """
-    from mbdsl.plotting.signal_plots import plot, suffix_of
-    from mbdsl.results.stored import of_trajectory
+    from mbdsl.plotting.signal_plots import SUFFIXES, plot
     from mbdsl.simulation.trajectory import Trajectory
 
-    several = isinstance(results, Iterable) and not isinstance(results, (str, Trajectory))
-    given: list[Any] = [*results] if several else [results]  # type: ignore[misc]
+    given = [results] if isinstance(results, (str, Trajectory)) or not isinstance(results, Iterable) else [*results]
     if not given:
         raise UsageError("a plot needs a result or a model")
-    if out is not None:
-        suffix_of(out)
-        output_files.check([out])
+    output_files.suffix_of(out, SUFFIXES)
+    output_files.check([out])
     asked(units)  # raises its errors before a run
-    changes = _changes(run)
-    patterns = _listed(signals)
+    changes, patterns = changes_of(run), listed(signals)
     opened = [source(item, patterns, **changes) for item in given]
     if (changes or run) and not any(isinstance(item, Scene) for item in opened):
-        raise _needs_no_run(changes | run)
+        raise needs_no_run(changes | run)
     labels = [str(x) if isinstance(x, (str, PathLike)) else o.name if isinstance(o, Scene) else o.label
               for x, o in zip(given, opened, strict=True)]  # fmt: skip
     check_plotted(opened, labels, patterns, against, spectrum)
-    shown, failure = list[Any](), None
-    for item, label in zip(opened, labels, strict=True):
-        if isinstance(item, Scene):
-            trajectory, failed = _simulated(item, run)
-            item, failure = of_trajectory(trajectory, label, patterns or ()), failure or failed
-        item.display = asked(units, item.display)
-        shown.append(item)
+    shown, failure = computed(opened, labels, patterns, units, lambda scene: simulated(scene, run))
     return _saved(plot(shown, patterns, against=against, difference=difference, spectrum=spectrum), out, failure)
-
-
-def source(
-    given: Model | Trajectory,
-    patterns: Sequence[str] | None = None,
-    parameters: Changes = None,
-    without: Sequence[str] = (),
-) -> Result | Scene:
-    """The result of a trajectory or in a file, with the expressions among names of signals, or a model.
-
-    Raises
-    ------
-    UsageError
-        If a file is neither a result nor a model.
-    """
-    from mbdsl.results.stored import of_trajectory, open_result
-    from mbdsl.simulation.result_expressions import with_expressions
-    from mbdsl.simulation.trajectory import Trajectory
-
-    if isinstance(given, Trajectory):
-        return of_trajectory(given, given.scene.name, patterns or ())
-    suffix = Path(given).suffix.lower() if isinstance(given, (str, PathLike)) else SUFFIX
-    if suffix == SUFFIX:
-        return as_scene(given, parameters, without)
-    known = {SUFFIX, *files.formats()}
-    if suffix not in known:
-        raise UsageError(
-            f"`{given}` is neither a result file nor a model", hint=f"known suffixes are {', '.join(sorted(known))}"
-        )
-    return with_expressions(open_result(given), patterns)  # type: ignore[arg-type]
-
-
-def check_plotted(
-    opened: Sequence[Result | Scene],
-    labels: Sequence[str],
-    patterns: Sequence[str] | None,
-    against: str | None,
-    spectrum: bool,
-) -> None:
-    """Check the names of signals before models are simulated."""
-    from mbdsl.plotting.signal_plots import check_names
-
-    if any(isinstance(item, Scene) for item in opened):
-        known = [_known(AskedSignals(x), patterns) if isinstance(x, Scene) else x.names for x in opened]
-        check_names(known, labels, patterns, against, spectrum)
-
-
-def _known(names: AskedSignals, patterns: Sequence[str] | None) -> list[str]:
-    """The signals of a model, and the expressions among the patterns."""
-    return [
-        *names.names[1:],
-        *(x for text in patterns or () if not matching(text, names.names) for x in names.asked(text)),
-    ]
 
 
 def report(
@@ -334,9 +276,9 @@ def report(
 
     if out is not None:
         check_suffix(out)
-    patterns = _listed(signals)
+    patterns = listed(signals)
     asked(units)
-    trajectory, failure = _motion(model, out, patterns, (), {"announce": announce, **run})
+    trajectory, failure = motion_of(model, Shown(out, patterns), {"announce": announce, **run})
     return _saved(page(trajectory.in_units(units), patterns, eigen, announce=announce), out, failure)
 
 
@@ -388,97 +330,15 @@ def animate(
         If the integration fails; the file shows the results until then.
     """
     from mbdsl.viewing.animation import animate
-    from mbdsl.viewing.saved_page import check_suffix
-    from mbdsl.viewing.stored_result import is_result, stored_trajectory
+    from mbdsl.viewing.saved_page import SavedPage
 
-    if out is not None:
-        check_suffix(out)
+    output_files.suffix_of(out, SavedPage.suffixes)
     check_ghost(ghost)
     asked(units)
-    patterns = _listed(signals)
-    stored = isinstance(model, (str, PathLike)) and is_result(model)
-    failure = None
-    if stored or result is not None:
-        if stored and result is not None:
-            raise UsageError(f"`{model}` and `{result}` are both results", hint="give the model and one result")
-        changes = {} if stored else _changes(run)
-        if run:
-            raise _needs_no_run(run)
-        path = model if stored else result
-        trajectory, names = stored_trajectory(path, None if stored else as_scene(model, **changes))  # type: ignore[arg-type]
-        patterns = names if patterns is None else patterns
-        output_files.check([out], [os.fspath(path)])  # type: ignore[arg-type]
-    else:
-        trajectory, failure = _motion(model, out, patterns, [traces] if isinstance(traces, str) else traces, run)
+    asked_for = Shown(out, listed(signals), listed(traces) or ())
+    trajectory, patterns, failure = motion_or_file(model, result, asked_for, run)
     found = animate(trajectory.in_units(units), patterns, traces, pale(ghost, trajectory.scene), arrows, view)
     return _saved(found, out, failure, size)
-
-
-def pale(ghost: Trajectory | str | PathLike | None, scene: Scene) -> Trajectory | None:
-    """The other motion of an animation; a result that does not contain its model belongs to that of the first."""
-    from mbdsl.viewing.stored_result import has_model, stored_trajectory
-
-    if not isinstance(ghost, (str, PathLike)):
-        return ghost
-    return stored_trajectory(ghost, None if has_model(ghost) else scene)[0]
-
-
-def check_ghost(ghost: Trajectory | str | PathLike | None) -> None:
-    """Check before a run that the other motion of an animation is a trajectory or a result file.
-
-    Raises
-    ------
-    UsageError
-        If it is a file of another kind.
-    """
-    from mbdsl.viewing.stored_result import is_result
-
-    if isinstance(ghost, (str, PathLike)) and not is_result(ghost):
-        hint = "write one: mbdsl simulate MODEL --output X.npz"
-        raise UsageError(f"the ghost `{ghost}` is not a result", hint=hint)
-
-
-def check_shown(scene: Scene, patterns: Iterable[str] | None, traces: Sequence[str]) -> None:
-    """Check the names of signals and traced frames before a model is simulated."""
-    if patterns is not None:
-        AskedSignals(scene).select(patterns)
-    if traces:
-        from mbdsl.viewing.animation import traced_point
-
-        for name in traces:
-            traced_point(scene, name)
-
-
-def _motion(
-    model: Model | Trajectory,
-    out: str | PathLike | None,
-    patterns: Iterable[str] | None,
-    traces: Sequence[str],
-    run: dict[str, Any],
-) -> tuple[Trajectory, IntegrationError | None]:
-    """The trajectory of a model, which is simulated after a check of all names, and the error that ended it early."""
-    from mbdsl.simulation.trajectory import Trajectory
-
-    if isinstance(model, Trajectory):
-        if given := {name: x for name, x in run.items() if name != "announce"}:
-            raise _needs_no_run(given)
-        return model, None
-    scene = as_scene(model, **_changes(run))
-    output_files.check([out], scene.files)
-    check_shown(scene, patterns, traces)
-    return _simulated(scene, run)
-
-
-def _simulated(scene: Scene, run: dict[str, Any]) -> tuple[Trajectory, IntegrationError | None]:
-    """The results of a run, also if the integration failed, and the failure."""
-    from mbdsl.api import simulate
-
-    try:
-        return simulate(scene, **run), None
-    except IntegrationError as problem:
-        if problem.trajectory is None or not len(problem.trajectory):
-            raise
-        return problem.trajectory, problem
 
 
 def _saved(found: Any, out: str | PathLike | None, failure: IntegrationError | None = None, *more: Any) -> Any:
@@ -488,17 +348,3 @@ def _saved(found: Any, out: str | PathLike | None, failure: IntegrationError | N
     if failure is not None:
         raise failure
     return found
-
-
-def _listed(signals: str | Iterable[str] | None) -> list[str] | None:
-    return None if signals is None else [signals] if isinstance(signals, str) else list(signals)
-
-
-def _changes(run: dict[str, Any]) -> dict[str, Any]:
-    """Take what changes a model out of the arguments of a run."""
-    return {name: run.pop(name) for name in ("parameters", "without") if name in run}
-
-
-def _needs_no_run(run: Mapping[str, Any]) -> UsageError:
-    what = f"`{next(iter(run))}` belongs to a simulation, and the result is computed already"
-    return UsageError(what, hint="give the model alone to simulate it")

@@ -15,7 +15,8 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -27,9 +28,9 @@ from mbdsl.storage.output_files import writing
 if TYPE_CHECKING:
     import numpy as np
 
-    from mbdsl.results.rows_file import Column
+    from mbdsl.results.rows_file import StoredColumn
 
-    Columns = Mapping[str, np.ndarray] | Mapping[str, Column]
+    Columns = Mapping[str, np.ndarray] | Mapping[str, StoredColumn]
     Meta = Mapping[str, str | float | bool]
 
 __all__ = ["read", "write"]
@@ -141,15 +142,40 @@ def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str 
         If the suffix is unknown, or the file cannot be read or has another format.
     """
     module = format_of(path)
-    try:
+    with readable(str(path)):
         columns, meta = module.read(Path(path))
         check_about(meta)
         return columns, meta
+
+
+@contextmanager
+def readable(name: str) -> Iterator[None]:
+    """Errors of reading a file as errors of the user.
+
+    Parameters
+    ----------
+    name : str
+        The file.
+
+    Returns
+    -------
+    context manager
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read, has another format, or is damaged.
+    """
+    try:
+        yield
+    except (UsageError, GeneratorExit):
+        raise
     except OSError as problem:
-        raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
+        raise UsageError(f"cannot read `{name}`: {problem.strerror or problem}") from problem
     except Exception as problem:  # zipfile, zlib, json, numpy and scipy each raise their own errors at damaged bytes
         why = " ".join(str(problem).split())[:200] or type(problem).__name__
-        raise UsageError(f"`{path!s}` is not a {module.SUFFIX} result file, or is damaged: {why}") from problem
+        suffix = Path(name).suffix.lower()
+        raise UsageError(f"`{name}` is not a {suffix} result file, or is damaged: {why}") from problem
 
 
 def check_about(meta: object, units: object = {}) -> None:

@@ -68,7 +68,7 @@ class RowsFile:
             return open(self._path, "r+b" if count else "w+b")
         target = Path(os.path.realpath(near))
         folder = target.parent if target.is_file() or not target.exists() else None
-        return tempfile.TemporaryFile(dir=folder, prefix=".mbdsl-rows-", buffering=0)  # type: ignore[return-value]
+        return tempfile.TemporaryFile(dir=folder, prefix=".mbdsl-rows-", buffering=0)
 
     def append(self, columns: Sequence[np.ndarray]) -> None:
         """Append rows.
@@ -106,15 +106,15 @@ class RowsFile:
     def _write(self, row: int) -> None:
         try:
             self._file.seek(self._place(row))
-            left = memoryview(self._block).cast("B")  # type: ignore[arg-type]
+            left = self._block.data.cast("B")
             while left:
                 left = left[self._file.write(left) :]
         except OSError as problem:
             raise UsageError(f"cannot write the results: {problem.strerror or problem}") from problem
 
-    def columns(self) -> dict[str, Column]:
+    def columns(self) -> dict[str, StoredColumn]:
         """The signals by name, which read their values from the file when they are sliced."""
-        return {name: Column(self, k) for k, name in enumerate(self.names)}
+        return {name: StoredColumn(self, k) for k, name in enumerate(self.names)}
 
     def values(self, column: int, start: int, stop: int) -> np.ndarray:
         """The values (stop - start,) of a column."""
@@ -129,12 +129,13 @@ class RowsFile:
                 found[done : done + some] = self._block[column, used : used + some]
             else:
                 self._file.seek(self._place(row) + 8 * (column * self.rows + used))
-                left = memoryview(found[done : done + some]).cast("B")  # type: ignore[arg-type]
+                left = found[done : done + some].data.cast("B")
                 while left:
-                    read = self._file.readinto(left)  # type: ignore[attr-defined]
+                    read = self._file.read(len(left))
                     if not read:
                         raise OSError("the scratch file of the results ends early")
-                    left = left[read:]
+                    left[: len(read)] = read
+                    left = left[len(read) :]
             done += some
         return found
 
@@ -157,7 +158,7 @@ class RowsFile:
         self.close()
 
 
-class Column:
+class StoredColumn:
     """A signal in a ``RowsFile``: slices are arrays."""
 
     def __init__(self, file: RowsFile, place: int) -> None:

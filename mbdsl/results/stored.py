@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -148,7 +147,7 @@ class Result:
             If the file cannot be read or is damaged.
         """
         asked = [self.time, *(name for name in dict.fromkeys(names) if name != self.time)]
-        with readable(self.label):
+        with results.readable(self.label):
             for part in self.layout.chunks(asked, rows):
                 found = dict(zip(asked, part, strict=True))
                 yield found[self.time], found
@@ -173,9 +172,11 @@ def open_result(path: str | os.PathLike) -> Result:
         If the suffix is unknown, the file cannot be read or has another format, or it has no column ``time``.
     """
     module = results.format_of(path)
-    with readable(str(path)):
-        layout = module.layout(Path(path)) if hasattr(module, "layout") else _whole(*results.read(path))
-    return Result(str(path), layout)
+    with results.readable(str(path)):
+        if hasattr(module, "layout"):
+            return Result(str(path), module.layout(Path(path)))
+        columns, meta = results.read(path)
+        return Result(str(path), Layout(list(columns), {}, _in_parts(columns.__getitem__), meta))
 
 
 def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> Result:
@@ -194,12 +195,18 @@ def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> 
 def of_columns(label: str, names: Sequence[str], unit: Callable[[str], str], column: Callable) -> Result:
     """A result in memory: ``unit(name)`` and ``column(name)`` give the unit and the values (N,) of a name."""
 
+    return Result(label, Layout(list(names), _Units(names, unit), _in_parts(column)))
+
+
+def _in_parts(column: Callable) -> Callable[[Sequence[str], int], Chunks]:
+    """The ``chunks`` of a Layout whose columns are in memory."""
+
     def chunks(asked: Sequence[str], rows: int) -> Chunks:
         columns = [column(name) for name in asked]
         for k in range(0, len(columns[0]), rows):
             yield [values[k : k + rows] for values in columns]
 
-    return Result(label, Layout(list(names), _Units(names, unit), chunks))
+    return chunks
 
 
 class Made(NamedTuple):
@@ -224,9 +231,8 @@ def with_columns(result: Result, made: Mapping[str, Made]) -> Result:
             yield [made[name].values(columns, count) if name in made else columns[name] for name in asked]
 
     names = [*result.layout.names, *made]
-    found = Result(result.label, Layout(names, _Units(names, unit), chunks, result.layout.meta))
-    found.groups, found.sizes, found.is_file = result.groups, result.sizes, result.is_file
-    found.display, found.descriptions = result.display, result.descriptions
+    found = of_layout(result, Layout(names, _Units(names, unit), chunks, result.layout.meta))
+    found.names = [*result.names, *made]
     found.cut_peaks = lambda names: result.cut_peaks([name for name in names if name not in made])
     return found
 
@@ -254,32 +260,3 @@ class _Units(Mapping):
 
     def __len__(self) -> int:
         return len(self._names)
-
-
-def _whole(columns: Mapping, meta: dict) -> Layout:
-    def chunks(asked: Sequence[str], rows: int) -> Chunks:
-        for k in range(0, len(columns[asked[0]]), rows):
-            yield [columns[name][k : k + rows] for name in asked]
-
-    return Layout(list(columns), {}, chunks, meta)
-
-
-@contextmanager
-def readable(name: str) -> Iterator[None]:
-    """Errors of reading a file as errors of the user.
-
-    Raises
-    ------
-    UsageError
-        If the file cannot be read, has another format, or is damaged.
-    """
-    try:
-        yield
-    except (UsageError, GeneratorExit):
-        raise
-    except OSError as problem:
-        raise UsageError(f"cannot read `{name}`: {problem.strerror or problem}") from problem
-    except Exception as problem:  # zipfile, zlib, json, numpy and scipy each raise their own errors at damaged bytes
-        why = " ".join(str(problem).split())[:200] or type(problem).__name__
-        suffix = Path(name).suffix.lower()
-        raise UsageError(f"`{name}` is not a {suffix} result file, or is damaged: {why}") from problem

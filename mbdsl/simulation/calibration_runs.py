@@ -9,14 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.simulation.ladder_constants import LADDER, order_bounds
 from mbdsl.simulation.mechanism_run import Kept
 
 Array = NDArray[np.float64]
 
-#: difference of two runs above which it does not measure their errors any more
-SATURATED = 0.05
-#: bounds of the order in eps that three runs show
-LEAST_ORDER, MOST_ORDER = 1.0 / 3.0, 1.0
 #: status of a run that was ended because it took more steps than it may, in addition to those of
 #: :mod:`mbdsl.integrators.loop.loop_state`
 COSTLY = 101
@@ -68,12 +65,7 @@ class Found:
 
 def observed_order(trials: Sequence[Trial]) -> float | None:
     """The order p of errors C eps^p from the last three runs, within bounds; None if they do not determine it."""
-    if len(trials) < 3 or not 0.0 < trials[-1].differs < trials[-2].differs < SATURATED:
+    if len(trials) < 3 or not 0.0 < trials[-1].differs < trials[-2].differs < LADDER.saturated:
         return None
-    one, two, three = (x.eps for x in trials[-3:])
-    low, high = LEAST_ORDER, MOST_ORDER
-    for _ in range(30):
-        p = 0.5 * (low + high)
-        more = (one**p - two**p) * trials[-1].differs < trials[-2].differs * (two**p - three**p)
-        low, high = (p, high) if more else (low, p)
-    return high
+    sizes, differences = [x.eps for x in trials[-3:]], [x.differs for x in trials[-2:]]
+    return order_bounds(sizes, differences, LADDER.least_order, LADDER.most_order, halvings=30)[1]

@@ -290,6 +290,8 @@ def _restore(motion: MechanismRun, known: Snapshot) -> None:
         own[:] = numbers
         if hasattr(run, "events"):
             vars(run.events).update(checked_events(run.events, kept["events"]))
+            if run.events.set is not None:
+                run.events.set.restore(run, kept["events"]["set"])
             run.events.rejoin()
             run.landings.rejoin()
         if hasattr(run, "jumps"):

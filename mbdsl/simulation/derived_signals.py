@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.spatial_coordinates import QUATERNION
-from mbdsl.mechanism import poses_in_space
+from mbdsl.mechanism import poses
 from mbdsl.mechanism.energies import energies
-from mbdsl.mechanism.scene import SpatialFrame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
@@ -112,7 +112,7 @@ def quaternion(system: System, name: str, q: Array) -> dict[str, Array]:
     """The quaternion (N,) of a body or frame in space at N successive states, as signals."""
     frame = system.scene.frames.get(system.scene.aliases.get(name, name))
     of, axes = (name, SpatialFrame.axes) if frame is None else (frame.body, frame.pose[3:])
-    p = np.tile(poses_in_space.quaternion_of(axes), (len(q), 1))
+    p = np.tile(poses.quaternion_of(axes), (len(q), 1))
     body = system.tables.models.get(of)
     if body is not None and body.n > 3:
         d = system.tables.coordinates[of]

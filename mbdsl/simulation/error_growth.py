@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 
 from mbdsl.bodies.spatial_rigid_body_kernels import J as INERTIA
 from mbdsl.errors import InitialisationError
+from mbdsl.numerics.matrix_exponential import exponential
 from mbdsl.numerics.rotation_arrays import cross_matrices, matrices
 from mbdsl.numerics.saddle_point import RANK
 from mbdsl.system import System
@@ -374,28 +375,3 @@ def _turns(Z: Array) -> Array:
     """Orthogonal matrices (N - 1, r, r) that take coordinates in each basis (N, n, r) to the next basis."""
     U, _, W = np.linalg.svd(np.swapaxes(Z[1:], 1, 2) @ Z[:-1])
     return U @ W
-
-
-def exponential(A: Array) -> tuple[Array, Array]:
-    """E (N, k, k) and s (N,) with exp(A) = E e^s for each of the matrices A (N, k, k), without overflow.
-
-    The diagonal Pade approximant of degree 6 of A/2^j, squared j times; Moler and Van Loan, SIAM Review 45 (2003) 3-49.
-    """
-    count, k = A.shape[:2]
-    size = float(np.abs(A).sum(axis=2).max(initial=0.0))
-    squarings = int(np.clip(np.ceil(np.log2(max(size, 0.5) / 0.5)), 0, 60))
-    A = A / 2.0**squarings
-    c = [1.0]
-    for j in range(1, 7):
-        c.append(c[-1] * (7.0 - j) / (j * (13.0 - j)))
-    one, two = np.eye(k), A @ A
-    four = two @ two
-    even = c[0] * one + c[2] * two + c[4] * four + c[6] * (two @ four)
-    odd = A @ (c[1] * one + c[3] * two + c[5] * four)
-    E: Array = np.asarray(np.linalg.solve(even - odd, even + odd))
-    s = np.zeros(count)
-    for _ in range(squarings):
-        E, s = E @ E, 2.0 * s
-        largest = np.abs(E).max(axis=(1, 2))
-        E, s = E / largest[:, None, None], s + np.log(largest)
-    return E, s

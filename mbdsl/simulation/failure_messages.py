@@ -10,6 +10,7 @@ import numpy as np
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError, IntegrationError, MbdslError, Span
 from mbdsl.expressions.printing import text
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files
@@ -26,6 +27,7 @@ from mbdsl.simulation.result_checks import bending, failed, too_bent
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.broken_laws import Broken, broken_law
+from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch, law_of, within
 
 #: rotation of a body in a step that may be the reason why it fails [rad]
@@ -118,6 +120,8 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
     assert isinstance(integration, MethodRun)
+    if status in (S.ASSERTED, S.ENDLESS):
+        return _of_events(integration, trajectory)
     t, notes = integration.reals[S.STEP_END], ()
     if status == S.STIFF and _singular_pose(integration, t):
         status = S.DIVERGED  # accelerations that change by any amount are not those of a stiff force
@@ -135,6 +139,33 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     if status == S.SINGULAR and (light := _without_mass(integration)) is not None:
         message, span, hint, notes = f"{message}; {light.message}", light.span, light.hint or hint, light.notes
     return failed(trajectory, message, span, hint, notes)
+
+
+def _of_events(integration: MethodRun, trajectory: Trajectory) -> IntegrationError:
+    """The error of a run that an assertion or an endless event has ended."""
+    events, t = integration.events.set, float(trajectory.t[-1])
+    assert events is not None
+    if (action := events.failed) is not None:
+        sides = _sides(action.value, integration)
+        at = f" ({sides[0]:g} against {sides[1]:g})" if sides else ""
+        message = f"the assertion `{action.target}` is false at t = {t:.9g} s{at}: {action.text}"
+        return failed(trajectory, message, action.span, "the results up to this time are kept")
+    branches = events.endless
+    notes = tuple(("this one acts as well", b.span) for b in branches[1:4] if b.span is not None)
+    message = f"the when-equations act without end at t = {t:.9g} s: they change what their own conditions read"
+    hint = "use pre(x) for the value before the event, and conditions that become true once"
+    return failed(trajectory, message, branches[0].span, hint, notes)
+
+
+def _sides(root: Expr | None, integration: MethodRun) -> list[float]:
+    """The two sides of a comparison at the end of a run, in SI units; [] for other conditions."""
+    events = integration.events.set
+    if root is None or events is None or root.op not in ("lt", "le", "eq", "ne"):
+        return []
+    q, v, lam = integration.state()
+    inputs = {name: np.array([x]) for name, x in events.values.items()}
+    found = values(integration.system, root.args, np.array([integration.time]), q[None], v[None], lam[None], inputs)
+    return [float(x[0]) for x in found]
 
 
 def _remedy(motion: MechanismRun, integration: MethodRun, status: int) -> str:

@@ -82,7 +82,7 @@ def _of_beam(model: Body, pose: Pose, q: Array, v: Array, a: Array) -> Array:
     """B a + (B v)_q v: the velocity B v of a frame is linear in v, and its derivative along v is a complex step."""
     found = []
     for key in VELOCITIES:
-        turning = model.frame(pose, key, q + 1j * STEP * v, v).imag / STEP  # type: ignore[arg-type]
+        turning = model.frame(pose, key, q + 1j * STEP * v, v).imag / STEP
         found.append(model.frame(pose, key, q, a) + turning)
     return np.column_stack(found)
 

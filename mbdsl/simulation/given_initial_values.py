@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.expressions.spatial_coordinates import CARDAN
-from mbdsl.expressions.symbolic import Expr, der
+from mbdsl.expressions.symbolic import Expr, coordinate, der
 from mbdsl.lang.given_values import value
 from mbdsl.lang.initial_values import check_target
 from mbdsl.mechanism.given_attitudes import given_attitudes
@@ -85,6 +85,7 @@ def with_initial(scene: Scene, initial: Initial | str | None) -> Scene:
     given = [_value(known, name, x, False) for name, x in {**final, **guesses}.items()]
     given += [_value(known, name, x, True) for name, x in fixed.items()]
     new = {item.target: item for item in given}
+    scene = _without_rates(scene, set(new))
     kept = [] if final else [new.pop(item.target, item) for item in scene.initial]
     found = replace(scene, initial=(*kept, *new.values()), deformed=shapes, steady=False)
     try:
@@ -92,6 +93,15 @@ def with_initial(scene: Scene, initial: Initial | str | None) -> Scene:
     except ModelError as problem:
         raise UsageError(f"initial: {problem.message}", hint=problem.hint) from None
     return found
+
+
+def _without_rates(scene: Scene, given: Collection[Expr]) -> Scene:
+    """The scene in which states with a given value do not begin with a given derivative."""
+    free = [c for c in scene.states() if c.values["rate"] is not None and coordinate(f"{c.name}.c", "vx") in given]
+    if not free:
+        return scene
+    changed = {c.name: replace(c, values={**c.values, "rate": None}) for c in free}
+    return replace(scene, components={**scene.components, **changed})
 
 
 def _value(known: SignalNames, name: str, given: str | float, fixed: bool) -> InitialValue:

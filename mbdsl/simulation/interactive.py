@@ -30,6 +30,7 @@ from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
+from mbdsl.messages import did_you_mean
 from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.input_values import Inputs
@@ -99,11 +100,18 @@ class Simulation:
     ) -> None:
         asked = RunOptions.of(given)
         scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
+        if scene.events:
+            hint = "run it with `mbdsl.simulate`, or set inputs between the steps of this simulation in their place"
+            raise UsageError("models with `when` cannot be run step by step", scene.events.branches[0].span, hint)
         said, step = scene.experiment, asked.step
         self._method = asked.method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self._method).steps or backend(self._method) is not None:
             hint = f"take one of mbdsl's own methods with fixed steps, such as {DEFAULT_METHOD}"
             raise UsageError(f"{self._method} cannot be run step by step", hint=hint)
+        if scene.events:
+            hint = "mbdsl.simulate runs it; inputs that you set between steps take the place of events here"
+            first = scene.events.branches[0].span
+            raise UsageError("a model with when-equations cannot be run step by step", first, hint)
         self._h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
         if not 0.0 < self._h < np.inf:
             raise UsageError(f"the step must be above zero, not {self._h:g} s")
@@ -211,6 +219,32 @@ class Simulation:
         if function is None:
             function = self._functions[name] = self._reading().function((name,))
         return function()[0]
+
+    def __setitem__(self, name: str, value: float) -> None:
+        """Set a state, such as the current of a motor; the motion continues with it from the present time on.
+
+        Parameters
+        ----------
+        name : str
+            Name of the state.
+        value : float
+            Its value in SI units.
+
+        Raises
+        ------
+        UsageError
+            If it is not a state, or the value is not a finite number.
+        """
+        states = [c.name for c in self.scene.states()]
+        if name not in states:
+            hint = did_you_mean(name, states, "states") or "the model has no states; inputs are set by `inputs`"
+            raise UsageError(f"`{name}` is not a state and cannot be set", hint=hint)
+        if not np.isfinite(number := float(value)):
+            raise UsageError(f"{name} = {value}: expected a finite number")
+        part = next(p for p in self._motion.parts if name in p.system.tables.coordinates)
+        assert isinstance(part.integration, MethodRun)
+        part.integration.set_velocity(part.system.tables.coordinates[name], number)
+        self._bind()
 
     def reader(self, *names: str) -> Reader:
         """Choose signals that are read together.

@@ -23,7 +23,7 @@ from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.compiled_loop import has_own_step, loop_name
+from mbdsl.integrators.loop.compiled_loop import controls_locally, has_own_step, loop_name
 from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
@@ -35,10 +35,10 @@ from mbdsl.numerics.hermite import between
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.left_out_rows import violated, violations
-from mbdsl.simulation.plan import Plan, check_space
+from mbdsl.simulation.plan import Plan, check_events, check_space
 from mbdsl.simulation.planar_states import OutOfPlane, PlanarStates
 from mbdsl.simulation.whole_scene import WholeScene
-from mbdsl.system import System, build
+from mbdsl.system import System, build, state_sizes
 from mbdsl.system.bending import first_bend
 from mbdsl.system.signals import begin
 from mbdsl.system.tables import gravity
@@ -50,8 +50,8 @@ Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
 #: number of steps of the first run between two checks of its displacements
 GLANCE = 64
-#: tolerance of runs with fixed steps that end at events: no step is shortened because of its error
-LOOSE = 1e6
+#: tolerances of runs with fixed steps that end at events: errors shorten no step; of methods with a step of their own
+NOMINAL, LOOSE = 1e-6, 1e6
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 
 
@@ -140,14 +140,18 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
+        if scene.events:
+            check_events(plan.method, scene)
         whole = plan.general or bool(scene.events)
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
+        check_events(plan.method, scene)
         self.system = build(scene, mechanism, plan.general)
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size
         self._widens = True  #: whether the run may change the size: the first one
+        self._states_sized = False  #: whether the sizes of states are those of a run
         self._systems, self._spaces = self._built()
         self.parts: list[PartRun] = []
         self.assembled: list[tuple[System, InitialState]] = []
@@ -253,6 +257,9 @@ class MechanismRun:
             self._is_not_kinematic(part)
             system = build(part.dynamic.scene, part.dynamic, size=self._size)
             return self._moving(Part(part.dynamic), system, lap, start)
+        if system.tables.states:
+            state_sizes.estimate(system.tables, initial.v, initial.a, plan.stop - plan.start)
+            integration = _run(system, method, plan, options)
         integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
         lap("initialise")
         return PartRun(part, system, method, initial, integration)
@@ -470,16 +477,26 @@ class MechanismRun:
 
         The largest displacement becomes the size, and the run has to be repeated.
         """
+        again = self._sized()
         if not self._widens:
-            return False
+            return again
         self._widens, tables = False, self.system.tables
         q = self.states()[1][:, tables.lengths]
         way = float(np.abs(q - q[:1]).max(initial=0.0))
         if not tables.outgrown_from * tables.size < way < np.inf:
-            return False
+            return again
         for own in (tables, *(p.system.tables for p in self.parts)):
             own.resize(way)
         return True
+
+    def _sized(self) -> bool:
+        """Set the sizes of states by the first run; whether its weights were far from them."""
+        if self._states_sized:
+            return False
+        self._states_sized, span = True, self.plan.stop - self.plan.start
+        ends = [(p, np.vstack([p.first, p.integration.out[: p.integration.written]])) for p in self.parts]
+        found = [state_sizes.measured(p.system.tables, p.split(x)[1], span) for p, x in ends if p.system.tables.states]
+        return any(found)
 
     def invalid(self) -> bool:
         """Whether the present state is not one of the model: a body deforms beyond the range of its theory, or a
@@ -654,7 +671,10 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         from mbdsl.integrators.backends import External
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    tol, longest = plan.tol, plan.longest
+    tol, grid, longest = plan.tol, 0.0, plan.longest
     if tol is None and system.scene.events:  # steps of a fixed size, which events shorten
-        tol, longest = LOOSE, min(longest, plan.h)
-    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, rows=plan.rows, keeps=keeps)
+        if controls_locally(method):
+            tol, grid = NOMINAL, plan.h
+        else:
+            tol, longest = LOOSE, min(longest, plan.h)
+    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, grid=grid, rows=plan.rows, keeps=keeps)

@@ -19,7 +19,8 @@ from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, const, substitute
 from mbdsl.lang.given_values import value
 from mbdsl.mechanism.reduction.drivers import rewritten
-from mbdsl.mechanism.scene import Scene, Table
+from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene_parts import Table
 from mbdsl.messages import did_you_mean
 
 Array = NDArray[np.float64]

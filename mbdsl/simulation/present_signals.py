@@ -158,7 +158,7 @@ class PresentSignals:
         new: dict[Expr, Expr] = {}
         for n in walk(root):
             if n.op == "angle":
-                rate = self._inlined(n.value)  # type: ignore[arg-type]
+                rate = self._inlined(n.value)
                 args = *(new[a] for a in n.args), rate, self._time()
                 new[n] = Expr("turns", args, self._counter(n))
             elif n.op == "integral":
@@ -174,13 +174,13 @@ class PresentSignals:
     def _text(node: Expr, args: list[str], number: int, names: dict[str, object]) -> str:
         """The text of one operation; its constants are added to the ``names`` of the function."""
         if node.op == "buffer":
-            buffer, index = node.value  # type: ignore[misc]
+            buffer, index = node.value
             return f"{buffer}[{int(index)}]"
         if node.op == "const":
-            names[f"c{number}"] = float(node.value)  # type: ignore[arg-type]
+            names[f"c{number}"] = float(node.value)
             return f"c{number}"
         if node.op == "table":
-            names[f"t{number}"], order = node.value  # type: ignore[misc]
+            names[f"t{number}"], order = node.value
             return f"table(t{number}, {int(order)}, {args[0]})"
         if node.op == "turns":
             names[f"f{number}"] = node.value
@@ -200,9 +200,9 @@ class PresentSignals:
         if leaf.op == "input":
             return _buffer("u", self._input[str(leaf.value)])
         if leaf.op == "multiplier":
-            return self._multiplier(leaf.value)  # type: ignore[arg-type]
+            return self._multiplier(leaf.value)
         if leaf.op == "coordinate":
-            frame, key = leaf.value  # type: ignore[misc]
+            frame, key = leaf.value
             return self._coordinate(self._motion.system.scene, frame, key)
         return None
 

@@ -67,7 +67,7 @@ def _made(root: Expr, unit: str, time: str) -> Made:
 
     def values(columns: Mapping[str, Array], rows: int) -> Array:
         with np.errstate(all="ignore"):
-            (found,) = evaluate([root], lambda leaf: columns[name_of(leaf)], ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+            (found,) = evaluate([root], lambda leaf: columns[name_of(leaf)], ARRAY_OPERATIONS, table_value)
         return np.broadcast_to(np.asarray(found, float), (rows,))
 
     return Made(unit, [name_of(leaf) for leaf in leaves(root)], values)

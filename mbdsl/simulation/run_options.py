@@ -8,7 +8,8 @@ the functions of users one object is passed on.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import Field, dataclass, fields
 from functools import wraps
 from os import PathLike
@@ -107,7 +108,75 @@ OPTIONS: dict[str, Option] = {
 
 @dataclass(frozen=True)
 class RunOptions:
-    """The options of a run, with numbers in SI units; the docstring of ``mbdsl.simulate`` describes them."""
+    """The options of a run: arguments of ``mbdsl.simulate``, as numbers in SI units or as texts with units.
+
+    Attributes
+    ----------
+    method : str, optional
+        Name of an integration method (`mbdsl methods` lists them). Default: the model's Method; else
+        "hht-si2" with fixed steps, and with a tolerance the fastest for it of "hht-si2", "radau5" and "dop853".
+    step : float or str, optional [s]
+        Fixed step size, at most the duration of the run. Default: the model's Step. If the duration is not a multiple
+        of it, all steps are shortened equally, so that the last one ends at ``stop``. Methods with error-controlled
+        steps by default, those of high order, ignore the model's Step. Methods with fixed steps only default to 1 ms.
+    tol : float or str, optional
+        Limit of the global error, for error-controlled steps; excludes ``step``. The error is the maximum over all
+        output times and coordinates: positions relative to the size of the mechanism, angles in radians, velocities
+        relative to the largest velocity of the run (at least the size of the mechanism, or one radian, per duration
+        of the run). Default, if neither the caller nor the model gives a step: the model's Tolerance, else 1e-4. With
+        methods of high order and third-party integrators: the model's Tolerance, else 1e-6, even if the model has a
+        Step. Calibration runs with larger tolerances come first. ``stats["error"]`` is the error estimate that they
+        give; ``stats["horizon"]`` is the time up to which the tolerance holds (None: up to the end).
+    accuracy : float or str, optional
+        Limit of the error of positions, relative to the size of the mechanism, and of velocities, relative to the
+        largest velocity; excludes ``step`` and ``tol``. Several runs determine the step and, unless it is given, the
+        method. ``stats["accuracy"]`` describes the result (``mbdsl.studies.accuracy``).
+    budget : float or str, optional [s]
+        Time limit of the check of an ``accuracy`` by another method. Default: twenty times the duration of the runs
+        before it, and at least 20 s.
+    start, stop : float or str, optional [s]
+        Start and stop time. Default: those of the model.
+    interval : float or str, optional [s]
+        Output interval. Default: (stop - start)/500; 0 stores every step.
+    times : (N,) array or sequence of str, optional [s]
+        Output times after the start, ascending; the last is the stop time. Excludes ``interval``.
+    options : mapping, optional
+        Parameters of the method, such as {"alpha": -0.1}.
+    force : bool, optional
+        Allow combinations that are known to fail, such as the trapezoidal rule on constrained models.
+    general : bool, optional
+        Solve the unreduced equations with code that contains every kind of element: no bodies are merged, no parts are
+        split off or solved beforehand. For comparison with the specialised code.
+    without : sequence of str, optional
+        Effects to leave out ("friction", "damping", "flexibility", "gravity").
+    parameters : mapping, optional
+        Values that replace those of the model's parameters, as numbers in SI units or as texts with units
+        ("120 N/mm").
+    signals : str or sequence of str, optional
+        Names and glob patterns of signals, which are checked before the run. The trajectory is then a selection: it
+        lists, shows, plots and writes these signals. Default: all signals are listed, and coordinates and velocities
+        are written.
+    initial : mapping, Trajectory or "static", optional
+        Initial values by signal, as numbers in SI units or as texts with units: ``{"crank.phi": "30 deg"}``. They are
+        fixed, as in the model's ``initial equation``, and replace its values for the same signals; the other values
+        remain. An entry "guess" is a mapping of values that the assembly may change. A Trajectory stands for the
+        positions and velocities of all bodies at its end, which replace all initial values of the model; give its
+        last time as ``start`` if forces or drivers depend on time. "static" is the equilibrium that ``mbdsl.static``
+        finds at the start time: the run begins there, at rest, and the initial values of the model are where the search
+        begins.
+    progress : callable, optional
+        Called about ten times a second with a ``Progress``.
+    announce : callable, optional
+        Called with a text before a phase that takes long, such as compilation. Default: in a terminal and in a
+        notebook, a line on standard error announces a compilation.
+    checkpoint : path or Checkpoint, optional
+        Checkpoint file, written every minute and when the run is interrupted; ``mbdsl.resume`` continues from it.
+        The file remains after the run. Not available with ``accuracy`` or with third-party integrators.
+    inputs : mapping, optional
+        Functions of time in place of inputs of the model: a pair (t, u) of arrays, linear between the points and
+        constant outside of them; a function of time, which is sampled; or a number; in SI units. Others have their
+        start values.
+    """
 
     method: str | None = None
     step: float | None = None
@@ -132,7 +201,16 @@ class RunOptions:
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> RunOptions:
-        """The options that a program gives, as numbers in SI units or as texts with units.
+        """Return the options that a program gives, as numbers in SI units.
+
+        Parameters
+        ----------
+        given : mapping
+            Options by name; numbers may be texts with units.
+
+        Returns
+        -------
+        RunOptions
 
         Raises
         ------
@@ -141,16 +219,19 @@ class RunOptions:
         UsageError
             If a value is not a number with a unit of its dimension.
         """
-        found = dict(given)
-        for name, option in OPTIONS.items():
-            if option.unit and name in found:
-                found[name] = optional(found[name], option.unit, name)
+        found = converted(cls, given)
         if isinstance(found.get("times"), (list, tuple)):
             found["times"] = values(found["times"], "s", "times")
         return cls(**found)
 
     def repeatable(self) -> dict[str, Any]:
-        """The options that determine the results, as values that JSON can store; initial values are added to them."""
+        """Return the options that determine the results, as values that JSON can store.
+
+        Returns
+        -------
+        dict
+            Option -> value, without initial values.
+        """
         import numpy as np
 
         found = {name: getattr(self, name) for name in REPEATED}
@@ -164,8 +245,27 @@ UNASKED = RunOptions()  #: all options are those of the model, or the defaults
 REPEATED = tuple("method step tol start stop interval options times force general parameters without".split())
 
 
-def takes_options(names: Iterable[str] | None = None) -> Callable[[F], F]:
-    """Decorate a function with ``**given``: its signature shows these options, and other names are refused.
+def unit_of(option: Field) -> str:
+    """The unit of an option that is a number; "" of others."""
+    return option.metadata.get("unit") or OPTIONS.get(option.name, Option()).unit
+
+
+def converted(table: type, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that a program gives, with numbers in the units of the fields of ``table``.
+
+    Raises
+    ------
+    UsageError
+        If a value is not a number with a unit of its dimension.
+    """
+    units = {x.name: unit_of(x) for x in fields(table)}
+    return {name: optional(x, units[name], name) if units.get(name) else x for name, x in given.items()}
+
+
+def takes_options(names: Iterable[str] | None = None, table: type = RunOptions) -> Callable[[F], F]:
+    """Decorate a function with ``**given``: its signature and its help show these options, others are refused.
+
+    The options are the fields of the dataclass ``table``, all or those with ``names``.
 
     Raises
     ------
@@ -176,7 +276,7 @@ def takes_options(names: Iterable[str] | None = None) -> Callable[[F], F]:
     def decorate(function: F) -> F:
         own = inspect.signature(function)
         known = [x for x in own.parameters.values() if x.kind is not inspect.Parameter.VAR_KEYWORD]
-        known += [_parameter(x) for x in fields(RunOptions) if names is None or x.name in names]
+        known += [_parameter(x) for x in fields(table) if names is None or x.name in names]
         function.__signature__ = own.replace(parameters=known)  # type: ignore[attr-defined]
         allowed = [x.name for x in known]
 
@@ -188,14 +288,26 @@ def takes_options(names: Iterable[str] | None = None) -> Callable[[F], F]:
                 raise TypeError(f"{wrong}; {nearest}" if nearest else wrong)
             return function(*args, **given)
 
+        checked.__doc__ = described(function.__doc__, {x.name for x in known})
         return checked  # type: ignore[return-value]
 
     return decorate
 
 
+def described(doc: str | None, names: Collection[str]) -> str | None:
+    """A docstring with the descriptions of options in place of its entry ``**given``."""
+    entry = re.search(r"^    \*\*given\n(?:        .*\n)+", doc or "", re.MULTILINE)
+    if doc is None or entry is None or RunOptions.__doc__ is None:  # as with python -OO
+        return doc
+    _, _, listed = RunOptions.__doc__.partition("----------\n")
+    texts = re.split(r"^(?=    \w)", listed.rstrip() + "\n", flags=re.MULTILINE)
+    own = (text for text in texts if {*text.partition(" : ")[0].replace(",", " ").split()} & {*names})
+    return doc[: entry.start()] + "".join(own) + doc[entry.end() :]
+
+
 def _parameter(option: Field) -> inspect.Parameter:
     """An option as an argument of a function; numbers may be texts with units."""
     given = str(option.type)
-    if option.name in OPTIONS and OPTIONS[option.name].unit:
+    if unit_of(option):
         given = given.replace("float", "float | str")
     return inspect.Parameter(option.name, inspect.Parameter.KEYWORD_ONLY, default=option.default, annotation=given)

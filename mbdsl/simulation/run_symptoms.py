@@ -149,4 +149,4 @@ class Kicks(Symptom):
     def restore(self, known: dict[str, Any]) -> None:
         self._found = [Kick(*x) for x in known["found"]]
         self._speed, self._row = float(known["speed"]), int(known["row"])
-        self._tail = None if known["tail"] is None else tuple(known["tail"])  # type: ignore[assignment]
+        self._tail = None if known["tail"] is None else tuple(known["tail"])

@@ -25,7 +25,8 @@ from mbdsl.errors import UsageError
 from mbdsl.mechanism import scene as scenes
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.energies import gravity
-from mbdsl.mechanism.scene import Component, SpatialFrame
+from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.simulation.frame_accelerations import States, acceleration
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ class Sections:
                 force += np.where(beyond[..., None], load.force, 0.0)
                 turning = _moment(load.place - origin, load.force) + load.moment
                 moment += np.where(beyond[..., None], turning, 0.0)
-        mass = float(self.body.kind.table(self.body.values)[0])  # type: ignore[attr-defined]
+        mass = float(self.body.kind.table(self.body.values)[0])
         field, rotary = np.array(gravity(states.scene), float), float(self.body.values.get("rotary") or 0.0)
         for at, weight in zip(*_points(self.body, x, self.length), strict=True):
             if at not in self._points:

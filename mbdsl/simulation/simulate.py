@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from mbdsl.errors import Interrupted
+from mbdsl.errors import Interrupted, UsageError
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step
@@ -140,6 +141,9 @@ def _prepared(
     if announce is not None:
         _announce_redundant(motion, announce)
     run.at_start = diagnostics.warnings(run, before=True)
+    if asked.checkpoint is not None and scene.events:
+        first = scene.events.branches[0].span
+        raise UsageError("checkpoints do not keep the values of when-equations", first, "run without --checkpoint")
     if asked.checkpoint is not None:
         said, first = asked.repeatable(), asked.initial if rest is None else rest
         if first is not None:
@@ -186,11 +190,12 @@ def _examine(
     inspect: Callable[[MechanismRun], None] | None,
 ) -> None:
     """Complete the results, or raise the error of a run that failed or is less accurate than it has to be."""
-    motion, run.done = run.motion, status in (S.DONE, S.TERMINATED)
+    motion, run.done = run.motion, status == S.DONE
     run.trajectory, run.states = trajectory, states = _collect(run, settings.tol, found, status, clock.seconds)
-    if status == S.DONE and run.stream is None and not settings.every and len(trajectory.t) <= settings.count:
+    complete = run.done and run.stream is None and not settings.every and not trajectory.stats.get("terminated")
+    if complete and len(trajectory.t) <= settings.count:
         raise RuntimeError(f"internal error: the finished run has {len(trajectory.t)} of {settings.count + 1} outputs")
-    if status not in (S.DONE, S.RUNNING, S.TERMINATED):
+    if status not in (S.DONE, S.RUNNING):
         raise failure(motion, trajectory, status)
     if run.stream is not None:
         run.stream.check(trajectory)
@@ -290,7 +295,8 @@ def _collect(
     """The trajectory, and q and v of every part."""
     motion, stream = run.motion, run.stream
     plan, system = motion.plan, motion.system
-    partial = status != S.DONE
+    events = motion.event_set
+    partial = status != S.DONE or (events is not None and bool(events.ended))
     t, q, v, lam, states = motion.output(partial) if stream is None else stream.end(motion, partial)
     stats = {
         "method": plan.method,
@@ -299,7 +305,7 @@ def _collect(
         "tol": tol,
         "error": found.error,
         "horizon": found.horizon,
-        "status": {S.DONE: "done", S.TERMINATED: "done", S.RUNNING: "interrupted"}.get(status, "failed"),
+        "status": {S.DONE: "done", S.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,
@@ -321,10 +327,18 @@ def _collect(
     for array in (t, q, v, lam):
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
-    events = motion.event_set
+    if events is not None:
+        stats["terminated"] = events.ended
+        lines = Counter[str]()
+        for x, n in events.counts().items():
+            lines[f"{x.file}:{x.line}" if x is not None else "an event of a Builder"] += n
+        stats["acted"] = dict(lines.most_common())
     numbers = {} if events is None else events.at(t)
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out, numbers)
     trajectory._since = None if stream is None else plan.start
+    if events is not None:
+        stats["kinds of events"] = dict(events.kinds().most_common())
+        trajectory.find_events = events.happened
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
     if trajectory.find_steps is None and plan.every and stream is None:
         trajectory.find_steps = lambda: Steps(trajectory, False)

@@ -55,6 +55,7 @@ class StateSignals:
         self._whole: tuple[StateSignals, slice] | None = None
         #: returns the motion between outputs, :class:`mbdsl.simulation.steps.Steps`, if it is known
         self.find_steps: Callable[[], Any] | None = None
+        self.find_events: Callable[[], list[Any]] = list  #: what when-equations did; see ``Trajectory.events``
         #: ranges over earlier steps, which a long run has forgotten: :class:`mbdsl.simulation.extremes.Gathered`
         self.gathered: Any = None
         self._display: UnitsOfSignals | None = None  #: None: those of the model
@@ -95,6 +96,7 @@ class StateSignals:
             **{k: x for k, x in vars(self).items() if k not in computed},
             "_known": {},
             "find_steps": None,
+            "find_events": list,
             "gathered": None,
         }
 

@@ -21,7 +21,7 @@ class AtRest(Trajectory):
     """A trajectory of points at rest, with zero accelerations."""
 
     @property
-    def _motion(self) -> tuple[Array, Array]:  # type: ignore[override]
+    def _motion(self) -> tuple[Array, Array]:
         return np.zeros_like(self.q), self._lam  # type: ignore[return-value]
 
 
@@ -37,8 +37,8 @@ def equilibrium(scene: Scene, start: float | None, announce: Callable[[str], Non
     system, mechanism = prepared(scene, announce)
     found = searched(system, t, initial_position(system, mechanism, t))
     stats = {"method": "static", "h": None, "tol": None, "status": "done", "stability": found.stability}
-    q, lam = found.q[None], found.lam[None]
-    return AtRest(system, np.array([t]), q, np.zeros_like(q), lam, stats, (), found.left_out)
+    q, v, lam = found.q[None], found.v[None], found.lam[None]
+    return AtRest(system, np.array([t]), q, v, lam, stats, (), found.left_out)
 
 
 def found_at_start(scene: Scene) -> str:

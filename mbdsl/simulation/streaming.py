@@ -21,10 +21,10 @@ from mbdsl.integrators.run import MethodRun
 from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation.diagnostics.fixed_steps import Watch
+from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.mechanism_run import MechanismRun, Rows
 from mbdsl.simulation.plan import in_memory, width
 from mbdsl.simulation.result_checks import check_bending, check_left_out, check_lines_of_centres, failed
-from mbdsl.simulation.tolerance_calibration import DENSE, MOST_COMPARED
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.batch_accelerations import MANY
 
@@ -87,7 +87,7 @@ class Stream:
         """Decide whether the rows of a motion that is not prepared yet are streamed, and how many are in memory."""
         plan, tables = motion.plan, motion.system.tables
         columns = width(motion.system.scene)
-        short = not plan.every and (plan.count <= MOST_COMPARED or plan.count * columns <= LEAST)
+        short = not plan.every and (plan.count <= LADDER.most_compared or plan.count * columns <= LEAST)
         # angles that count turns depend on all earlier rows
         turns = motion.system.counts_angles or any(body.counter >= 0 for body in tables.models.values())
         if short or backend(plan.method) is not None or turns:
@@ -95,7 +95,7 @@ class Stream:
             return
         self._block = max(FEWEST, min(BLOCK, NUMBERS // max(1, columns)))
         if plan.rows is not None:
-            step = plan.h / plan.rows.spacing if plan.tol is None else DENSE
+            step = plan.h / plan.rows.spacing if plan.tol is None else LADDER.dense
             motion.plan = replace(plan, rows=replace(plan.rows, window=max(self._block, 4 * int(np.ceil(step)) + 8)))
 
     # -- while the run goes on ---------------------------------------------------------------------------------
@@ -132,7 +132,8 @@ class Stream:
         t, q, v, lam, states = rows
         own = lam if motion.own_reactions else None
         h = motion.plan.h if motion.plan.tol is None else None
-        trajectory = Trajectory(motion.system, t, q, v, own, {"status": "done", "h": h}, (), motion.left_out)
+        numbers = {} if motion.event_set is None else motion.event_set.at(t)
+        trajectory = Trajectory(motion.system, t, q, v, own, {"status": "done", "h": h}, (), motion.left_out, numbers)
         if self.file is None:
             names = [name for name in self._choose(trajectory) if name != "time"]
             self.file = RowsFile(["time", *names], self._near, self._kept)
@@ -212,7 +213,7 @@ class Stream:
         self._brackets = []
         for own in known:  # from the last row before the end on
             k = max(0, int(np.searchsorted(own[0], end, side="right")) - 1)
-            self._brackets.append(tuple(x[k:].copy() for x in own))  # type: ignore[arg-type]
+            self._brackets.append(tuple(x[k:].copy() for x in own))
         return motion.rows(times, states) if len(times) else None
 
     def _last(self, motion: MechanismRun) -> Rows | None:
@@ -245,7 +246,7 @@ class Stream:
     def restore(self, motion: MechanismRun, known: dict[str, Any]) -> None:
         """Continue from a state."""
         self._reset()
-        self._released, self._brackets = int(known["released"]), [tuple(x) for x in known["brackets"]]  # type: ignore[misc]
+        self._released, self._brackets = int(known["released"]), [tuple(x) for x in known["brackets"]]
         if known["reached"] is not None:
             self._reached = float(known["reached"])
         if known["pending"] is not None:
@@ -264,7 +265,7 @@ class Stream:
 def _joined(parts: list[Rows]) -> Rows:
     if len(parts) == 1:
         return parts[0]
-    t, q, v, lam = (np.concatenate([rows[k] for rows in parts]) for k in range(4))  # type: ignore[misc]
+    t, q, v, lam = (np.concatenate([rows[k] for rows in parts]) for k in range(4))
     states = [
         (np.concatenate([rows[4][k][0] for rows in parts]), np.concatenate([rows[4][k][1] for rows in parts]))
         for k in range(len(parts[0][4]))

@@ -32,52 +32,18 @@ from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import longest_part
 from mbdsl.numerics import error_norm
-from mbdsl.numerics.tolerance import rounding
-from mbdsl.simulation.calibration_runs import COSTLY, SATURATED, Found, Trial, observed_order
-from mbdsl.simulation.error_growth import SAMPLES, Growth, along
-from mbdsl.simulation.mechanism_run import Kept, MechanismRun
+from mbdsl.simulation.calibration_growth import AmplifiedRounding
+from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial, observed_order
+from mbdsl.simulation.ladder_constants import LADDER
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.result_checks import TOO_MANY_STEPS
 from mbdsl.simulation.undecided_contacts import undecided
+from mbdsl.system.state_sizes import weights
 
 Array = NDArray[np.float64]
 
-#: eps of the first trial run over the tolerance, for methods of order 1 and 2 and for others; the largest eps
-FIRST, FIRST_OF_HIGH_ORDER, LOOSEST = 1024.0, 64.0, 4e-3
-#: least eps of the first trial run, for methods of order 1 and 2: this run shows whether a smaller eps would take too
-#: many steps
-STRICTEST = 1e-7
-#: ratio of successive eps, and the least ratio
-NEXT, NEAREST = 8.0, 4.0
-#: order in eps below which errors decrease so slowly that the needed eps cannot be extrapolated
-DOUBTFUL = 0.5
-#: target of the error, relative to the tolerance
-AIM = 0.5
-#: most runs; least eps over the tolerance, for methods of order above 5 and for others; most steps expected of a run
-MOST, LEAST_OF_HIGH_ORDER, LEAST, MOST_STEPS = 14, 1e-10, 1e-5, 2e7
-#: factor by which a claim may be too small because two runs agree by chance: for our methods, and for backends, whose
-#: changes of the order and of the step make errors fall irregularly
-CHANCE, CHANCE_OF_BACKENDS = 3.0, 30.0
-#: least factor by which the error counts as reduced from one run to the next
-LEAST_FALL = 1.25
-#: the runs converge if two further runs reduce the difference to this part of it
-FALLS = 0.7
-#: least number of times at which runs are compared, and the largest one
-POINTS, MOST_COMPARED = 200, 10_000
-#: largest number of outputs in a step, for runs with more outputs than these
-DENSE = 512
-#: logarithm of the amplification above which steps have to resolve its rate; rate times step; the shortest such step,
-#: relative to the run
-GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
-#: how many times finer the growth of errors is sampled before it ends a run, in turn; relative change of its logarithm
-#: below which finer samples change nothing; numbers in all steps of a run above which they are not stored for that
-FINER, SETTLED, MOST_NUMBERS = (4, 32), 0.1, 5e7
-#: two runs that fail within this part of the run of each other fail at the same time
-TOGETHER = 1e-3
-
-
 #: reasons for a horizon
-AMPLIFIED = "the motion amplifies errors, rounding included,"
 NO_CONVERGENCE = "runs with shorter steps do not converge"
 CONTACT = "the path comes so close to a condition of a law that its error decides whether the condition changes"
 
@@ -96,7 +62,7 @@ def calibrated(motion: MechanismRun, tol: float, integrate: Callable[..., int]) 
     return ladder.finish()
 
 
-class Ladder:
+class Ladder(AmplifiedRounding):
     """The calibration runs of one method.
 
     Attributes
@@ -114,34 +80,34 @@ class Ladder:
     def __init__(self, motion: MechanismRun, tol: float, integrate: Callable[..., int], plan: Plan) -> None:
         self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, plan
         method = declared(plan.method)
-        self.order, self.chance = max(1, method.order), CHANCE_OF_BACKENDS if method.searches else CHANCE
+        self.order, self.chance = max(1, method.order), LADDER.chance_of_backends if method.searches else LADDER.chance
         self.few = self.order > 5 and not method.searches  #: our methods with few, long steps
         #: whether errors decrease irregularly: such a step passes a peak, or a corner of a force, that a slightly
         #: shorter one resolves
         self.irregular = (self.order > 5 or method.searches) and any(p.system.tables.has_tape for p in motion.parts)
         self.span = plan.stop - plan.start
-        self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
-        self.first = min(self.first, LOOSEST)
+        self.first = max(LADDER.first * tol, LADDER.strictest) if self.order <= 2 else LADDER.first_of_high_order * tol
+        self.first = min(self.first, LADDER.loosest)
         self.eps: float | None = self.first
         self.part = min((longest_part(p.system, plan.method) for p in motion.parts), default=1.0)
         self.times, self.shown = plan.times, None
         #: whether the best run is repeated with all its outputs, of which the calibration runs have a part or none
-        self.again = plan.every or plan.count > MOST_COMPARED
+        self.again = plan.every or plan.count > LADDER.most_compared
         #: longest step: methods interpolate, so that a very long one would have very many outputs
-        self.dense = DENSE * self.span / plan.count if plan.count > MOST_COMPARED else np.inf
-        if plan.count > MOST_COMPARED:
-            rows = np.arange(0, plan.count, -(-plan.count // MOST_COMPARED))
+        self.dense = LADDER.dense * self.span / plan.count if plan.count > LADDER.most_compared else np.inf
+        if plan.count > LADDER.most_compared:
+            rows = np.arange(0, plan.count, -(-plan.count // LADDER.most_compared))
             rows = np.append(rows, plan.count - 1) if rows[-1] < plan.count - 1 else rows
             self.times = plan.times[rows] if plan.rows is None else plan.rows.at(rows)
-        elif plan.every or len(plan.times) < POINTS:
-            even = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
+        elif plan.every or len(plan.times) < LADDER.points:
+            even = np.linspace(plan.start, plan.stop, LADDER.points + 1)[1:]
             self.times = even if plan.every else np.union1d(even, plan.times)
             self.shown = None if plan.every else np.isin(self.times, plan.times)
         self.trials: list[Trial] = []
         #: runs that failed although one with a larger eps was complete; not among ``trials``
         self.failed: list[Trial] = []
         self.longest = np.inf  #: the longest step that resolves the growth of errors
-        self.growth: Growth | None = None
+        self.growth = None
         self.reason = ""
         self.lost = 0  #: steps of runs that are not among the trials: repeated with another size, or every step output
         self.interrupted = False
@@ -158,11 +124,6 @@ class Ladder:
         else:
             self.eps = self._next(last)
         return last.status
-
-    @property
-    def rounds(self) -> bool:
-        """Whether the motion amplifies rounding errors beyond the tolerance, with any method."""
-        return self.reason.startswith(AMPLIFIED)
 
     @property
     def steps(self) -> int:
@@ -200,10 +161,9 @@ class Ladder:
     def _judge(self, last: Trial) -> None:
         """The claim, from the run before and the one before that."""
         before = self.trials[-1]
-        n, scale = min(len(before.t), len(last.t)), self.motion.system.tables.scale
-        speed = error_norm.fastest(scale, last.v, self.span)
+        n, norm = min(len(before.t), len(last.t)), weights(self.motion.system.tables, last.v, self.span)
         dq = self.motion.system.difference(before.q[:n], last.q[:n])
-        found = error_norm.differences(scale, speed, dq, before.v[:n] - last.v[:n])
+        found = error_norm.differences(norm.q, norm.speed, dq, before.v[:n] - last.v[:n], norm.v)
         beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, observed_order([*self.trials, last])
@@ -217,14 +177,15 @@ class Ladder:
         last.hoped = last.error
         if self.irregular:
             if p:
-                fall = NEXT if self.few else 2.0  # backends pass corners, with errors that depend on eps by chance
+                # backends pass corners, with errors that depend on eps by chance
+                fall = LADDER.ratio if self.few else 2.0
                 last.claim = np.maximum(last.claim, last.difference / (fall - 1.0))
             elif len(before.difference):
-                former = np.append(before.difference[:n], beyond) / NEXT
-                last.claim = np.clip(former, last.claim, CHANCE_OF_BACKENDS * last.claim)
+                former = np.append(before.difference[:n], beyond) / LADDER.ratio
+                last.claim = np.clip(former, last.claim, LADDER.chance_of_backends * last.claim)
         if len(before.claim):  # the difference is due to the error of the run before, unless this run is worse
             before.claim[:n] = np.maximum(before.claim[:n], last.difference[:n])
-        last.contacts = self._undecided(last, before, speed)
+        last.contacts = self._undecided(last, before, norm.speed)
         last.claim = np.maximum(last.claim, last.contacts)
 
     def _fall(self, before: Trial, last: Trial, fall: float) -> float:
@@ -234,7 +195,7 @@ class Ladder:
         """
         if not declared(self.plan.method).searches:
             fall = min(fall, (last.steps / max(1, before.steps)) ** self.order)
-        return max(fall, LEAST_FALL)
+        return max(fall, LADDER.least_fall)
 
     def _undecided(self, last: Trial, before: Trial, speed: float) -> Array:
         """The effect (N,) of contacts that the runs leave undecided, up to each time."""
@@ -251,41 +212,43 @@ class Ladder:
         """The eps of the next run; None if no further run is needed or possible."""
         trials, tol = self.trials, self.tol
         if len(trials) == 1:
-            return last.eps / NEXT
+            return last.eps / LADDER.ratio
         if not last.done:
             return self._after_failure(last)
         if last.error <= tol:
             return self._look_at_growth(last)
-        if last.differs > SATURATED and self.growth is None and self._hopeless(last):
+        if last.differs > LADDER.saturated and self.growth is None and self._hopeless(last):
             self.reason = self._of_rounding()
-        enough = AIM * tol
+        enough = LADDER.aim * tol
         if self.reason and last.eps <= enough:
             return None
         # a contact with another outcome in another run changes the motion once; the motion after it converges again
         decided = all(x.contacts[-1] <= tol for x in trials[-3:] if len(x.contacts))
         three = len(trials) > 3 and all(x.done for x in trials[-3:])
         # long steps may still be too large for a motion that amplifies errors, but not rounding, beyond the tolerance
-        growing = self.few and last.differs > SATURATED and self.growth is not None and self.growth.log.max() > GROWN
+        growing = self.few and last.differs > LADDER.saturated and self.amplifies
         # nor do errors of backends fall steadily, which pass corners
         growing = growing or (self.irregular and not self.few)
-        if decided and three and not growing and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
+        stays = three and last.differs > LADDER.falls * trials[-3].differs
+        if decided and stays and not growing and trials[-2].eps < enough:
             self.reason = NO_CONVERGENCE
-            if last.differs < SATURATED:
+            if last.differs < LADDER.saturated:
                 return None
         goal: float | None = None  # eps that the tolerance needs, if the runs show it
         if self.reason:
             eps = enough if last.eps < 16.0 * enough else 8.0 * enough
-        elif last.differs > SATURATED or not decided:
-            eps = last.eps / NEXT
+        elif last.differs > LADDER.saturated or not decided:
+            eps = last.eps / LADDER.ratio
         else:
             p, wanted = self._wanted(last)
-            ratio = max(last.eps / max(wanted, 1e-300), NEXT if self.irregular else 1.0)
-            steps = np.ceil(np.log(ratio) / np.log(NEXT) - 0.1)
-            eps = min(last.eps / NEAREST, last.eps / ratio ** (1.0 / steps) if steps <= 2 else NEXT * wanted)
+            ratio = max(last.eps / max(wanted, 1e-300), LADDER.ratio if self.irregular else 1.0)
+            steps = np.ceil(np.log(ratio) / np.log(LADDER.ratio) - 0.1)
+            eps = last.eps / ratio ** (1.0 / steps) if steps <= 2 else LADDER.ratio * wanted
+            eps = min(last.eps / LADDER.nearest, eps)
             eps = max(eps, last.eps / self._leap(p))
-            goal = wanted if p > DOUBTFUL and not self.few else None
+            goal = wanted if p > LADDER.doubtful and not self.few else None
         if self.failed:
-            if last.eps < NEAREST * self.failed[-1].eps:
+            if last.eps < LADDER.nearest * self.failed[-1].eps:
                 return None
             eps = max(eps, self._between(last))
         return self._within_reach(last, eps, goal or eps)
@@ -296,26 +259,26 @@ class Ladder:
         The order that a few runs show may be far too low, and the ``goal`` orders of magnitude too small: the rung
         between is tried, unless errors that decrease as fast as eps would not become small enough.
         """
-        least = (LEAST_OF_HIGH_ORDER if self.few or self.irregular else LEAST) * self.tol
-        afforded = last.eps * (last.steps / MOST_STEPS) ** self.order
-        if self._runs >= MOST or min(eps, goal) < afforded:
+        least = (LADDER.least_of_high_order if self.few or self.irregular else LADDER.least) * self.tol
+        afforded = last.eps * (last.steps / LADDER.most_steps) ** self.order
+        if self._runs >= LADDER.most_runs or min(eps, goal) < afforded:
             # two runs alone do not show the order: their difference is stated, which may be much larger than the error
-            error = last.error if observed_order(self.trials) else min(last.error, last.differs / (NEXT - 1.0))
+            error = last.error if observed_order(self.trials) else min(last.error, last.differs / (LADDER.ratio - 1.0))
             hoped = last.eps * min(1.0, self.tol / max(error, 1e-300))
-            if self._runs >= MOST or hoped < afforded or last.eps < NEAREST * afforded:
+            if self._runs >= LADDER.most_runs or hoped < afforded or last.eps < LADDER.nearest * afforded:
                 self.reason = self.reason or TOO_MANY_STEPS
                 return None
-        if eps < least and last.eps < NEAREST * least:
+        if eps < least and last.eps < LADDER.nearest * least:
             self.reason = self.reason or NO_CONVERGENCE
             return None
         return max(eps, least, afforded)
 
     def _wanted(self, last: Trial) -> tuple[float, float]:
-        """The order in which errors decrease with eps, and the eps with which the error would be AIM of the
+        """The order in which errors decrease with eps, and the eps with which the error would be LADDER.aim of the
         tolerance."""
         p = observed_order(self.trials) or 1.0
         error = max(last.hoped, 1e-300) if self.irregular else last.error
-        return p, last.eps * min(1.0, AIM * self.tol / error) ** (1.0 / p)
+        return p, last.eps * min(1.0, LADDER.aim * self.tol / error) ** (1.0 / p)
 
     def _leap(self, p: float) -> float:
         """The largest ratio of eps of successive runs, if errors decrease with the order p.
@@ -325,15 +288,15 @@ class Ladder:
         a run has at most eight times as many steps as the one before.
         """
         if self.few:
-            return NEXT**3
-        if p < DOUBTFUL:
-            return NEXT if self.order <= 2 else NEXT**2
-        return NEXT ** min(self.order, 3)
+            return LADDER.ratio**3
+        if p < LADDER.doubtful:
+            return LADDER.ratio if self.order <= 2 else LADDER.ratio**2
+        return LADDER.ratio ** min(self.order, 3)
 
     def needed(self) -> float:
         """The eps that the tolerance needs, as the runs so far show it; that of a typical model without such runs."""
-        last, typical = self.trials[-1], min(self.trials[-1].eps / NEXT, AIM * self.tol)
-        if last.error <= self.tol or last.differs > SATURATED:
+        last, typical = self.trials[-1], min(self.trials[-1].eps / LADDER.ratio, LADDER.aim * self.tol)
+        if last.error <= self.tol or last.differs > LADDER.saturated:
             return last.eps if last.error <= self.tol else typical
         return max(self._wanted(last)[1], last.eps / self._leap(0.0))
 
@@ -343,16 +306,18 @@ class Ladder:
         A run with a smaller eps may still be complete, so two runs have to fail at the same time. The best eps then
         lies between that of the failed runs and that of the last complete run.
         """
-        trials, before, enough = self.trials, self.trials[-2], AIM * self.tol
-        alike = not before.done and abs(before.t[-1] - last.t[-1]) <= TOGETHER * self.span
-        over = before.done and last.eps <= self.tol
-        over = over or (last.eps <= enough and (alike or last.eps <= enough / NEXT)) or self._runs >= MOST
+        trials, before, enough = self.trials, self.trials[-2], LADDER.aim * self.tol
+        alike = not before.done and abs(before.t[-1] - last.t[-1]) <= LADDER.together * self.span
+        last_one = self._runs >= LADDER.most_runs
+        over = last_one or (before.done and last.eps <= self.tol)
+        over = over or (last.eps <= enough and (alike or last.eps <= enough / LADDER.ratio))
         if not over:
-            return max(last.eps / NEXT, enough) if last.eps > enough else last.eps / NEXT
+            return max(last.eps / LADDER.ratio, enough) if last.eps > enough else last.eps / LADDER.ratio
         if any(x.done for x in trials):
             while not trials[-1].done:
                 self.failed.append(trials.pop())
-        if not trials[-1].done or self.reason or trials[-1].eps < NEAREST * self.failed[-1].eps or self._runs >= MOST:
+        near = trials[-1].eps < LADDER.nearest * self.failed[-1].eps if self.failed else False
+        if not trials[-1].done or self.reason or near or last_one:
             return None
         return self._between(trials[-1])
 
@@ -364,108 +329,6 @@ class Ladder:
     def _runs(self) -> int:
         """The number of runs so far."""
         return len(self.trials) + len(self.failed)
-
-    # -- growth of errors --------------------------------------------------------------------------------------
-    def _look_at_growth(self, last: Trial) -> float | None:
-        """For a run within the tolerance: whether its steps resolve the growth of errors, and the growth of
-        rounding."""
-        if self.growth is None:
-            if self._hopeless(last):
-                self.reason = self._of_rounding()
-                return None
-            assert self.growth is not None
-            limit = max(RESOLVED / self.growth.rate, SHORTEST * self.span) if self.growth.rate > 0.0 else np.inf
-            if self.growth.log.max() > GROWN and limit < self._held_to(last.eps).longest:
-                self.longest = limit
-                return last.eps / NEAREST
-        return None
-
-    def _hopeless(self, last: Trial) -> bool:
-        """Whether amplified rounding alone exceeds the tolerance."""
-        found = self._growth(last, last.kept)
-        self.growth = found[0]
-        if float(self._rounding(last)[-1]) > self.tol:
-            self._refine(last, *found)
-        return float(self._rounding(last)[-1]) > self.tol
-
-    def _refine(self, last: Trial, coarse: Growth, known: int) -> None:
-        """Compute the growth again, at the steps of the run; a growth that finer samples do not confirm is not known.
-
-        Between outputs, rates may be large for a short time, as in a contact, or swing, as in a pendulum. Taken as
-        constant until the next output, they give far too much growth.
-        """
-        if not self._is_confirmed(last, coarse, known) and float(self._rounding(last)[-1]) > self.tol:
-            self.growth = Growth(coarse.t, np.zeros_like(coarse.log), 0.0)
-
-    def _is_confirmed(self, last: Trial, coarse: Growth, known: int) -> bool:
-        """Whether two spacings of samples give the same growth; the growth becomes that of the finest samples."""
-        motion = self.motion
-        if last.steps * sum(p.system.n + p.system.unknowns for p in motion.parts) > MOST_NUMBERS:
-            return False
-        present, held = motion.keep(), self._held_to(last.eps)
-        longest = min(held.longest, self.span / (FINER[0] * SAMPLES))
-        motion.restart(replace(held, times=np.zeros(0), every=True, longest=longest))
-        status = self.integrate()
-        self.interrupted = status == S.RUNNING and not motion.invalid()
-        steps, kept, before, samples = motion.steps, motion.keep(), coarse.log[-1], SAMPLES
-        self.lost += steps
-        motion.recall(present)
-        found = [coarse]
-        for finer in FINER if status == S.DONE else ():
-            fine, examined = self._growth(last, kept, finer)
-            if examined < known:
-                return False  # some steps have no tangent equations
-            assert self.growth is not None
-            if fine.log[-1] < self.growth.log[-1]:
-                self.growth = fine
-            more = min(steps, finer * SAMPLES)
-            if more < 2 * samples:
-                break
-            found.append(fine)
-            if abs(fine.log[-1] - before) < SETTLED * before:
-                return True
-            if more == steps or float(self._rounding(last)[-1]) <= self.tol:
-                break
-            before, samples = fine.log[-1], more
-        if len(found) < 3:
-            return False
-        # not known, but bounded from below, if further samples changed it as much as the last ones have
-        *_, former, fine = found
-        least = np.maximum(0.0, fine.log - np.maximum.accumulate(np.abs(fine.log - former.log)))
-        if rounding(1.0) * np.exp(min(float(least.max()), 700.0)) <= self.tol:
-            return False
-        self.growth = Growth(fine.t, least, fine.rate)
-        return True
-
-    def _growth(self, last: Trial, kept: Kept, finer: float = 1.0) -> tuple[Growth, int]:
-        """The growth at the times of a run, from the states in ``kept``, and the number of parts with a known growth to
-        the end."""
-        motion, t = self.motion, last.t
-        speed = error_norm.fastest(motion.system.tables.scale, last.v, self.span)
-        return along(motion.parts_of(kept), t, speed, finer)
-
-    def _rounding(self, trial: Trial) -> Array:
-        """The rounding error (N,) along a run, amplified by the growth if that is known."""
-        unit = rounding(1.0)
-        if self.growth is None:
-            return np.full(len(trial.t), unit)
-        return unit * np.exp(np.minimum(self.growth.at(trial.t), 700.0))
-
-    def _of_times(self, trial: Trial) -> Array:
-        """The error (N,) along a run because times and places of its events are rounded, as decimals of a model are:
-        the width of a short window is a difference of two of them."""
-        found = np.zeros(len(trial.t))
-        speed = error_norm.fastest(self.motion.system.tables.scale, trial.v, self.span)
-        for run in trial.kept.integrations:
-            if (events := getattr(run, "events", None)) is not None and events.times:
-                sums = np.append(0.0, np.cumsum(events.rounding)) / speed
-                found = np.maximum(found, sums[np.searchsorted(events.times, trial.t, side="right")])
-        return found
-
-    def _of_rounding(self) -> str:
-        assert self.growth is not None
-        factor = np.exp(min(self.growth.log.max(), 700.0))
-        return f"{AMPLIFIED} by a factor of {factor:.0e}"
 
     def _why(self, failed: Trial) -> str | None:
         """The reason why the tolerance is not reached, if a run failed because of short steps; None if the model is the
@@ -487,7 +350,7 @@ class Ladder:
         if not best.done and whole and (why := self._why(best)):
             self.reason = why
             best = min(whole, key=lambda x: x.error)
-        elif best.done and best.error > self.tol and (best.differs < SATURATED or not np.isfinite(best.differs)):
+        elif best.done and best.error > self.tol and (best.differs < LADDER.saturated or not np.isfinite(best.differs)):
             best = min(whole, key=lambda x: x.error)
         status = best.status
         motion.recall(best.kept)

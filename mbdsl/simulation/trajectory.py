@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from mbdsl.integrators.event_set import Happened
     from mbdsl.plotting.profiles import Profile
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.simulation.signal_table import Signals
@@ -82,6 +83,11 @@ class Trajectory(StateSignals):
     def time(self) -> Array:
         """Times (N,) [s]; the same as ``t``."""
         return self.t
+
+    @property
+    def events(self) -> list[Happened]:
+        """What when-equations did in the run: times [s], kinds, and the places of their conditions in the text."""
+        return self.find_events()
 
     # -- names -------------------------------------------------------------------------------------------------
     @property
@@ -508,7 +514,7 @@ class Trajectory(StateSignals):
         check_out(out)
         chosen = [patterns] if isinstance(patterns, str) else list(patterns)
         times = None if at is None else [at] if isinstance(at, (str, Real)) else list(at)  # type: ignore[arg-type]
-        found = along(self.in_units(units), chosen, None if times is None else [seconds(t, "at") for t in times])  # type: ignore[arg-type]
+        found = along(self.in_units(units), chosen, None if times is None else [seconds(t, "at") for t in times])
         if out is not None:
             found.save(out)
         return found

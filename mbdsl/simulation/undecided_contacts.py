@@ -126,7 +126,7 @@ def _with_reactions(
     reactions = [leaf for leaf in leaves(argument) if leaf.op == "multiplier"]
     one = np.array([x.t]), q[None], v[None], lam[None]
     g, *by = (float(y[0]) for y in values(system, [argument, *diff(argument, *reactions)], *one))
-    at = [system.tables.multipliers[leaf.value] - system.n for leaf in reactions]  # type: ignore[index]
+    at = [system.tables.multipliers[leaf.value] - system.n for leaf in reactions]
     unit = np.zeros(len(lam))
     np.add.at(unit, at, np.array(by) / max(float(np.square(by).sum()), 1e-300))
     motion = equations(system, x.t, q, v, left_out)

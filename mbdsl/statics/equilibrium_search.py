@@ -14,6 +14,7 @@ from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
+from mbdsl.statics import states_at_rest
 from mbdsl.statics.pseudo_transient import Search, movers
 from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system import System, build
@@ -33,6 +34,7 @@ class Found(NamedTuple):
     redundant: list[str]
     notes: list[str]
     left_out: tuple[int, ...]
+    v: Array  #: zero, except for states
 
 
 def prepared(scene: Scene, announce: Callable[[str], None] | None) -> tuple[System, mechanism_graph.MechanismGraph]:
@@ -48,6 +50,15 @@ def prepared(scene: Scene, announce: Callable[[str], None] | None) -> tuple[Syst
 
 def searched(system: System, t: float, q: Array) -> Found:
     """The equilibrium of ``system`` at time ``t`` that overdamped motion reaches from ``q``."""
+    if not system.tables.states:
+        return _searched(system, t, q)
+    other, start = states_at_rest.prepared(system, t, q)
+    found = _searched(other, t, start)
+    q, v = states_at_rest.split(system, found.q)
+    return found._replace(q=q, v=v)
+
+
+def _searched(system: System, t: float, q: Array) -> Found:
     notes: list[str] = []
     search = Search(system, t, q)
     pushes = 0
@@ -86,7 +97,7 @@ def searched(system: System, t: float, q: Array) -> Found:
             f"redundant: {few(names)} {'follows' if len(names) == 1 else 'follow'} from the other constraints; "
             "how the reactions share the load there is not determined"
         )
-    return Found(q, lam, search.iterations, stability, stiffness, names, notes, left_out)
+    return Found(q, lam, search.iterations, stability, stiffness, names, notes, left_out, np.zeros(system.n))
 
 
 def _without(system: System, t: float, q: Array, lam: Array, left_out: tuple[int, ...]) -> Array:

@@ -28,25 +28,23 @@ from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO
 
+from mbdsl.storage.folder_rights import fault_of, is_ours
+
 LARGEST = 500_000_000  #: largest size of the machine code in bytes; the least recently used is removed first
 ABANDONED = 600.0  #: seconds after which an incomplete file has no writer any more
 FORGOTTEN = 86400.0  #: seconds after which a temporary folder belongs to a killed process; each use renews it
 PROBE = 1 << 18  #: bytes, about the size of the largest object
 ATTEMPTS = 10  #: number of attempts to write a file while other processes clear the folder
 HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary folder to the processes that it starts
-
-OTHERS = stat.S_IWGRP | stat.S_IWOTH  #: write permissions of the group and of other users
 _SAFELY = 0  #: no links, and no waiting for the other end of a pipe
 for _name in ("O_CLOEXEC", "O_NOFOLLOW", "O_NONBLOCK", "O_NOCTTY", "O_BINARY"):
     _SAFELY |= getattr(os, _name, 0)
-
 TEMPORARY = re.compile(r"mbdsl-cache-\w+")
 VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
 CODE = re.compile(r"(\w+)\.(?:o|py|tables)")
 RUN = re.compile(r"[0-9a-f]{32}(?:-[0-9a-f]{12})?\.npz")
 PART = re.compile(r"\.?[\w.-]+\.\d+\.\d+\.part")
 STUDIES = "studies"
-
 _lock = threading.RLock()
 _said: list[str] = []
 _written: dict[Path, int] = {}  #: bytes of machine code that this process has written since it last pruned a folder
@@ -93,42 +91,6 @@ def _own(choice: Choice, handed: str | None) -> Path | None:
     folder = _temporary()
     say(problem)
     return folder
-
-
-def fault_of(folder: Path) -> str:
-    """The reason why others can change the content of a folder; "" if they cannot, or if there is none."""
-    try:
-        status = folder.stat()
-    except FileNotFoundError:
-        return ""
-    except OSError as problem:
-        return f"`{folder}` cannot be reached ({problem.strerror})"
-    if not stat.S_ISDIR(status.st_mode):
-        return f"`{folder}` is not a folder"
-    if not _belongs_to_us(status):
-        return f"`{folder}` belongs to {_user(status.st_uid)} (try: set MBDSL_CACHE_DIR to a folder of your own)"
-    if not is_ours(status):
-        return f"others can write into `{folder}` (mode {stat.S_IMODE(status.st_mode):04o}; try: chmod go-w {folder})"
-    return ""
-
-
-def _belongs_to_us(status: os.stat_result) -> bool:
-    """Whether a file belongs to the user or to root, whose number is another one in a user namespace: that of ``/``."""
-    return not hasattr(os, "geteuid") or status.st_uid in (0, os.geteuid(), os.stat(os.sep).st_uid)
-
-
-def is_ours(status: os.stat_result) -> bool:
-    """Whether only the user or root can write a file or folder with this status."""
-    return _belongs_to_us(status) and not (hasattr(os, "geteuid") and status.st_mode & OTHERS)
-
-
-def _user(number: int) -> str:
-    try:
-        import pwd
-
-        return f"user {pwd.getpwuid(number).pw_name}"
-    except (ImportError, KeyError):
-        return f"user {number}"
 
 
 def unwritable(folder: Path) -> str:
@@ -185,9 +147,6 @@ def environment() -> Mapping[str, str]:
     """Additions to the environment of other processes, so that they share the temporary folder."""
     folder = own()
     return {} if folder is None or folder == chosen().path else {HANDED: str(folder)}
-
-
-# -- files -----------------------------------------------------------------------------------------------------------
 
 
 def read(name: str) -> bytes | None:
@@ -304,9 +263,6 @@ def _write(path: Path, data: bytes, attempts: int = ATTEMPTS) -> None:
         if attempts <= 1:
             raise
         _write(path, data, attempts - 1)
-
-
-# -- contents --------------------------------------------------------------------------------------------------------
 
 
 @dataclass

@@ -183,14 +183,16 @@ def _into(path: str | os.PathLike) -> Iterator[BinaryIO]:
 # -- before the work -------------------------------------------------------------------------------------------------
 
 
-def suffix_of(path: str | os.PathLike, known: Sequence[str]) -> str:
-    """The suffix of an output file, in lower case.
+def suffix_of(path: str | os.PathLike | None, known: Sequence[str]) -> str:
+    """The suffix of an output file, in lower case; "" without a file.
 
     Raises
     ------
     UsageError
         If it is not one of the ``known``.
     """
+    if path is None:
+        return ""
     suffix = Path(path).suffix
     if suffix.lower() not in known:
         problem = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"

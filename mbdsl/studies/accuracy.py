@@ -18,19 +18,19 @@ from mbdsl.errors import IntegrationError, MbdslError, UsageError
 from mbdsl.integrators import available, compiled
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
-from mbdsl.numerics.error_norm import fastest
 from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.simulation.error_growth import along
+from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import DEFAULT_METHOD
 from mbdsl.simulation.progress import Progress
-from mbdsl.simulation.tolerance_calibration import FINER, MOST_NUMBERS
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, own_step, setting
 from mbdsl.studies.cross_check import Verdict, ask
 from mbdsl.studies.families import family, precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.time_limits import allowance, limited
+from mbdsl.system.state_sizes import weights
 
 #: accuracy from which on radau5 is as fast as the methods of its family with higher order (docs/methods.md)
 FINE = 1e-7
@@ -180,10 +180,10 @@ class _Search:
             motion = self.motions[ladder.method, ladder.fixed]
             numbers = motion.steps * sum(p.system.n + p.system.unknowns for p in motion.parts)
             with suppress(MbdslError):
-                if numbers <= MOST_NUMBERS:
+                if numbers <= LADDER.most_numbers:
                     self.begin("sensitivity to rounding")
                     self.run(ladder.case(), interval=0.0)
-                    for finer in FINER:
+                    for finer in LADDER.finer:
                         found, examined = self._amplified(ladder, finer)
                         if examined < known or self.rounding <= self.accuracy:
                             break  # there are no tangent equations at some steps, or their result suffices
@@ -200,7 +200,7 @@ class _Search:
         """Error due to amplified rounding at the end of the newest run, and the number of parts with a known one."""
         motion = self.motions[ladder.method, ladder.fixed]
         t, _, v = motion.states()
-        speed = fastest(motion.system.tables.scale, v, float(t[-1] - t[0]))
+        speed = weights(motion.system.tables, v, float(t[-1] - t[0])).speed
         grown, known = along(motion.parts_of(motion.keep()), t, speed, finer)
         return rounding(1.0) * math.exp(min(grown.log.max(), 700.0)), known
 

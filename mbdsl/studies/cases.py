@@ -41,6 +41,17 @@ class Case:
     options: tuple[tuple[str, float], ...] = ()
     ends: bool = False
 
+    @classmethod
+    def of(cls, method: str, fixed: bool, size: float) -> Case:
+        """A method with fixed steps of a ``size`` [s], or else with this tolerance."""
+        return cls(method, step=size) if fixed else cls(method, tol=size)
+
+    @property
+    def growth(self) -> float:
+        """The exponent r of the run time, which is proportional to size^(-r): 1, or with a tolerance 1/(p + 1) with the
+        order p of the method."""
+        return 1.0 if self.tol is None else 1.0 / (available()[self.method].order + 1.0)
+
     @property
     def series(self) -> str:
         """The common name of all cases on one line of a figure."""
@@ -79,6 +90,13 @@ class Setting:
     without: tuple[str, ...] = ()
     allow_imports: Allowed = False  #: see :func:`mbdsl.load`
     model_name: str | None = None  #: the model of a file with several, if it was chosen by its name
+
+    @property
+    def words(self) -> list[str]:
+        """The options of the command line that select the model and set its parameters and effects."""
+        found = ["--model", self.model_name] if self.model_name else []
+        found += [word for name, value in self.parameters.items() for word in ("--set", f"{name}={value}")]
+        return found + (["--without", ",".join(self.without)] if self.without else [])
 
     @property
     def span(self) -> float:

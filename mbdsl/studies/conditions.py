@@ -80,7 +80,7 @@ def _holds(tree: Tree, now: Sequence[bool]) -> bool:
     """Whether the condition holds, from its comparisons."""
     if isinstance(tree, int):
         return now[tree]
-    first, *other = (_holds(part, now) for part in tree[1:])  # type: ignore[arg-type]
+    first, *other = (_holds(part, now) for part in tree[1:])
     return not first if not other else first and other[0] if tree[0] == "and" else first or other[0]
 
 

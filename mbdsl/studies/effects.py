@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from os import PathLike
 from statistics import median
 from typing import TYPE_CHECKING
@@ -11,18 +11,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import EFFECTS
+from mbdsl.elements.declaration import EFFECTS
 from mbdsl.errors import MbdslError, UsageError
-from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.units import measure
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.plan import DEFAULT_STEP
+from mbdsl.simulation.run_options import RunOptions, takes_options
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from mbdsl.lang.builder import Builder
+    from mbdsl.simulation.run_options import GivenOptions
 
 Array = NDArray[np.float64]
 
@@ -94,18 +97,13 @@ class EffectsStudy:
         return preformatted(str(self))
 
 
+@takes_options("tol method step stop parameters without announce".split())
 def effects(
     model: Scene | Builder | str | PathLike,
     signal: str,
     *,
-    tol: float | str | None = None,
-    method: str | None = None,
-    step: float | str | None = None,
-    stop: float | str | None = None,
-    parameters: Mapping[str, str | float] | None = None,
-    without: Sequence[str] = (),
     repeats: int = 5,
-    announce: Callable[[str], None] | None = None,
+    **given: Unpack[GivenOptions],
 ) -> EffectsStudy:
     """Leave out each effect of a model in turn and measure the change of a signal.
 
@@ -138,44 +136,55 @@ def effects(
     """
     if repeats < 1:
         raise UsageError(f"repeats = {repeats}: a time needs one run or more")
-    step, stop = given_values.seconds(step, "step"), given_values.seconds(stop, "stop")
-    base = as_scene(model, parameters, without)
+    tol = given.pop("tol", None)
+    asked = RunOptions.of(given)
+    return _measured(as_scene(model, asked.parameters, asked.without), signal, asked, tol, repeats)
+
+
+def _measured(base: Scene, signal: str, asked: RunOptions, tol: float | str | None, repeats: int) -> EffectsStudy:
+    """Make the runs of :func:`effects`."""
 
     def run(scene: Scene, part: float = 1.0) -> Trajectory:
-        h = step or scene.experiment.step or DEFAULT_STEP
+        h = asked.step or scene.experiment.step or DEFAULT_STEP
         # if every step is output, runs are compared at the times of the complete model
         interval = h if scene.experiment.interval == 0.0 else None
-        found = simulated(scene, method=method, step=h * part, stop=stop, interval=interval, announce=announce)
+        how = replace(asked, parameters=None, without=(), step=h * part, interval=interval)
+        found = simulated(scene, how)
         if found.status == "interrupted":
             raise KeyboardInterrupt
         return found
 
     whole = run(base)
-    S = whole[signal]
+    S, unit = whole[signal], whole.unit(signal)
     finer = run(base, 0.5)[signal]
     error = float(np.abs(finer - S).max()) * 4.0 / 3.0  # for order 2; slightly too large for higher orders
-    allowed = None if tol is None else tolerance(tol, whole.unit(signal), float(S.max() - S.min()))
-
-    out = tuple(base.without)
-    scenes = {name: base.changed({}, (name,)) for name in EFFECTS if name not in out}
-    present = {name: scene for name, scene in scenes.items() if scene.without[name]}
-    rows = [_compare(run, whole, signal, (name,), scene, repeats) for name, scene in present.items()]
-    together = None
-    if allowed is not None:
-        # the least important first; the joint change may exceed the sum of the single ones
-        small = [r for r in rows if r.change is not None and r.change <= allowed]
-        for k in range(len(small), 0, -1):
-            names = tuple(r.effects[0] for r in sorted(small, key=lambda r: r.change or 0.0)[:k])
-            scene = base.changed({}, names)
-            together = _compare(run, whole, signal, names, scene, repeats)
-            if together.change is not None and together.change <= allowed:
-                break
-            together = None
-    seconds = whole.stats["seconds"]["integrate"]
-    absent = tuple(name for name in scenes if name not in present)
-    unit = whole.unit(signal)
     low, high = float(S.min()), float(S.max())
+    allowed = None if tol is None else tolerance(tol, unit, high - low)
+
+    def compared(names: tuple[str, ...]) -> Without:
+        return _compare(run, whole, signal, names, base.changed({}, names), repeats)
+
+    others = {name: base.changed({}, (name,)).without[name] for name in EFFECTS if name not in base.without}
+    rows = [compared((name,)) for name, there in others.items() if there]
+    together = None if allowed is None else _together(compared, rows, allowed)
+    absent = tuple(name for name, there in others.items() if not there)
+    seconds = whole.stats["seconds"]["integrate"]
     return EffectsStudy(base, signal, unit, low, high, error, seconds, tuple(rows), absent, allowed, together)
+
+
+def _together(
+    compared: Callable[[tuple[str, ...]], Without], rows: Sequence[Without], allowed: float
+) -> Without | None:
+    """The model without as many effects as the allowed change permits, the least important ones first.
+
+    The joint change may exceed the sum of the single ones.
+    """
+    small = sorted((r for r in rows if r.change is not None and r.change <= allowed), key=lambda r: r.change or 0.0)
+    for k in range(len(small), 0, -1):
+        found = compared(tuple(r.effects[0] for r in small[:k]))
+        if found.change is not None and found.change <= allowed:
+            return found
+    return None
 
 
 def tolerance(tol: float | str, unit: str, extent: float, name: str = "tol") -> float:

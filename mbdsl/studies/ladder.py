@@ -13,18 +13,11 @@ from dataclasses import dataclass, field
 
 from mbdsl.errors import IntegrationError, MbdslError
 from mbdsl.integrators import available
+from mbdsl.simulation.ladder_constants import LADDER, order_bounds
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case
-from mbdsl.studies.error_measures import error, of_motion
+from mbdsl.studies.error_measures import error, of_motion, worst
 from mbdsl.studies.time_limits import TooLong
-
-AIM = 0.5  #: target of the error, relative to the accuracy
-MOST, BLIND = 12, 6  #: largest number of runs of a method, and of one whose runs are identical
-CREDIT = 100.0  #: largest reduction of the error that a further run aims at
-ROUNDING = 1e-6  #: errors below this that do not decrease any more are due to rounding
-LONGEST = 600.0  #: longest expected time of a run [s], or relative to the first run
-LARGEST = 0.05  #: estimates above this are unreliable
-WAVERS = 0.3  #: an observed order this much below the declared one shows that steps are still too long
 
 Run = Callable[[Case], Trajectory]
 
@@ -63,7 +56,7 @@ class Ladder:
     def case(self, size: float | None = None) -> Case:
         """The case of the last run, or of another step or tolerance."""
         size = self.sizes[len(self.runs) - 1] if size is None else size
-        return Case(self.method, step=size) if self.fixed else Case(self.method, tol=size)
+        return Case.of(self.method, self.fixed, size)
 
     @property
     def last(self) -> Trajectory:
@@ -112,16 +105,16 @@ class Ladder:
         """The step or tolerance expected to reach ``target``; closer to the last one if errors decrease irregularly."""
         if self.blind:
             return self.sizes[-1] / 10.0
-        change = (AIM * target / max(self.estimate, 1e-300)) ** (1.0 / self.declared)
+        change = (LADDER.aim * target / max(self.estimate, 1e-300)) ** (1.0 / self.declared)
         order = self.declared if self.order is None else self.order
-        falling = self.estimate < LARGEST and order > self.declared - WAVERS
-        longest = max(CREDIT ** (-1.0 / self.declared), 1.0 / 64.0) if falling else 0.25
+        falling = self.estimate < LADDER.saturated and order > self.declared - LADDER.wavers
+        longest = max(LADDER.credit ** (-1.0 / self.declared), 1.0 / 64.0) if falling else 0.25
         return self.sizes[-1] * min(0.5, max(change, longest))
 
     def price(self, target: float) -> float:
         """The expected time to reach ``target`` [s]."""
-        power = 1.0 / self.declared if self.fixed else 1.0 / (available()[self.method].order + 1.0)
-        return self.seconds * max(1.0, self.estimate / (AIM * target)) ** power
+        power = 1.0 / self.declared if self.fixed else self.case().growth
+        return self.seconds * max(1.0, self.estimate / (LADDER.aim * target)) ** power
 
     def start(self, run: Run, may_fail: bool) -> None:
         """The first two runs, with shorter steps if longer ones fail.
@@ -149,9 +142,9 @@ class Ladder:
 
     def descend(self, target: float, run: Run) -> None:
         """Reduce the step until the error estimate is small enough or does not decrease any more."""
-        stuck, longest = 0, LONGEST * max(1.0, self.runs[0].stats["seconds"]["integrate"])
-        while self.estimate > target or (self.blind and len(self.runs) < BLIND):
-            if len(self.runs) >= MOST or stuck > (self.estimate > ROUNDING):
+        stuck, longest = 0, LADDER.most_seconds * max(1.0, self.runs[0].stats["seconds"]["integrate"])
+        while self.estimate > target or (self.blind and len(self.runs) < LADDER.most_blind):
+            if len(self.runs) >= LADDER.most_of_accuracy or stuck > (self.estimate > LADDER.rounding):
                 self.problem = f"its error stays at about {min(self.estimates):.1e}"
                 return
             if self.price(target) > longest:
@@ -162,24 +155,15 @@ class Ladder:
             except MbdslError as problem:
                 self.problem = problem.message
                 return
-            worse = self.estimate > 0.7 * min(self.estimates[:-1]) and not self.blind
+            worse = self.estimate > LADDER.falls * min(self.estimates[:-1]) and not self.blind
             stuck = stuck + 1 if worse else 0
 
 
 def difference(one: Trajectory, other: Trajectory) -> float:
     """The largest scaled difference of positions and velocities over time."""
-    return max((error(q, one, other).scaled for q in of_motion(other, other)), default=0.0)
+    return worst(error(q, one, other) for q in of_motion(other, other))
 
 
 def observed(sizes: Sequence[float], differences: Sequence[float]) -> float:
-    """The order p of errors C h^p, from the differences of solutions at three sizes, by bisection; at least 0.1.
-
-    (h_1^p - h_2^p) / (h_2^p - h_3^p) increases with p.
-    """
-    one, two = differences
-    r, s = sizes[0] / sizes[1], sizes[2] / sizes[1]
-    low, high = 0.1, 12.0
-    for _ in range(50):
-        p = (low + high) / 2.0
-        low, high = (p, high) if (r**p - 1.0) * two < one * (1.0 - s**p) else (low, p)
-    return low
+    """The order p of errors C h^p, from the differences of solutions at three sizes; at least 0.1."""
+    return order_bounds(sizes, differences, 0.1, 12.0, halvings=50)[0]

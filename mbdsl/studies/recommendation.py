@@ -209,25 +209,10 @@ def recommend(
     others = [(c.case.series, f"takes {_relative(c.time, best)}") for c in slow]
     rest = sorted((c for c in candidates if c.best is None), key=lambda c: (c.problem != "", c.promise(aim.target)))
     others += [(_series(c), _why(c, best, aim.target)) for c in rest if c.tried]
-    extra = ["--model", of.model_name] if of.model_name else []
-    extra += [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
-    extra += ["--without", ",".join(of.without)] if of.without else []
-    extra += ["--stop", repr(of.stop)] if given.stop is not None else []
-    return Recommendation(
-        of.scene.name,
-        of.path or of.scene.name,
-        aim.what,
-        aim.target,
-        aim.unit,
-        tuple(timed),
-        tuple(others),
-        reference,
-        tuple(extra),
-        note,
-        tuple(_series(c) for c in rest if not c.tried),
-        complete,
-        given.budget,
-    )
+    left_out = tuple(_series(c) for c in rest if not c.tried)
+    words = (*of.words, *(["--stop", repr(of.stop)] if given.stop is not None else []))
+    what = (of.scene.name, of.path or of.scene.name, aim.what, aim.target, aim.unit)
+    return Recommendation(*what, tuple(timed), tuple(others), reference, words, note, left_out, complete, given.budget)
 
 
 def _nothing(candidates: Sequence[Candidate], aim: Aim, complete: bool, budget: float) -> IntegrationError:
@@ -354,7 +339,7 @@ def _by(runner: Runner, reference: Reference, target: float | str, signal: str |
 
 
 def _case(c: Candidate, size: float) -> Case:
-    return Case(c.method, step=size) if c.kind == "fixed" else Case(c.method, tol=size)
+    return Case.of(c.method, c.kind == "fixed", size)
 
 
 def _series(c: Candidate) -> str:

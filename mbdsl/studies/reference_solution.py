@@ -24,8 +24,9 @@ from mbdsl.simulation import result_units
 from mbdsl.simulation.diagnostics.fixed_steps import unseen_peak
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
-from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, of_motion, reactions
+from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, reactions
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
+from mbdsl.studies.ladder import difference
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import OUT_OF_TIME, Computed
 
@@ -242,7 +243,7 @@ def _candidates(
 
 def _closest(found: Sequence[Found]) -> tuple[float, Found, Found] | None:
     """The two solutions that differ least, and their difference."""
-    pairs = [(_difference(one[2], two[2]), one, two) for one, two in combinations(found, 2)]
+    pairs = [(difference(two[2], one[2]), one, two) for one, two in combinations(found, 2)]
     return min(pairs, key=lambda pair: pair[0], default=None)
 
 
@@ -256,10 +257,6 @@ def _affordable(runner: Runner, h: float) -> float:
         while runs * each * runner.setting.span / h > runner.left / 3.0 and h < runner.setting.interval:
             h *= 2.0
     return h
-
-
-def _difference(one: Trajectory, other: Trajectory) -> float:
-    return max((error(quantity, other, one).scaled for quantity in of_motion(one, one)), default=0.0)
 
 
 def _precise(runner: Runner, name: str) -> tuple[str, Computed]:

@@ -17,12 +17,12 @@ from mbdsl.messages import count, duration
 from mbdsl.plotting.figure_layout import looks_of
 from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Table
 from mbdsl.plotting.series_styles import Look
+from mbdsl.plotting.table_files import as_csv
 from mbdsl.plotting.terminal_text import text_width
 from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
 from mbdsl.studies.figure_parts import Score, method_looks, parts
-from mbdsl.studies.records import as_csv, record
 from mbdsl.studies.survey import Row, Survey
 
 PICTURES = ("png", "svg")
@@ -121,7 +121,7 @@ class Study:
         -------
         list of dict
         """
-        return [record(row) for row in self.survey.rows]
+        return [row.record() for row in self.survey.rows]
 
     def command(self) -> str:
         """Return the shell command that repeats the study with the same options and methods.

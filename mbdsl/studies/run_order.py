@@ -8,17 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mbdsl.integrators import available
 from mbdsl.studies.cases import Case
 from mbdsl.studies.store import Computed
 
 UNKNOWN = 1e-9  #: expected time of the first run of a series [s]: it comes before all others
 ONCE_MORE = 2.0  #: least expected time of a run, relative to the time after which it was ended
-
-
-def growth(case: Case) -> float:
-    """The exponent r of the run time, which is proportional to size^(-r)."""
-    return 1.0 if case.tol is None else 1.0 / (available()[case.method].order + 1.0)
 
 
 @dataclass
@@ -43,7 +37,7 @@ class Order:
         if not known:
             return max(least, UNKNOWN / case.size)
         size, seconds = min(known, key=lambda one: abs(one[0] - case.size))
-        return max(least, seconds * (size / case.size) ** growth(case))
+        return max(least, seconds * (size / case.size) ** case.growth)
 
     def sort(self, cases: list[Case]) -> None:
         """Sort cases in place by their expected times."""

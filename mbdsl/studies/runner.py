@@ -89,21 +89,9 @@ class Runner:
 
         While others wait, a case may take a part of the remaining time only.
         """
-        done: dict[Case, Computed] = {}
         keys = {case: self.store.key(self.setting, case) for case in cases}
-        for case, key in keys.items():
-            kept = self.store.get(key, case)
-            if kept is not None:
-                done[case] = kept
-                self.order.add(kept)
-                self.kept.add(key)
-        self.found += len(done)
-        waiting = [case for case in keys if case not in done]
-        for case in waiting if self.ordered else ():
-            if seconds := self.store.spent(keys[case]):
-                self.order.add(_ended(case, seconds))
-        total, begun = len(done) + len(waiting), perf_counter()
-        self.order.sort(waiting)
+        done, waiting = self._stored(keys)
+        total, begun = len(keys), perf_counter()
 
         def add(case: Case, run: Computed) -> None:
             done[case] = run
@@ -152,6 +140,23 @@ class Runner:
                 self.store.put(keys[case], run)
             add(case, run)
         return done
+
+    def _stored(self, keys: Mapping[Case, str]) -> tuple[dict[Case, Computed], list[Case]]:
+        """The runs that are in the store, and the other cases in the order in which they are run."""
+        done: dict[Case, Computed] = {}
+        for case, key in keys.items():
+            kept = self.store.get(key, case)
+            if kept is not None:
+                done[case] = kept
+                self.order.add(kept)
+                self.kept.add(key)
+        self.found += len(done)
+        waiting = [case for case in keys if case not in done]
+        for case in waiting if self.ordered else ():
+            if seconds := self.store.spent(keys[case]):
+                self.order.add(_ended(case, seconds))
+        self.order.sort(waiting)
+        return done, waiting
 
     def _tell(self, done: int, total: int, what: str) -> None:
         self.tell(StudyProgress(done, total, what, perf_counter() - self.begun, len(self.kept)))
@@ -227,7 +232,8 @@ class Runner:
 
     def trajectory(self, run: Computed) -> Trajectory:
         """A run as a trajectory, for access to its signals."""
-        return Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats))
+        unknown = {name: np.full(len(run.t), np.nan) for name in self._system.scene.events.variables}  # not stored
+        return Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats), inputs=unknown)
 
     def blank(self) -> Trajectory:
         """An empty trajectory, for names and units."""

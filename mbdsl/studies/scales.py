@@ -14,8 +14,8 @@ from math import hypot
 import numpy as np
 
 from mbdsl.mechanism.scene import ENERGIES
-from mbdsl.numerics.error_norm import fastest
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.system.state_sizes import weights
 from mbdsl.system.tables import gravity
 
 ULPS = 64.0  #: assumed rounding error of a position, in units in the last place
@@ -68,9 +68,9 @@ def scales(trajectory: Trajectory, step: float) -> Scales:
     """The scales of a run; ``step`` is the shortest step of the compared runs [s]."""
     tables = trajectory.system.tables
     span = float(trajectory.t[-1] - trajectory.t[0])
-    rate = fastest(tables.scale, trajectory.v, span)
+    rate = weights(tables, trajectory.v, span).speed
     masses = np.concatenate([body.mass() for body in tables.models.values()] or [np.zeros(0)])
-    inertia = float((masses / tables.scale**2).max(initial=0.0))
+    inertia = float((masses / tables.scale**2)[: tables.n - tables.states].max(initial=0.0))
     acceleration = max(rate**2, hypot(*gravity(trajectory.scene)) / tables.size)
     kinetic, potential = (trajectory[name] for name in ENERGIES[:2])
     energy = float(np.ptp(potential) + kinetic.max(initial=0.0)) if len(kinetic) else 0.0

@@ -15,36 +15,41 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise, product
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.analysis.operating_points import At
-from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
+from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang.display_units import asked as asked_units
-from mbdsl.lang.display_units import factor, only_asked
+from mbdsl.lang.display_units import only_asked
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.units import measure as measured
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count
+from mbdsl.simulation.plan import Plan
+from mbdsl.simulation.run_options import takes_options
 from mbdsl.studies.measures import Measure
-from mbdsl.studies.runner import StudyProgress
-from mbdsl.studies.store import Computed, Store
-from mbdsl.studies.sweep import setting, time_limit, with_unit
+from mbdsl.studies.solution import Answer, Condition, Solution, spread
+from mbdsl.studies.store import Computed
+from mbdsl.studies.sweep import made, setting, with_unit
+from mbdsl.studies.sweep_options import SweepOptions
 from mbdsl.studies.sweep_results import Sweep
 from mbdsl.studies.sweep_runs import Point, PointRunner, SweepSetting, times
 from mbdsl.studies.sweep_values import RANGES, Varied, number_text
 from mbdsl.studies.sweep_values import interval as range_of
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from mbdsl.lang.builder import Builder
+    from mbdsl.studies.sweep_options import GivenSweepOptions
 
 Array = NDArray[np.float64]
 Place = Sequence[float] | Array  #: a point of the unit interval or square
@@ -56,210 +61,12 @@ MET = 1e-4  #: largest deviation of an answer, relative to the differences of th
 _EQUATION = re.compile(r"(.*[^<>=!:])={1,2}([^=]*)", re.DOTALL)
 
 
-@dataclass(frozen=True)
-class Condition:
-    """A measure and the value that it should have, as ``max(shaft.w) = 160 rpm``.
-
-    Attributes
-    ----------
-    measure : Measure
-        The measure.
-    value : float
-        The value, in the SI unit of the measure.
-    unit : str
-        The unit in which the value was given; "" if it has none.
-    """
-
-    measure: Measure
-    value: float
-    unit: str = ""
-
-    def shown(self, value: float, digits: int = 6) -> str:
-        """Return a value of the measure in the unit of the condition.
-
-        Parameters
-        ----------
-        value : float
-            The value in the SI unit of the measure.
-        digits : int, optional
-            Significant digits.
-
-        Returns
-        -------
-        str
-        """
-        return DisplayUnit(self.unit, factor(self.unit, self.measure.unit)).text(value, digits)
-
-    def __str__(self) -> str:
-        return f"{self.measure} = {self.shown(self.value)}"
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Values of the parameters that meet all conditions.
-
-    Attributes
-    ----------
-    values, errors : tuple of float
-        Values of the parameters and estimates of their errors, in the units of their ranges; an error is nan if the run
-        that it is estimated by has failed.
-    measures : tuple of float
-        Values of the measures, in SI units.
-    """
-
-    values: tuple[float, ...]
-    errors: tuple[float, ...]
-    measures: tuple[float, ...]
-
-
-class Solution:
-    """The answers of ``solve``. ``print(solution)`` shows them; without an answer, what was reached.
-
-    ``solution["m"]`` is the value of a parameter in the first answer, in the unit of its range.
-
-    Attributes
-    ----------
-    name : str
-        Name of the model.
-    parameters : tuple of Varied
-        Parameters and the ends of their ranges.
-    conditions : tuple of Condition
-        Conditions.
-    answers : tuple of Answer
-        Those that were found, by ascending values; empty if there is none.
-    sweep : Sweep
-        All runs that were made, by ascending values of the first parameter.
-    notes : tuple of str
-        Remarks, such as a jump of the measure over its value.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        parameters: Sequence[Varied],
-        conditions: Sequence[Condition],
-        answers: Sequence[Answer],
-        sweep: Sweep,
-        notes: Sequence[str] = (),
-    ) -> None:
-        self.name, self.parameters, self.conditions = name, tuple(parameters), tuple(conditions)
-        self.answers, self.sweep, self.notes = tuple(answers), sweep, tuple(notes)
-
-    def __bool__(self) -> bool:
-        return bool(self.answers)
-
-    def __getitem__(self, name: str) -> float:
-        return self._of(name, [answer.values for answer in self.answers[:1]])
-
-    def error(self, name: str) -> float:
-        """Return the estimated error of a parameter in the first answer.
-
-        Parameters
-        ----------
-        name : str
-            The parameter.
-
-        Returns
-        -------
-        float
-            In the unit of its range.
-        """
-        return self._of(name, [answer.errors for answer in self.answers[:1]])
-
-    def _of(self, name: str, found: Sequence[tuple[float, ...]]) -> float:
-        names = [p.name for p in self.parameters]
-        if name not in names:
-            raise UsageError(f"`{name}` was not sought", hint=f"sought: {', '.join(names)}")
-        if not found:
-            title, *reached = self._lacking()
-            raise UsageError(title, hint="; ".join(line.strip() for line in reached))
-        return found[0][names.index(name)]
-
-    def __repr__(self) -> str:
-        return f"<Solution of {self.name}: {count(len(self.answers), 'answer')}>"
-
-    def __str__(self) -> str:
-        if not self.answers:
-            lines = self._lacking()
-        else:
-            lines = [self._line(answer) for answer in self.answers]
-        runs = count(len(self.sweep), "run")
-        failed = f", {len(self.sweep.failed)} of them failed" if self.sweep.failed else ""
-        return "\n".join(
-            [f"{self.name}: {lines[0]}", *lines[1:], *(f"note: {x}" for x in self.notes), f"{runs}{failed}"]
-        )
-
-    def _line(self, answer: Answer) -> str:
-        found = zip(self.parameters, answer.values, answer.errors, strict=True)
-        display = only_asked(self.sweep.display)
-        units = [display.of(p.unit, p.name) for p in self.parameters]
-        shown = zip(units, found, strict=True)
-        values = ", ".join(
-            f"{p.name} = {_with_error(x / unit.factor, error / unit.factor, unit.symbol)}"
-            for unit, (p, x, error) in shown
-        )
-        reached = zip(self.conditions, answer.measures, strict=True)
-        return f"{values}, where {' and '.join(f'{c.measure} = {c.shown(self._reached(c, y))}' for c, y in reached)}"
-
-    def _reached(self, c: Condition, y: float) -> float:
-        """The value of a measure in an answer; the required one but for the width of the last bracket."""
-        spread = _spread(self.sweep[str(c.measure)], c.value)
-        return c.value if math.isclose(y, c.value, rel_tol=0.0, abs_tol=1e-6 * spread) else y
-
-    def _lacking(self) -> list[str]:
-        """That there is no answer, and what the measures reach over the range."""
-        limits = [p.displayed(only_asked(self.sweep.display)) for p in self.parameters]
-        ranges = " and ".join(f"{p.said(0)} to {p.shown(1)}{f' {p.unit}' if p.unit else ''}" for p in limits)
-        lines = [f"no answer for {' and '.join(map(str, self.conditions))} from {ranges}"]
-        columns = [self.sweep[str(c.measure)] for c in self.conditions]
-        for c, y in zip(self.conditions, columns, strict=True):
-            known = np.flatnonzero(np.isfinite(y))
-            low, high = (known[int(of(y[known]))] for of in (np.argmin, np.argmax))
-            ends = [f"{c.shown(y[k])} ({self.sweep.point(k)})" for k in (low, high)]
-            same = math.isclose(y[low], y[high], rel_tol=1e-9)
-            reached = f"{c.shown(y[low])} at all of these values" if same else f"from {ends[0]} to {ends[1]}"
-            lines.append(f"  {c.measure} is {reached}")
-        if len(columns) > 1:
-            far = [np.abs(y - c.value) / _spread(y, c.value) for c, y in zip(self.conditions, columns, strict=True)]
-            k = int(np.nanargmin(np.sum(np.square(far), axis=0)))
-            both = " and ".join(f"{c.measure} = {c.shown(y[k])}" for c, y in zip(self.conditions, columns, strict=True))
-            lines.append(f"  closest: {both} ({self.sweep.point(k)})")
-        return lines
-
-
-def _with_error(x: float, error: float, unit: str) -> str:
-    """``431.72 kg +- 0.03 kg``, with the digits that the error leaves."""
-    after = f" {unit}" if unit else ""
-    if not math.isfinite(error):
-        return f"{x:.6g}{after} (error not known)"
-    places = math.floor(math.log10(abs(x))) - math.floor(math.log10(error)) + 1 if error and x else 6
-    digits = min(12, max(2, places))
-    return f"{x:.{digits}g}{after} +- {error:.1g}{after}"
-
-
+@takes_options(table=SweepOptions)
 def solve(
     model: Scene | Builder | str | PathLike,
     vary: Mapping[str, str | Iterable],
     conditions: str | Sequence[str],
-    *,
-    after: float | str | None = None,
-    method: str | None = None,
-    step: float | str | None = None,
-    tol: float | str | None = None,
-    start: float | str | None = None,
-    stop: float | str | None = None,
-    interval: float | str | None = None,
-    at: At = "static",
-    options: Mapping[str, float | None] | None = None,
-    parameters: Mapping[str, str | float] | None = None,
-    without: Sequence[str] = (),
-    limit: float | str | None = None,
-    workers: int | None = None,
-    store: str | PathLike | None = None,
-    fresh: bool = False,
-    units: str | Iterable[str] | None = None,
-    tell: Callable[[StudyProgress], None] | None = None,
-    announce: Callable[[str], None] | None = None,
+    **given: Unpack[GivenSweepOptions],
 ) -> Solution:
     """Find the value of a parameter, or of two, for which a measure, or two, have given values.
 
@@ -292,7 +99,30 @@ def solve(
     KeyboardInterrupt
         If it is interrupted; completed runs are stored.
     """
-    asked_units(units)  # raises its errors before the runs
+    options = SweepOptions.of(given)
+    ranges, texts = _asked(vary, conditions)
+    sides = [_sides(text) for text in texts]
+    corners = [
+        tuple(zip([p.name for p in ranges], values, strict=True)) for values in product(*(p.texts for p in ranges))
+    ]
+    of, case, plan = setting(model, corners, [left for left, _ in sides], options)
+    if len(of.measures) != len(sides):
+        shown = ", ".join(map(str, of.measures))
+        raise UsageError(f"{count(len(sides), 'condition')} with {count(len(of.measures), 'measure')}: {shown}",
+                         hint="each condition has one signal of its own")  # fmt: skip
+    display = asked_units(options.units, of.scene.display)
+    asked = [_condition(m, right, display) for m, (_, right) in zip(of.measures, sides, strict=True)]
+    runs = _Runs(of, options, case, [with_unit(p, of.scene) for p in ranges])
+    target = np.array([c.value for c in asked])
+    roots, notes = (_one if len(ranges) == 1 else _two)(runs, target, asked)
+    finer = _finer(of, options, case, plan) if plan is not None and roots else None
+    answers = [_answer(runs, target, root, finer) for root in roots]
+    answers.sort(key=lambda x: x.values)
+    return Solution(of.scene.name, runs.ranges, tuple(asked), tuple(answers), runs.sweep(), tuple(notes))
+
+
+def _asked(vary: Mapping[str, str | Iterable], conditions: str | Sequence[str]) -> tuple[list[Varied], list[str]]:
+    """The ranges, and as many texts of conditions."""
     ranges = [range_of(name, given) for name, given in mapping(vary, "vary", f"write {RANGES}").items()]
     texts = [conditions] if isinstance(conditions, str) else list(conditions)
     if not ranges or len(ranges) != len(texts) or len(ranges) > 2:
@@ -300,31 +130,15 @@ def solve(
             f"{count(len(ranges), 'parameter')} and {count(len(texts), 'condition')}: expected one of each, or two",
             hint='e.g. --vary m=100:1000kg --for "max(shaft.w) = 160 rpm"',
         )
-    sides = [_sides(text) for text in texts]
-    corners = [
-        tuple(zip([p.name for p in ranges], values, strict=True)) for values in product(*(p.texts for p in ranges))
-    ]
-    given: dict[str, Any] = {"after": after, "method": method, "step": step, "tol": tol, "start": start, "stop": stop}
-    given |= {"interval": interval, "at": at, "options": options, "parameters": parameters, "without": without}
-    of, case, plan = setting(model, corners, [left for left, _ in sides], **given)
-    if len(of.measures) != len(sides):
-        shown = ", ".join(map(str, of.measures))
-        raise UsageError(f"{count(len(sides), 'condition')} with {count(len(of.measures), 'measure')}: {shown}",
-                         hint="each condition has one signal of its own")  # fmt: skip
-    display = asked_units(units, of.scene.display)
-    asked = [_condition(m, right, display) for m, (_, right) in zip(of.measures, sides, strict=True)]
-    runner = PointRunner(of, Store(store, fresh), time_limit(limit), workers=workers, tell=tell, announce=announce)
-    runs = _Runs(of, runner, case, [with_unit(p, of.scene) for p in ranges], display)
-    target = np.array([c.value for c in asked])
-    roots, notes = (_one if len(ranges) == 1 else _two)(runs, target, asked)
-    finer: PointRunner | None = None
-    if plan is not None and roots:
-        half = times(of, of.scene).get("interval")
-        halved = replace(of, times_asked={**of.times_asked, "interval": half / 2.0 if half else half})
-        finer = PointRunner(halved, runner.store, math.inf, workers=workers, tell=tell, announce=announce)
-        case = replace(case, tol=plan.tol / 10.0) if plan.tol is not None else replace(case, step=plan.h / 2.0)
-    answers = [_answer(runs, target, root, finer, case) for root in roots]
-    return Solution(of.scene.name, runs.ranges, asked, sorted(answers, key=lambda x: x.values), runs.sweep(), notes)
+    return ranges, texts
+
+
+def _finer(of: SweepSetting, options: SweepOptions, case: Point, plan: Plan) -> tuple[PointRunner, Point]:
+    """The runs with half of the step, or a tenth of the tolerance, and half of the output interval."""
+    half = times(of, of.scene).get("interval")
+    halved = replace(of, times_asked={**of.times_asked, "interval": half / 2.0 if half else half})
+    case = replace(case, tol=plan.tol / 10.0) if plan.tol is not None else replace(case, step=plan.h / 2.0)
+    return replace(options, limit=None).runner(halved), case
 
 
 def _sides(text: str) -> tuple[str, str]:
@@ -361,15 +175,9 @@ def _turning(unit: str) -> bool:
 class _Runs:
     """Measures at points of the ranges, which are mapped to [0, 1]; each point is computed once."""
 
-    def __init__(
-        self,
-        of: SweepSetting,
-        runner: PointRunner,
-        case: Point,
-        ranges: Sequence[Varied],
-        display: UnitsOfSignals,
-    ) -> None:
-        self.of, self.runner, self.case, self.ranges, self.display = of, runner, case, tuple(ranges), display
+    def __init__(self, of: SweepSetting, options: SweepOptions, case: Point, ranges: Sequence[Varied]) -> None:
+        self.of, self.options, self.case, self.ranges = of, options, case, tuple(ranges)
+        self.runner = options.runner(of)
         self.done: dict[tuple[float, ...], Computed] = {}  #: by the values of the parameters
 
     def values(self, u: Place) -> tuple[float, ...]:
@@ -405,8 +213,7 @@ class _Runs:
             columns.append(Varied(p.name, texts, tuple(values), p.unit, p.log))
         indices = [(k,) * len(columns) for k in range(len(rows))]
         runs = [self.done[row] for row in rows]
-        name, measures, runner = self.of.scene.name, self.of.measures, self.runner
-        return Sweep(name, columns, measures, indices, runs, True, runner.limit, runner.found, (), self.display)
+        return made(self.of, self.runner, self.options, columns, indices, runs)
 
     def check(self, y: Array) -> None:
         """Raise a UsageError if no run of the first points has a value."""
@@ -428,12 +235,6 @@ def _mapped(p: Varied, u: float) -> float:
     return a * (b / a) ** u if p.log else a + (b - a) * u
 
 
-def _spread(y: Array, target: float) -> float:
-    """The differences of a measure over the range and to its target, as a scale."""
-    known = y[np.isfinite(y)]
-    return float(max(np.ptp(np.append(known, target)), 1e-12 * abs(target), 1e-300))
-
-
 # -- one unknown -------------------------------------------------------------------------------------------------------
 
 
@@ -445,7 +246,7 @@ def _one(runs: _Runs, target: Array, asked: Sequence[Condition]) -> tuple[list[A
     y = runs(*([x] for x in u))
     runs.check(y)
     f = y[:, 0] - target[0]
-    small = 1e-10 * _spread(y[:, 0], target[0])
+    small = 1e-10 * spread(y[:, 0], target[0])
     if not _brackets(u, f):
         u, f = _closer(runs, target[0], u, f)
     roots, notes = [np.array([x]) for x in u[np.abs(f) <= small]], []
@@ -521,7 +322,7 @@ def _two(runs: _Runs, target: Array, asked: Sequence[Condition]) -> tuple[list[A
     points = np.array(list(product(np.linspace(0.0, 1.0, GRID), repeat=2)))
     y = runs(*points)
     runs.check(y)
-    scale = np.array([_spread(y[:, k], target[k]) for k in range(2)])
+    scale = np.array([spread(y[:, k], target[k]) for k in range(2)])
     far = np.linalg.norm((y - target) / scale, axis=1)
     for k in np.argsort(far)[:STARTS]:  # nan is last
         if not np.isfinite(far[k]):
@@ -563,12 +364,12 @@ def _slopes(runs: _Runs, u: Array) -> Array:
 # -- answers -----------------------------------------------------------------------------------------------------------
 
 
-def _answer(runs: _Runs, target: Array, u: Array, finer: PointRunner | None, case: Point) -> Answer:
+def _answer(runs: _Runs, target: Array, u: Array, finer: tuple[PointRunner, Point] | None) -> Answer:
     """The values at a point, with their errors."""
     x, y = runs.values(u), runs(u)[0]
     off = np.abs(y - target)
     if finer is not None:
-        off = off + 2.0 * np.abs(runs.finer(u, finer, case) - y)
+        off = off + 2.0 * np.abs(runs.finer(u, *finer) - y)
     try:
         inverse = np.abs(np.linalg.inv(_slopes(runs, u)))
     except (_Failed, np.linalg.LinAlgError):

@@ -42,6 +42,7 @@ TIMING = 0.25  #: part of the remaining budget that is kept for timing runs
 TWICE = 0.25  #: part of the remaining budget that is kept for second runs, at the ends of steps
 #: number of steps above which not all are stored: the interpolation error of such short steps is negligible
 MANY = 100_000
+COUNTS = ("steps", "rejected", "iterations", "matrix_evaluations", "factorisations")  #: of a run, in its record
 
 
 @dataclass
@@ -123,6 +124,34 @@ class Row:
     seconds: list[float] = field(default_factory=list)
     trajectory: Trajectory | None = None
     own: Trajectory | None = None
+
+    def record(self) -> dict:
+        """A run: its settings, costs and errors."""
+        case, stats = self.case, self.run.stats
+        found = {
+            "method": case.method,
+            **{f"option {name}": value for name, value in case.options},
+            "step": case.step,
+            "tol": case.tol,
+            "outcome": self.run.problem or "done",
+            **{key: stats.get(key) for key in COUNTS},
+        }
+        if self.seconds:
+            found |= {
+                "rounds": " ".join(f"{x:.6g}" for x in self.seconds),
+                "seconds": float(np.median(self.seconds)),
+                "seconds least": min(self.seconds),
+                "seconds most": max(self.seconds),
+                "timed runs": len(self.seconds),
+            }
+        for key, e in self.errors.items():
+            found |= {
+                key: e.largest,
+                f"{key} scaled": e.scaled,
+                f"{key} at end": e.end,
+                f"{key} at end scaled": e.scaled_end,
+            }
+        return found
 
 
 @dataclass

@@ -8,62 +8,46 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mbdsl.analysis.operating_points import At, checked
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.display_units import asked as asked_units
-from mbdsl.lang.experiment import check_effects
-from mbdsl.lang.given_values import mapping, optional, seconds
+from mbdsl.lang.given_values import mapping
 from mbdsl.lang.library import allowed_now
 from mbdsl.lang.load import load
 from mbdsl.lang.model_argument import as_scene
-from mbdsl.lang.overrides import merged
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.scene import Description, ParameterValue, Scene
 from mbdsl.simulation.plan import DEFAULT_METHOD, Plan, plan
-from mbdsl.simulation.run_options import RunOptions
+from mbdsl.simulation.run_options import RunOptions, takes_options
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
 from mbdsl.studies.followed_modes import Follower, followed
 from mbdsl.studies.followed_modes import notes as followed_notes
 from mbdsl.studies.followed_modes import values as followed_values
 from mbdsl.studies.measures import MODES, RUN, Measure
-from mbdsl.studies.runner import StudyProgress
-from mbdsl.studies.store import Computed, Store
+from mbdsl.studies.store import Computed
+from mbdsl.studies.sweep_options import SweepOptions
 from mbdsl.studies.sweep_results import Sweep
 from mbdsl.studies.sweep_runs import Point, PointRunner, SweepSetting, times
 from mbdsl.studies.sweep_values import FORMS, MOST, Varied, half, number_text, varied
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from mbdsl.lang.builder import Builder
+    from mbdsl.studies.sweep_options import GivenSweepOptions
 
 
+@takes_options(table=SweepOptions)
 def sweep(
     model: Scene | Builder | str | PathLike,
     vary: Mapping[str, str | Iterable],
     measures: str | Sequence[str] | None = None,
     *,
     paired: bool = False,
-    after: float | str | None = None,
-    method: str | None = None,
-    step: float | str | None = None,
-    tol: float | str | None = None,
-    start: float | str | None = None,
-    stop: float | str | None = None,
-    interval: float | str | None = None,
-    options: Mapping[str, float | None] | None = None,
-    parameters: Mapping[str, str | float] | None = None,
-    without: Sequence[str] = (),
-    at: At = "static",
-    limit: float | str | None = None,
-    workers: int | None = None,
-    store: str | PathLike | None = None,
-    fresh: bool = False,
-    units: str | Iterable[str] | None = None,
-    tell: Callable[[StudyProgress], None] | None = None,
-    announce: Callable[[str], None] | None = None,
+    **given: Unpack[GivenSweepOptions],
 ) -> Sweep:
     """Run a model with each combination of values of parameters, on all cores, and measure signals of each run.
 
@@ -121,27 +105,40 @@ def sweep(
     KeyboardInterrupt
         If it is interrupted; completed runs are stored.
     """
-    asked_units(units)  # raises its errors before the runs
+    options = SweepOptions.of(given)
     ranges = [varied(name, values) for name, values in mapping(vary, "vary", _by_name(vary)).items()]
     indices = _indices(ranges, paired)
     points = [tuple((p.name, p.texts[j]) for p, j in zip(ranges, row, strict=True)) for row in indices]
     asked = measuring.split(measures) if isinstance(measures, str) else measures
-    given: dict[str, Any] = {"after": after, "method": method, "step": step, "tol": tol, "start": start, "stop": stop}
-    given |= {"interval": interval, "at": at, "options": options, "parameters": parameters, "without": without}
-    of, case, _run = setting(model, points, asked, **given)
-    longest = time_limit(limit)
-    runner = PointRunner(of, Store(store, fresh), longest, workers=workers, tell=tell, announce=announce)
+    of, case, _ = setting(model, points, asked, options)
+    runner = options.runner(of)
     cases = [replace(case, values=values) for values in points]
     runs = runner.runs(cases)
     rows, notes = [runs[case] for case in cases], list[str]()
     if of.asks_for(MODES):
         rows, notes = _followed(runner, of, cases[0], ranges, indices, rows, paired)
-    shown = [with_unit(p, of.scene) for p in ranges]
-    display, known = asked_units(units, of.scene.display), of.scene.descriptions
-    notes += dict.fromkeys(
-        f"{m.signal}: {known[m.signal].doc}." for m in of.measures if known.get(m.signal, Description()).doc
-    )
-    return Sweep(of.scene.name, shown, of.measures, indices, rows, paired, longest, runner.found, notes, display)
+    known = (of.scene.descriptions.get(m.signal, Description()).doc for m in of.measures)
+    notes += dict.fromkeys(f"{m.signal}: {doc}." for m, doc in zip(of.measures, known, strict=True) if doc)
+    return made(of, runner, options, ranges, indices, rows, paired, notes)
+
+
+def made(
+    of: SweepSetting,
+    runner: PointRunner,
+    options: SweepOptions,
+    ranges: Sequence[Varied],
+    indices: Sequence[tuple[int, ...]],
+    rows: Sequence[Computed],
+    paired: bool = True,
+    notes: Sequence[str] = (),
+) -> Sweep:
+    """The runs of a setting as a Sweep."""
+    shown = tuple(with_unit(p, of.scene) for p in ranges)
+    display = asked_units(options.units, of.scene.display)
+    return Sweep(
+        of.scene.name, shown, of.measures, list(indices), tuple(rows), paired, runner.limit, runner.found,
+        list(notes), display,
+    )  # fmt: skip
 
 
 def _followed(
@@ -185,18 +182,7 @@ def setting(
     model: Scene | Builder | str | PathLike,
     points: Sequence[tuple[tuple[str, str], ...]],
     asked: Sequence[str] | None,
-    *,
-    after: float | str | None,
-    method: str | None,
-    step: float | str | None,
-    tol: float | str | None,
-    start: float | str | None,
-    stop: float | str | None,
-    interval: float | str | None,
-    at: At,
-    options: Mapping[str, float | None] | None,
-    parameters: Mapping[str, str | float] | None,
-    without: Sequence[str],
+    options: SweepOptions,
 ) -> tuple[SweepSetting, Point, Plan | None]:
     """What the runs of a sweep have in common, a point without values, and the plan of a run, if there is a run.
 
@@ -205,53 +191,49 @@ def setting(
     UsageError, ModelError
         As :func:`sweep`.
     """
+    path = os.fspath(model) if isinstance(model, (str, PathLike)) else None
     base = None if isinstance(model, (str, PathLike)) else as_scene(model)
-    after, step, tol = seconds(after, "after"), seconds(step, "step"), optional(tol, "1", "tol")
-    start, stop, interval = seconds(start, "start"), seconds(stop, "stop"), seconds(interval, "interval")
-    fixed = merged({}, parameters or {})
-    options = mapping(options, "options", 'give them by name: `{"alpha": -0.1}`')
-    without = check_effects(without)
+    fixed, without = dict(options.parameters or {}), tuple(options.without)
     for name, _ in points[0]:
         if name in fixed:
             raise UsageError(f"`{name}` is set and varied", hint="leave one of them out")
 
     def read(values: Mapping[str, str]) -> Scene:
         changes = {**fixed, **values}
-        return load(model, changes, without=without) if base is None else base.changed(changes, without)  # type: ignore[arg-type]
+        if base is not None:
+            return base.changed(changes, without)
+        assert path is not None
+        return load(path, changes, without=without)
 
     scene, chosen_measures = _readable(read, points, asked)
-    name = chosen([method])[0] if method is not None else scene.experiment.method or DEFAULT_METHOD
+    name = scene.experiment.method or DEFAULT_METHOD if options.method is None else chosen([options.method])[0]
     of = SweepSetting(
         scene,
-        scene.experiment.start if start is None else start,
+        scene.experiment.start if options.start is None else options.start,
         math.nan,
         0,
-        os.fspath(model) if base is None else None,  # type: ignore[arg-type]
+        path,
         fixed,
-        tuple(without),
+        without,
         allowed_now(),
-        times_asked={"start": start, "stop": stop, "interval": interval},
+        times_asked=options.times,
         measures=tuple(chosen_measures),
-        after=-math.inf if after is None else after,
+        after=-math.inf if options.after is None else options.after,
         base=base,
         base_text="" if base is None or base.origin is None else canonical_text(base.origin),
-        at=checked(at),
+        at=options.at,
     )
-    case = Point(name, step, tol, tuple(sorted((key, float(x)) for key, x in options.items() if x is not None)))
+    given = {key: float(x) for key, x in sorted((options.options or {}).items()) if x is not None}
+    case = Point(name, options.step, options.tol, tuple(given.items()))
     if not of.asks_for(RUN):
         return of, case, None
-    run = plan(scene, RunOptions(method=name, step=step, tol=tol, options=options, **times(of, scene)))
-    if after is not None and not after < run.stop:
-        raise UsageError(f"no values after {after:g} s: the runs end at {run.stop:g} s", hint="give an earlier time")
+    how = RunOptions(name, options.step, options.tol, options=options.options, **times(of, scene))
+    run = plan(scene, how)
+    if options.after is not None and not options.after < run.stop:
+        raise UsageError(
+            f"no values after {options.after:g} s: the runs end at {run.stop:g} s", hint="give an earlier time"
+        )
     return of, case, run
-
-
-def time_limit(given: float | str | None) -> float:
-    """The time limit [s] of a run."""
-    limit = seconds(given, "limit")
-    if limit is not None and not limit > 0.0:
-        raise UsageError(f"a time limit of {limit:g} s leaves no time for a run")
-    return math.inf if limit is None else limit
 
 
 def _by_name(vary: object) -> str:

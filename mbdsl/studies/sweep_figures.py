@@ -1,4 +1,4 @@
-"""The pictures of a sweep: a measure over a parameter as curves, or over two long ones as a map."""
+"""The pictures of a sweep, a measure over a parameter as curves or over two long ones as a map, and its files."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mbdsl.errors import UsageError
 from mbdsl.messages import count
+from mbdsl.plotting import table_files
 from mbdsl.plotting.figures import Cells, Figure, Outcome, Page, Series, Table
 from mbdsl.plotting.series_styles import looks
 from mbdsl.plotting.signal_panels import ASPECTS, FLAT, labelled
+from mbdsl.plotting.signal_plots import SUFFIXES as PICTURES
 from mbdsl.plotting.signal_plots import Plot
+from mbdsl.storage.output_files import suffix_of
 from mbdsl.studies.sweep_values import Varied
 
 if TYPE_CHECKING:
     from mbdsl.studies.measures import Measure
     from mbdsl.studies.sweep_results import Sweep
 
-Array = NDArray[np.float64]
+SUFFIXES = tuple(dict.fromkeys((*table_files.SUFFIXES, *PICTURES)))
 CURVES = 8  #: largest number of curves in a frame; of more values a map is drawn
 PANELS = 12  #: largest number of frames
 MANY = 60  #: number of points above which curves have no marks
@@ -161,7 +161,19 @@ def _ends(x: Sequence[float], log: bool) -> tuple[float, float]:
     return low - space, high + space
 
 
-def write_page(sweep: Sweep, path: str | os.PathLike) -> None:
+def save(sweep: Sweep, path: str | os.PathLike) -> None:
+    """Write the table, the picture or the page of a sweep, as the suffix selects."""
+    suffix = suffix_of(path, SUFFIXES)
+    if suffix in table_files.SUFFIXES:
+        title, *notes = sweep.summary()
+        table_files.write(path, [sweep.table()], sweep.records(), title, [note.strip() for note in notes])
+    elif suffix == ".html":
+        _write_page(sweep, path)
+    else:
+        plot(sweep).save(path)
+
+
+def _write_page(sweep: Sweep, path: str | os.PathLike) -> None:
     """A page with the table and the pictures."""
     from mbdsl.plotting import pages
 

@@ -6,6 +6,7 @@ import math
 import os
 import textwrap
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,7 @@ TROUBLES = 8  #: reasons of failures that are listed
 DONE, FAILED, LATE = "done", "failed", "not finished"
 
 
+@dataclass(eq=False, repr=False)
 class Sweep:
     """The runs of a sweep. ``print(sweep)`` shows a table; notebooks show a page.
 
@@ -62,22 +64,16 @@ class Sweep:
         The units of measures in tables and pictures.
     """
 
-    def __init__(
-        self,
-        name: str,
-        parameters: Sequence[Varied],
-        measures: Sequence[Measure],
-        indices: Sequence[tuple[int, ...]],
-        runs: Sequence[Computed],
-        paired: bool = False,
-        limit: float = math.inf,
-        found: int = 0,
-        notes: Sequence[str] = (),
-        display: UnitsOfSignals = OWN,
-    ) -> None:
-        self.name, self.parameters, self.measures = name, tuple(parameters), tuple(measures)
-        self.indices, self.runs, self.paired, self.limit = list(indices), tuple(runs), paired, limit
-        self.found, self.notes, self.display = found, list(notes), display
+    name: str
+    parameters: tuple[Varied, ...]
+    measures: tuple[Measure, ...]
+    indices: list[tuple[int, ...]]
+    runs: tuple[Computed, ...]
+    paired: bool = False
+    limit: float = math.inf
+    found: int = 0
+    notes: list[str] = field(default_factory=list)
+    display: UnitsOfSignals = OWN
 
     @property
     def varied(self) -> tuple[Varied, ...]:
@@ -332,7 +328,7 @@ class Sweep:
         UsageError
             If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
         """
-        from mbdsl.studies.sweep_files import save
+        from mbdsl.studies.sweep_figures import save
 
         save(self, path)
 

@@ -27,6 +27,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from types import ModuleType
@@ -85,65 +86,8 @@ def side_by_side(
     add : callable
         Called with each case and its result.
     """
-    try:
-        setting = pickle.dumps(of)
-    except (pickle.PicklingError, TypeError, AttributeError):  # e.g. a kind that exists in this process only
-        return
-    workers: list[_Worker] = []
-    busy: dict[Future, tuple[_Worker, Case | None]] = {}
-
-    def start() -> None:
-        with suppress(OSError, RuntimeError, ImportError, NotImplementedError):  # a system without processes or locks
-            worker = _Worker(setting, store.folder)
-            workers.append(worker)
-            busy[worker.submit(_ready)] = worker, None
-
-    def feed(worker: _Worker) -> None:
-        while cases:
-            case = cases.pop(0)
-            limit, left, compiling = limits(case)
-            if min(limit, left) <= 0.0:
-                add(case, Computed(case, problem=OUT_OF_TIME))
-                continue
-            try:
-                busy[worker.submit(_compute, case, store.key(of, case), limit, left, compiling)] = worker, case
-            except BrokenExecutor:  # it has ended since its last answer
-                cases.insert(0, case)
-                start()
-            return
-
-    def answered(future: Future, worker: _Worker, case: Case | None) -> None:
-        problem = future.exception()
-        if case is None:
-            if problem is None:
-                feed(worker)
-            return
-        answer = _Answer(ENDED) if problem is not None else future.result()
-        if answer.problem in (CHANGED, UNKEPT):
-            cases.insert(0, case)
-            return
-        key = store.key(of, case)
-        if answer.kept:
-            store.claim(key)
-        kept = None if answer.problem else store.get(key, case)
-        add(case, kept or Computed(case, problem=answer.problem or LOST))
-        if not isinstance(problem, BrokenExecutor):
-            feed(worker)
-        elif cases:
-            start()
-
-    try:
-        for _ in range(count):
-            start()
-        while busy:
-            # a wait without end would not notice Ctrl-C on every system
-            for future in wait(busy, timeout=0.2, return_when=FIRST_COMPLETED).done:
-                answered(future, *busy.pop(future))
-    finally:
-        for worker in workers:
-            worker.terminate()
-        for worker in workers:
-            worker.pool.shutdown()
+    with suppress(pickle.PicklingError, TypeError, AttributeError):  # e.g. a kind that exists in this process only
+        _Team(of, pickle.dumps(of), store, cases, limits, add).work(count)
 
 
 class _Answer(NamedTuple):
@@ -185,6 +129,79 @@ class _Worker(SpawnContext):
         for process in self.processes:
             if process.pid is not None:
                 process.terminate()
+
+
+@dataclass
+class _Team:
+    """The workers of :func:`side_by_side`, whose arguments it has; ``setting`` is that of the cases, pickled."""
+
+    of: Setting
+    setting: bytes
+    store: Store
+    cases: list[Case]
+    limits: Callable[[Case], tuple[float, float, float]]
+    add: Callable[[Case, Computed], None]
+    workers: list[_Worker] = field(default_factory=list)
+    #: the worker and the case of each answer that is waited for; None: the worker starts
+    busy: dict[Future, tuple[_Worker, Case | None]] = field(default_factory=dict)
+
+    def work(self, count: int) -> None:
+        """Start ``count`` workers, and give them cases until there are none left."""
+        try:
+            for _ in range(count):
+                self.start()
+            while self.busy:
+                # a wait without end would not notice Ctrl-C on every system
+                for future in wait(self.busy, timeout=0.2, return_when=FIRST_COMPLETED).done:
+                    self.answered(future, *self.busy.pop(future))
+        finally:
+            for worker in self.workers:
+                worker.terminate()
+            for worker in self.workers:
+                worker.pool.shutdown()
+
+    def start(self) -> None:
+        with suppress(OSError, RuntimeError, ImportError, NotImplementedError):  # a system without processes or locks
+            worker = _Worker(self.setting, self.store.folder)
+            self.workers.append(worker)
+            self.busy[worker.submit(_ready)] = worker, None
+
+    def feed(self, worker: _Worker) -> None:
+        """Give the next case to a worker."""
+        while self.cases:
+            case = self.cases.pop(0)
+            limit, left, compiling = self.limits(case)
+            if min(limit, left) <= 0.0:
+                self.add(case, Computed(case, problem=OUT_OF_TIME))
+                continue
+            key = self.store.key(self.of, case)
+            try:
+                self.busy[worker.submit(_compute, case, key, limit, left, compiling)] = worker, case
+            except BrokenExecutor:  # it has ended since its last answer
+                self.cases.insert(0, case)
+                self.start()
+            return
+
+    def answered(self, future: Future, worker: _Worker, case: Case | None) -> None:
+        """Take the answer of a worker, and give it the next case."""
+        problem = future.exception()
+        if case is None:
+            if problem is None:
+                self.feed(worker)
+            return
+        answer = _Answer(ENDED) if problem is not None else future.result()
+        if answer.problem in (CHANGED, UNKEPT):
+            self.cases.insert(0, case)
+            return
+        key = self.store.key(self.of, case)
+        if answer.kept:
+            self.store.claim(key)
+        kept = None if answer.problem else self.store.get(key, case)
+        self.add(case, kept or Computed(case, problem=answer.problem or LOST))
+        if not isinstance(problem, BrokenExecutor):
+            self.feed(worker)
+        elif self.cases:
+            self.start()
 
 
 @contextmanager

@@ -55,53 +55,17 @@ def sample(
         evaluate(times[i], vectors, frames, gradients, numbers, layout)
         for k in range(n):
             forces[i, k] = vectors[L.FORCE, k]
-        # factors: M, K, D, f_lam, Phi_q, N, Gam_v, Gam_q, (M x)_q, columns, U, I, P
+        # factors: see mbdsl.kernels.factors
         tangent(
-            times[i],
-            1.0,
-            0.0,
-            0.0,
-            1.0,
-            1.0,
-            0.0,
-            1.0,
-            0.0,
-            0.0,
-            1.0,
-            0.0,
-            0.0,
-            0.0,
-            vectors,
-            frames,
-            gradients,
-            numbers,
-            layout,
-            matrix,
-        )
+            times[i], 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0,
+            vectors, frames, gradients, numbers, layout, matrix,
+        )  # fmt: skip
         for k in range(len(matrix)):
             tangents[i, k] = matrix[k]
         tangent(
-            times[i],
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            1.0,
-            0.0,
-            1.0,
-            0.0,
-            1.0,
-            0.0,
-            0.0,
-            0.0,
-            vectors,
-            frames,
-            gradients,
-            numbers,
-            layout,
-            matrix,
-        )
+            times[i], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0,
+            vectors, frames, gradients, numbers, layout, matrix,
+        )  # fmt: skip
         for k in range(len(matrix)):
             rates[i, k] = matrix[k]
         for k in range(len(read)):

@@ -15,7 +15,7 @@ from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.system import gradient_rows, moving_frames, nonholonomic, relations, switches
+from mbdsl.system import clock_tables, gradient_rows, moving_frames, nonholonomic, relations, switches
 from mbdsl.system.body_models import body_models, body_pose
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.peaks_in_time import abrupt
@@ -83,6 +83,19 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
     return {name: i for i, name in enumerate(ordered)}
 
 
+def _searched(tables: Tables) -> list[Expr]:
+    """The velocity constraints; notes the laws that are searched for peaks in another form."""
+    nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
+    for c in nonholonomic_joints:
+        _search(tables, c, c.velocity_constraints, by_rate)
+    for c in [c for b in tables.blocks if b.related for c in b.components]:
+        _search(tables, c, c.relations, by_motion)
+    for c in (c for b in tables.blocks if b.role == "law" for c in b.components if "searched" in c.values):
+        first, *others = law_expressions(c)
+        tables.row_laws |= {**dict.fromkeys(others), first: c.values["searched"]}
+    return [g for c in nonholonomic_joints for g in c.velocity_constraints]
+
+
 def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
     sizes = columns_of(scene.spatial)
@@ -114,15 +127,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     layout[L.N_ROTATIONS] = len(buffers.rotations)
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
     relations.tabulate(tables, buffers, dofs, tape, later)
-    nonholonomic_joints = [c for b in tables.blocks if b.role == "gamma" for c in b.components]
-    found = [g for c in nonholonomic_joints for g in c.velocity_constraints]
-    for c in nonholonomic_joints:
-        _search(tables, c, c.velocity_constraints, by_rate)
-    for c in [c for b in tables.blocks if b.related for c in b.components]:
-        _search(tables, c, c.relations, by_motion)
-    for c in (c for b in tables.blocks if b.role == "law" for c in b.components if "searched" in c.values):
-        first, *others = law_expressions(c)
-        tables.row_laws |= {**dict.fromkeys(others), first: c.values["searched"]}
+    found = _searched(tables)
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # All values are on the tape now, and with them all switches; derivatives have the same ones.
@@ -134,7 +139,9 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
-    _fill_tape(buffers, tape, later)
+    actions = clock_tables.compilable(scene.events, scene.spatial)
+    clock_tables.declare(scene.events, actions, tape)
+    _fill_tape(buffers, tape, later, lambda known: clock_tables.tabulate(scene.events, actions, tape, known, buffers))
     for node, register in tape.angles.items():
         tables.angles.setdefault(node, []).append(layout[L.REGISTERS] + register)
     tables.starts = {node: layout[L.REGISTERS] + register for node, register in tape.begun.items()}
@@ -216,7 +223,7 @@ def _of_start(scene: Scene) -> float:
 
 def _is_length(root: Expr) -> bool:
     """Whether a position has the unit of a length: angles depend on angles alone."""
-    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}  # type: ignore[index]
+    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}
     return not is_velocity_level(root) and ("x" in keys or "y" in keys)
 
 
@@ -290,15 +297,20 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
     )
 
 
-def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """Append the gradients to the values, then store the program and its tables."""
+def _fill_tape(
+    buffers: Buffers, tape: Tape, later: list[Callable[[], None]], of_clocks: Callable[[dict], Callable[[], None]]
+) -> None:
+    """Append the gradients to the values, and what clocks do, then store the program and its tables."""
     layout = buffers.layout
-    values = len(tape.code)
+    values, known = len(tape.code), tape.known
     for fill in later:
         fill()
+    gradients = len(tape.code)
+    write = of_clocks(known)
     layout[L.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
-    layout[L.TAPE_LENGTH], layout[L.GRADIENT_LENGTH] = values, len(tape.code) - values
+    layout[L.TAPE_LENGTH], layout[L.GRADIENT_LENGTH] = values, gradients - values
     layout[L.REGISTERS] = buffers.floats(tape.registers)
+    write()
     headers = []
     for table in tape.tables:
         breaks, coefficients = piecewise(table)

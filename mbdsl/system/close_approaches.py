@@ -78,9 +78,9 @@ def arguments(system: System) -> list[Expr]:
 
 def _corners(node: Expr) -> list[Expr]:
     """The argument of a table less the knots of its narrow cells, which steps can pass over."""
-    if node.op != "table" or node.value[0].extrapolation == "periodic":  # type: ignore[index]
+    if node.op != "table" or node.value[0].extrapolation == "periodic":
         return []
-    u = np.asarray(node.value[0].u)  # type: ignore[index]
+    u = np.asarray(node.value[0].u)
     narrow = np.diff(u) < NARROW * (u[-1] - u[0])
     knots = u[np.append(narrow, False) | np.append(False, narrow)]
     return [node.args[0] - float(x) for x in knots] if len(knots) <= MOST_KNOTS else []
@@ -107,7 +107,18 @@ def _is_position(x: Expr) -> bool:
 def of_positions(g: Expr) -> bool:
     """Whether an argument depends on positions and time alone."""
     variables = [x for x in leaves(g) if x.op != "time"]
-    return all(x.op == "coordinate" and x.value[1] in (*POSITIONS, "z", *AXES) for x in variables)  # type: ignore[index]
+    return all(x.op == "coordinate" and x.value[1] in (*POSITIONS, "z", *AXES) for x in variables)
+
+
+class _Course:
+    """An argument y at the ends of steps (N,), and its cubic within each of the N - 1 steps:
+    y + x (r0 + x (c2 + x c3)) with x from 0 to 1."""
+
+    def __init__(self, t: Array, h: Array, q: Array, v: Array, y: Array, rate: Array) -> None:
+        self.t, self.h, self.q, self.v, self.y, self.rate = t, h, q, v, y, rate
+        dy, self.r0, r1 = np.diff(y), h * rate[:-1], h * rate[1:]
+        self.c2, self.c3 = 3.0 * dy - 2.0 * self.r0 - r1, self.r0 + r1 - 2.0 * dy
+        self.bend, self.third = (2.0 * self.c2 + 6.0 * self.c3) / h**2, 6.0 * self.c3 / h**3  # at the ends of steps
 
 
 class Approaches:
@@ -152,55 +163,62 @@ class Approaches:
         count, h = len(self.arguments), np.diff(t)
         with np.errstate(all="ignore"):
             for k, (y, rate) in enumerate(zip(known[:count], known[count:], strict=True)):
-                positions = of_positions(self.arguments[k])
-                least = 0.0 if positions else AT_SWITCH * max(past[4, k], float(np.abs(y).max()))
-                if not positions:
-                    near = CLOSE * max(past[4, k], float(np.abs(y).max()))
-                    for i in _turning(np.append(past[0, k], y), near).tolist():
+                largest = max(past[4, k], float(np.abs(y).max()))
+                if not of_positions(self.arguments[k]):
+                    for i in _turning(np.append(past[0, k], y), CLOSE * largest).tolist():
                         rate[i] = self._rate(k, APART * h[min(i, len(h) - 1)], t[i], q[i], v[i], inputs, left_out)
-                dy, r0, r1 = np.diff(y), h * rate[:-1], h * rate[1:]
-                c2, c3 = 3.0 * dy - 2.0 * r0 - r1, r0 + r1 - 2.0 * dy
-                bend, third = (2.0 * c2 + 6.0 * c3) / h**2, 6.0 * c3 / h**3  # at the ends of steps
-                change = np.abs(np.diff(third, prepend=past[3, k]))
-                error = h**3 / 384.0 * np.fmin(np.fmin(change, np.append(change[1:], np.inf)), np.abs(third))
-                value, slope = np.append(past[0, k], y[:-1]), np.append(past[1, k], rate[:-1])
-                bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((past[2, k], bend), (past[3, k], third)))
-                past[:, k] = y[-1], rate[-1], bend[-1], third[-1], max(past[4, k], float(np.abs(y).max()))
-                reach = CLOSE * past[4, k]
-                # turning points within steps that do not cross
-                side = np.where(y[:-1] != 0.0, np.sign(y[:-1]), np.sign(r0))
-                x, turns = _minimum(side * r0, side * c2, side * c3)
-                d = side * (y[:-1] + x * (r0 + x * (c2 + x * c3)))
-                stays = (side * y[1:] >= least) & (side * y[:-1] >= least)
-                for i in np.flatnonzero(turns & stays & (np.abs(d) <= reach)).tolist():
-                    at, dq, a, b = x[i], q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
-                    c, e = 3.0 * dq - 2.0 * a - b, a + b - 2.0 * dq
-                    state = [*q[i] + at * (a + at * (c + at * e)), *(a + at * (2.0 * c + at * 3.0 * e)) / h[i]]
-                    if self.system.scene.spatial:
-                        state = [*q[i + round(at)], *v[i + round(at)]]
-                    curvature = abs(2.0 * c2[i] + 6.0 * at * c3[i]) / h[i] ** 2
-                    # behind zero within a step that did not meet the condition: as uncertain as it is deep
-                    off = max(error[i], 0.0 if positions else -d[i])
-                    found.append(_approach(k, t[i] + at * h[i], side[i], d[i], curvature, off, state))
-                # crossings between consecutive rows, beginning with the last row of the previous call
-                side = np.sign(value)
-                slope, bends = side * slope, side * bends
-                d = side * value - slope**2 / (2.0 * bends)
-                crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= reach)
-                for i in np.flatnonzero(crosses).tolist():
-                    j = max(i - 1, 0)
-                    curvature = side[i] * self._second(k, t[j], q[j], v[j]) if i and positions else bends[i]
-                    if curvature > 0.0:
-                        # at least so deep, if the third derivative, perhaps that of another contact, pushes back
-                        third = abs(jerks[i])
-                        rest = -2.0 * slope[i] / (curvature + np.sqrt(curvature**2 - 2.0 * third * slope[i]))
-                        d_i = side[i] * value[i] + rest * (slope[i] + rest * (0.5 * curvature + rest * third / 6.0))
-                        d_i = min(d_i, side[i] * y[i])
-                        found.append(_approach(k, t[j], side[i], d_i, curvature, 0.0, [*q[j], *v[j]]))
+                before = past[:, k].copy()
+                course = _Course(t, h, q, v, y, rate)
+                past[:, k] = y[-1], rate[-1], course.bend[-1], course.third[-1], largest
+                self._turns(found, k, course, before[3], largest)
+                self._crossings(found, k, course, before, largest)
         if len(found) > 2 * self._most:
             found.sort(key=lambda x: abs(x.d) / past[4, x.number])
             del found[self._most :]
             found.sort(key=lambda x: x.t)
+
+    def _turns(self, found: list[Approach], k: int, on: _Course, third: float, largest: float) -> None:
+        """Add the turning points within steps that do not cross; ``third`` is the last third derivative before."""
+        positions, h, y = of_positions(self.arguments[k]), on.h, on.y
+        least = 0.0 if positions else AT_SWITCH * largest
+        change = np.abs(np.diff(on.third, prepend=third))
+        error = h**3 / 384.0 * np.fmin(np.fmin(change, np.append(change[1:], np.inf)), np.abs(on.third))
+        side = np.where(y[:-1] != 0.0, np.sign(y[:-1]), np.sign(on.r0))
+        x, turns = _minimum(side * on.r0, side * on.c2, side * on.c3)
+        d = side * (y[:-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
+        stays = (side * y[1:] >= least) & (side * y[:-1] >= least)
+        for i in np.flatnonzero(turns & stays & (np.abs(d) <= CLOSE * largest)).tolist():
+            at, q, v = x[i], on.q, on.v
+            dq, a, b = q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
+            c, e = 3.0 * dq - 2.0 * a - b, a + b - 2.0 * dq
+            state = [*q[i] + at * (a + at * (c + at * e)), *(a + at * (2.0 * c + at * 3.0 * e)) / h[i]]
+            if self.system.scene.spatial:
+                state = [*q[i + round(at)], *v[i + round(at)]]
+            curvature = abs(2.0 * on.c2[i] + 6.0 * at * on.c3[i]) / h[i] ** 2
+            # behind zero within a step that did not meet the condition: as uncertain as it is deep
+            off = max(error[i], 0.0 if positions else -d[i])
+            found.append(_approach(k, on.t[i] + at * h[i], side[i], d[i], curvature, off, state))
+
+    def _crossings(self, found: list[Approach], k: int, on: _Course, before: Array, largest: float) -> None:
+        """Add crossings between consecutive rows, beginning with the last row of the previous call: ``before`` is its
+        column of ``past``."""
+        y, positions = on.y, of_positions(self.arguments[k])
+        value, slope = np.append(before[0], y[:-1]), np.append(before[1], on.rate[:-1])
+        bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((before[2], on.bend), (before[3], on.third)))
+        side = np.sign(value)
+        slope, bends = side * slope, side * bends
+        d = side * value - slope**2 / (2.0 * bends)
+        crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest)
+        for i in np.flatnonzero(crosses).tolist():
+            j = max(i - 1, 0)
+            curvature = side[i] * self._second(k, on.t[j], on.q[j], on.v[j]) if i and positions else bends[i]
+            if curvature > 0.0:
+                # at least so deep, if the third derivative, perhaps that of another contact, pushes back
+                third = abs(jerks[i])
+                rest = -2.0 * slope[i] / (curvature + np.sqrt(curvature**2 - 2.0 * third * slope[i]))
+                d_i = side[i] * value[i] + rest * (slope[i] + rest * (0.5 * curvature + rest * third / 6.0))
+                d_i = min(d_i, side[i] * y[i])
+                found.append(_approach(k, on.t[j], side[i], d_i, curvature, 0.0, [*on.q[j], *on.v[j]]))
 
     def _rate(
         self,

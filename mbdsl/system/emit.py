@@ -18,14 +18,15 @@ from typing import NamedTuple
 from mbdsl.compilation import code_cache
 from mbdsl.elements import Declared
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.system import expression_tape, loops, row_kernels
+from mbdsl.kernels.factors import Factors
+from mbdsl.system import expression_tape, loops, row_kernels, tangent_loops
 from mbdsl.system.structure import Block
 
 KIND_PREFIX = "mbdsl_kind_"
 #: evaluate(t, vectors, frames, gradients, numbers, layout)
 EVALUATE = code_cache.Signature(("float", "matrix", "matrix", "matrix", "vector", "ints"))
 #: factors of the terms of a matrix; see :mod:`mbdsl.integrators.loop.tangent_matrices`
-FACTORS = ("cM", "cK", "cD", "cL", "cP", "cN", "cV", "cW", "cA", "cC", "cU", "cE", "cG")
+FACTORS = Factors._fields
 TANGENT_ARGUMENTS = f"t, {', '.join(FACTORS)}, vectors, frames, gradients, numbers, layout, matrix"
 #: tangent(TANGENT_ARGUMENTS)
 TANGENT = code_cache.Signature(
@@ -113,6 +114,19 @@ def _inertia(bodies: list[tuple[int, Block]], task: str, row: str, target: str) 
     return [f"loops.inertia({task}, {row}, {target}, vectors, numbers, layout)", *own]
 
 
+def _tasks(lines: list[str], has_tape: bool) -> list[str]:
+    """The body of ``inertia``: the tasks of the mass matrix, and that of when-equations."""
+    if not has_tape:
+        return [f"    {line}" for line in lines]
+    return [
+        "    if task == L.ACT:",
+        "        o, t = layout[L.TICKS], numbers[layout[L.REGISTERS]]",
+        "        expression_tape.run(t, layout[o], layout[o + 1], vectors, vectors, numbers, layout)",
+        "    else:",
+        *(f"        {line}" for line in lines),
+    ]
+
+
 def inertia_lines(blocks: list[Block]) -> list[str]:
     """The statements of ``inertia``."""
     return _inertia(_loops(blocks)[0], "task", "row", "target") or [
@@ -123,9 +137,9 @@ def inertia_lines(blocks: list[Block]) -> list[str]:
 def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
     """The statements of ``tangent``, in order."""
     bodies, pairs, roles = _loops(blocks)
-    lines = [Line("bodies", "loops.begin_matrix(cM, cE, numbers, layout, matrix)")]
+    lines = [Line("bodies", "tangent_loops.begin_matrix(cM, cE, numbers, layout, matrix)")]
     if any(b.module.MASS for _, b in bodies):
-        lines.append(Line("mass matrix", "loops.coupling_matrix(cM, numbers, layout, matrix)"))
+        lines.append(Line("mass matrix", "tangent_loops.coupling_matrix(cM, numbers, layout, matrix)"))
     lines += [Line("bodies", f"{b.name}.jacobians({h}, vectors, frames, numbers, layout)") for h, b in bodies]
     in_step = [(h, b) for h, b in bodies if hasattr(b.module, "step_jacobians")]
     lines += [
@@ -142,7 +156,10 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
     if "joint" in roles:
         factors = "cK, cP, cN, cC, cU"
         lines.append(
-            Line("joints", f"loops.constraint_tangents(C, {factors}, vectors, gradients, numbers, layout, matrix)")
+            Line(
+                "joints",
+                f"tangent_loops.constraint_tangents(C, {factors}, vectors, gradients, numbers, layout, matrix)",
+            )
         )
     if any(b.related for b in blocks):
         arguments = "cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix"
@@ -151,13 +168,13 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
         lines.append(
             Line(
                 "nonholonomic rows",
-                "loops.gamma_tangents(C, cK, cD, cV, cW, cC, vectors, numbers, layout, matrix)",
+                "tangent_loops.gamma_tangents(C, cK, cD, cV, cW, cC, vectors, numbers, layout, matrix)",
             )
         )
     if "spring" in roles:
-        lines.append(Line("springs", "loops.spring_tangents(C, cK, cD, gradients, numbers, layout, matrix)"))
+        lines.append(Line("springs", "tangent_loops.spring_tangents(C, cK, cD, gradients, numbers, layout, matrix)"))
     if "law" in roles:
-        lines.append(Line("laws", "loops.law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix)"))
+        lines.append(Line("laws", "tangent_loops.law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix)"))
     curved = [(h, b) for h, b in bodies if hasattr(b.module, "stiffness")]
     lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, frames, {_F(b)}layout, matrix)") for h, b in curved]
     flexible = [(h, b) for h, b in bodies if b.module.MASS]
@@ -179,7 +196,7 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
 
 def _columns(factor: str, past: int, related: bool) -> list[Line]:
     """Statements that add ``factor`` Phi_q^T."""
-    lines = [Line("joints", f"loops.columns(C, {factor}, {past}, gradients, numbers, layout, matrix)")]
+    lines = [Line("joints", f"tangent_loops.columns(C, {factor}, {past}, gradients, numbers, layout, matrix)")]
     return lines + [Line("joints", f"relation_loops.columns(C, {factor}, {past}, numbers, layout, matrix)")] * related
 
 
@@ -213,7 +230,7 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
         "",
         "",
         "def inertia(task, row, target, vectors, numbers, layout):",
-        *(f"    {text}" for text in inertia_lines(blocks)),
+        *_tasks(inertia_lines(blocks), has_tape),
         "",
     ]
     return "\n".join(lines)
@@ -227,7 +244,7 @@ def _kind_module(block: Block) -> str:
 def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
     bodies, pairs, _ = _loops(blocks)
     related = any(b.related for b in blocks)
-    used = ["expression_tape"] * has_tape + ["loops"] + ["relation_loops"] * related
+    used = ["expression_tape"] * has_tape + ["loops", "tangent_loops"] + ["relation_loops"] * related
     return [
         f'"""{title}: {", ".join(dict.fromkeys(b.name for b in blocks))}."""',
         "",
@@ -310,7 +327,7 @@ def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
 def _modules(blocks: list[Block]) -> list[ModuleType]:
     """The source of the kernels of a structure."""
     kinds = {b.name: b for _, b in _loops(blocks)[1]}.values()
-    used = [loops, expression_tape]
+    used = [loops, tangent_loops, expression_tape]
     if any(b.related for b in blocks):
         from mbdsl.system import relation_loops  # few models need it
 

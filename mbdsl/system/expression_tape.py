@@ -18,7 +18,7 @@ from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, pi, sin, 
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, Expr, const, walk
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.kernels.marks import rare
+from mbdsl.kernels.marks import kernel, rare
 
 # The order matters: the interpreter compares in this order, so that frequent cheap operations come first.
 _NAMES = (
@@ -66,7 +66,7 @@ class Tape:
                 self.angles[node] = len(self.registers)
                 self.registers.append(0.0)
             self._where[node] = target = len(self.registers)
-            self.registers.append(float(node.value) if node.op == "const" else 0.0)  # type: ignore[arg-type]
+            self.registers.append(float(node.value) if node.op == "const" else 0.0)
             if node.op == "const":
                 continue
             if node.op == "start":
@@ -77,14 +77,14 @@ class Tape:
                 self.inputs[name], self.registers[target] = target, self.starts[name]
                 continue
             if node.op == "multiplier":
-                self.code.append((OPCODE["multiplier"], target, self.multipliers[node.value], 0, 0))  # type: ignore[index]
+                self.code.append((OPCODE["multiplier"], target, self.multipliers[node.value], 0, 0))
                 continue
             if node.op == "coordinate":
-                frame, key = node.value  # type: ignore[misc]
+                frame, key = node.value
                 self.code.append((LOAD, target, self.frames[frame], self.columns.index(key), 0))
                 continue
             if node.op == "table":
-                table, order = node.value  # type: ignore[misc]
+                table, order = node.value
                 if table not in self.tables:
                     self.tables.append(table)
                 self.code.append((TABLE, target, self._where[node.args[0]], self.tables.index(table), order))
@@ -94,6 +94,15 @@ class Tape:
                 a[2] = target - 1
             self.code.append((OPCODE[node.op], target, a[0], a[1], a[2]))
         return self._where[root]
+
+    @property
+    def known(self) -> dict[Expr, int]:
+        """The registers of all nodes so far; a copy."""
+        return dict(self._where)
+
+    def continue_from(self, known: dict[Expr, int]) -> None:
+        """Let what follows share the nodes ``known`` only."""
+        self._where = dict(known)
 
     def take(self, leaves: list[Expr]) -> None:
         """Append a register for each of ``leaves``, which the caller fills."""
@@ -170,6 +179,66 @@ def interpolate(u, order, header, numbers, layout):
     return 6.0 * numbers[c + 3] if order == 3 else 0.0
 
 
+@kernel
+def function(op, a, b):
+    """A relation, or a function of one or two numbers."""
+    if op == LT:
+        y = 1.0 if a < b else 0.0
+    elif op == LE:
+        y = 1.0 if a <= b else 0.0
+    elif op == EQ:
+        y = 1.0 if a == b else 0.0
+    elif op == NE:
+        y = 1.0 if a != b else 0.0
+    elif op == AND:
+        y = 1.0 if a != 0.0 and b != 0.0 else 0.0
+    elif op == OR:
+        y = 1.0 if a != 0.0 or b != 0.0 else 0.0
+    elif op == NOT:
+        y = 1.0 if a == 0.0 else 0.0
+    elif op == ABS:
+        y = abs(a)
+    elif op == SIGN:
+        y = 1.0 if a > 0.0 else (-1.0 if a < 0.0 else 0.0)
+    elif op == MIN:
+        y = min(a, b)
+    elif op == MAX:
+        y = max(a, b)
+    elif op == POW:
+        y = a**b
+    elif op == TAN:
+        y = tan(a)
+    elif op == ASIN:
+        y = asin(a)
+    elif op == ACOS:
+        y = acos(a)
+    elif op == ATAN:
+        y = atan(a)
+    elif op == ATAN2:
+        y = atan2(a, b)
+    elif op == SINH:
+        y = sinh(a)
+    elif op == COSH:
+        y = cosh(a)
+    elif op == TANH:
+        y = tanh(a)
+    elif op == EXP:
+        y = exp(a)
+    elif op == LOG:
+        y = log(a)
+    elif op == LOG10:
+        y = log10(a)
+    elif op == FLOOR:
+        y = floor(a) * 1.0
+    elif op == CEIL:
+        y = ceil(a) * 1.0
+    elif op == MOD:
+        y = a - floor(a / b) * b
+    else:
+        y = nan
+    return y
+
+
 @rare
 def run(t, first, count, vectors, frames, numbers, layout):
     """Run instructions ``first`` ... ``first + count - 1`` of the tape; writes registers, in numbers."""
@@ -207,61 +276,11 @@ def run(t, first, count, vectors, frames, numbers, layout):
             y = sqrt(a)
         elif op == SELECT:
             y = b if a != 0.0 else numbers[r + layout[o + 4]]
-        elif op == LT:
-            y = 1.0 if a < b else 0.0
-        elif op == LE:
-            y = 1.0 if a <= b else 0.0
-        elif op == EQ:
-            y = 1.0 if a == b else 0.0
-        elif op == NE:
-            y = 1.0 if a != b else 0.0
-        elif op == AND:
-            y = 1.0 if a != 0.0 and b != 0.0 else 0.0
-        elif op == OR:
-            y = 1.0 if a != 0.0 or b != 0.0 else 0.0
-        elif op == NOT:
-            y = 1.0 if a == 0.0 else 0.0
-        elif op == ABS:
-            y = abs(a)
-        elif op == SIGN:
-            y = 1.0 if a > 0.0 else (-1.0 if a < 0.0 else 0.0)
-        elif op == MIN:
-            y = min(a, b)
-        elif op == MAX:
-            y = max(a, b)
-        elif op == POW:
-            y = a**b
-        elif op == TAN:
-            y = tan(a)
-        elif op == ASIN:
-            y = asin(a)
-        elif op == ACOS:
-            y = acos(a)
-        elif op == ATAN:
-            y = atan(a)
-        elif op == ATAN2:
-            y = atan2(a, b)
-        elif op == SINH:
-            y = sinh(a)
-        elif op == COSH:
-            y = cosh(a)
-        elif op == TANH:
-            y = tanh(a)
-        elif op == EXP:
-            y = exp(a)
-        elif op == LOG:
-            y = log(a)
-        elif op == LOG10:
-            y = log10(a)
-        elif op == FLOOR:
-            y = floor(a) * 1.0
-        elif op == CEIL:
-            y = ceil(a) * 1.0
-        elif op == MOD:
-            y = a - floor(a / b) * b
         elif op == ANGLE:
             y = atan2(a, b)
             y = y + 2.0 * pi * floor((numbers[r + layout[o + 4]] - y) / (2.0 * pi) + 0.5)
-        else:
+        elif op == TABLE:
             y = interpolate(a, layout[o + 4], layout[L.TABLES] + 3 * layout[o + 3], numbers, layout)
+        else:
+            y = function(op, a, b)
         numbers[target] = y

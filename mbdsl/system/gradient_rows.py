@@ -4,15 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
+from typing import Any, NamedTuple
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import Expr, der, diff, expr, leaves
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
+from mbdsl.mechanism.scene import Component
 from mbdsl.system.expression_tape import Tape
-from mbdsl.system.structure import law_expressions
+from mbdsl.system.structure import Block, law_expressions
 from mbdsl.system.tables import Buffers, Tables
+
+
+class _Laws(NamedTuple):
+    """What laws are written to."""
+
+    tables: Tables
+    buffers: Buffers
+    dofs: Any
+    tape: Tape
+    later: list[Callable[[], None]]
+    slopes: dict[tuple[Expr, str], list[Expr]]  #: the expressions ds/dz of laws that several rows have
 
 
 def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
@@ -22,22 +35,15 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     couplings: list[list[int]] = []
-    slopes: dict[tuple[Expr, str], list[Expr]] = {}
-    slots, no_hessian = buffers.slots, [0.0] * columns_of(tables.scene.spatial).SQUARE
+    laws = _Laws(tables, buffers, dofs, tape, later, {})
+    no_hessian = [0.0] * columns_of(tables.scene.spatial).SQUARE
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
             continue
         rows, role, curved, coupled = block.rows, block.role, block.curved, block.coupled
         full = curved or role == "spring"
         header = L.BLOCKS + L.BLOCK * k
-        known: dict[tuple[int, int], tuple[float, ...]] = {}  # components of an array share their values
-        parameters = []
-        for c in block.components:
-            key = id(c.kind), id(c.values)
-            if key not in known:
-                friction = isinstance(c.kind, JointKind) and role == "law"  # which has no parameters
-                known[key] = () if friction else tuple(c.kind.table(c.values))
-            parameters.append(known[key])
+        parameters = _parameters(block)
         buffers.layout[header : header + 4] = [
             len(block.components),
             row,
@@ -45,32 +51,16 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
             len(parameters[0]) if parameters else 0,
         ]
         if block.module.KIND.counts_turns:
-            first, stride = buffers.layout[header + 2], buffers.layout[header + 3]
-            for e, c in enumerate(block.components):
-                for i, name in enumerate(c.kind.counted):
-                    node = tables.scene.signal_of(c, name)
-                    assert node is not None
-                    tables.angles.setdefault(node, []).append(first + stride * e + 2 * i)
+            _note_angles(tables, block, buffers.layout[header + 2], buffers.layout[header + 3])
         for e, c in enumerate(block.components):
             if coupled:
                 first = buffers.layout[header + 2] + buffers.layout[header + 3] * e
                 later.append(_coupling(tables, c, first, couplings, tape))
             a, b = (tables.frames[c.ports[port]] for port in c.kind.ports) if c.ports else (0, 0)
-            of_a, of_b = dofs[a], dofs[b]
             for j in range(rows):
-                first = buffers.requested
-                detail = -1
+                first, detail = buffers.requested, -1
+                _request_slots(buffers, c, (dofs[a], dofs[b]), n + row if role == "joint" else None, full)
                 if role == "joint":
-                    slots((n + row,), (n + row,))  # used if the row is left out
-                for own, other in product((of_a, of_b), repeat=2) if full else ():
-                    if role == "joint" and c.kind.curved_by_rotations:
-                        buffers.rotation_slots(own, other, n + row)
-                    else:
-                        slots(own, other)
-                if role == "joint":
-                    for own in (of_a, of_b):
-                        slots(own, (n + row,))
-                        slots((n + row,), own)
                     if isinstance(c.kind, JointKind) and c.kind.driver and j == rows - 1:
                         u = expr(c.values[c.kind.driver])
                         registers = [tape.add(u), tape.add(der(u)), 0]
@@ -79,7 +69,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 elif role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
-                    leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later, slopes)
+                    leaf = _law(laws, c, j, (a, b))
                     details.append((len(ints) + L.DETAIL, leaf))
                 hessian = buffers.floats(no_hessian) if curved else -1
                 ints += [a, b, first, hessian, detail, 0]
@@ -96,6 +86,45 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
 
     layout[L.N_COUPLED] = len(couplings)
     later.append(place_details)
+
+
+def _parameters(block: Block) -> list[tuple[float, ...]]:
+    """The numbers of each component of a block that its kernels read."""
+    known: dict[tuple[int, int], tuple[float, ...]] = {}  # components of an array share their values
+    found = []
+    for c in block.components:
+        key = id(c.kind), id(c.values)
+        if key not in known:
+            friction = isinstance(c.kind, JointKind) and block.role == "law"  # which has no parameters
+            known[key] = () if friction else tuple(c.kind.table(c.values))
+        found.append(known[key])
+    return found
+
+
+def _note_angles(tables: Tables, block: Block, first: int, stride: int) -> None:
+    """Note where the kernels of a block count the turns of angles."""
+    for e, c in enumerate(block.components):
+        for i, name in enumerate(c.kind.counted):
+            node = tables.scene.signal_of(c, name)
+            assert node is not None
+            tables.angles.setdefault(node, []).append(first + stride * e + 2 * i)
+
+
+def _request_slots(buffers: Buffers, c: Component, ends, row: int | None, full: bool) -> None:
+    """Request the entries of the matrix that a component writes: of the coordinates of its ``ends``, if it is ``full``,
+    and those of the row of a joint."""
+    slots = buffers.slots
+    if row is not None:
+        slots((row,), (row,))  # used if the row is left out
+    for own, other in product(ends, repeat=2) if full else ():
+        if row is not None and c.kind.curved_by_rotations:
+            buffers.rotation_slots(own, other, row)
+        else:
+            slots(own, other)
+    if row is not None:
+        for own in ends:
+            slots(own, (row,))
+            slots((row,), own)
 
 
 def _coupling(tables: Tables, c, first: int, records: list[list[int]], tape: Tape) -> Callable[[], None]:
@@ -131,10 +160,10 @@ def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None
     return fill
 
 
-def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later, slopes) -> list[int]:
+def _law(to: _Laws, c: Component, j: int, pair: tuple[int, int]) -> list[int]:
     """Record of a law: register of s, sign, number of frames that s depends on; per frame its row and the registers of
-    ds/dz; number of multipliers that s depends on, and the registers of ds/dlam. ``slopes`` keeps the expressions ds/dz
-    of laws that several rows have."""
+    ds/dz; number of multipliers that s depends on, and the registers of ds/dlam."""
+    tables, buffers, dofs, tape, slopes = to.tables, to.buffers, to.dofs, to.tape, to.slopes
     law = law_expressions(c)[j]
     used = frames_in(law)
     reactions = [x for x in leaves(law) if x.op == "multiplier"]
@@ -155,5 +184,5 @@ def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later, slopes) -> list
             leaf.extend([tables.frames[name], *(tape.add(g) for g in slopes[law, name])])
         leaf.extend([len(reactions), *(tape.add(diff(law, x)[0]) for x in reactions)])
 
-    later.append(fill)
+    to.later.append(fill)
     return leaf

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numpy import ceil, floor, inf
+from numpy import inf
 
 from mbdsl.expressions import interval_arithmetic as bounds
+from mbdsl.expressions import interval_tables
 from mbdsl.expressions.interval_arithmetic import ROUNDING
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.system import expression_tape as tape
+from mbdsl.system.interval_operations import condition, jumping, smooth
 
 #: negligible change of a term, relative to its largest known value; and absolute [SI]
 NEGLIGIBLE, NOTHING = 1e-9, 1e-100
@@ -62,71 +64,6 @@ class Room(NamedTuple):
     queue: object
 
 
-@kernel
-def condition(place, a, notes):
-    """A condition, or the truth of a number in its place."""
-    lo, hi, d_lo, d_hi = a
-    if notes[place] != 1:
-        lo, hi, d_lo, d_hi = bounds.of_number((lo, hi))
-    return (lo, hi), (d_lo, d_hi)
-
-
-@rare
-def smooth(op, a, da):
-    """A function of one argument that has a derivative."""
-    if op == tape.SIN:
-        values, slope = bounds.of_sin(a), bounds.of_cos(a)
-    elif op == tape.COS:
-        values, slope = bounds.of_cos(a), bounds.neg(bounds.of_sin(a))
-    elif op == tape.SQRT:
-        values = bounds.of_sqrt(a)
-        slope = bounds.mul((0.5, 0.5), bounds.inverse(values))
-    elif op == tape.TAN:
-        values = bounds.of_tan(a)
-        slope = bounds.slope_of_tan(values)
-    elif op == tape.ASIN:
-        values, slope = bounds.of_asin(a), bounds.slope_of_asin(a)
-    elif op == tape.ACOS:
-        values, slope = bounds.of_acos(a), bounds.neg(bounds.slope_of_asin(a))
-    elif op == tape.ATAN:
-        values, slope = bounds.of_atan(a), bounds.inverse(bounds.one_plus_square(a))
-    elif op == tape.SINH:
-        values, slope = bounds.of_sinh(a), bounds.of_cosh(a)
-    elif op == tape.COSH:
-        values, slope = bounds.of_cosh(a), bounds.of_sinh(a)
-    elif op == tape.TANH:
-        values = bounds.of_tanh(a)
-        slope = bounds.one_minus_square(values)
-    elif op == tape.EXP:
-        values = bounds.of_exp(a)
-        slope = values
-    elif op == tape.LOG:
-        values, slope = bounds.of_log(a), bounds.inverse((max(a[0], 0.0), a[1]))
-    else:
-        slope = bounds.mul((1.0 / bounds.LN10, 1.0 / bounds.LN10), bounds.inverse((max(a[0], 0.0), a[1])))
-        values = bounds.of_log10(a)
-    return bounds.jet(values, bounds.scaled(da, slope))
-
-
-@rare
-def jumping(op, a, da, b, db):
-    """A function whose values are steps, of one or two arguments."""
-    if op == tape.SIGN:
-        return bounds.step(bounds.sign(a[0]), bounds.sign(a[1]), da)
-    if op == tape.FLOOR:
-        return bounds.step(floor(a[0]), floor(a[1]), da)
-    if op == tape.CEIL:
-        return bounds.step(ceil(a[0]), ceil(a[1]), da)
-    growth = bounds.add(db, bounds.neg(da))
-    if op == tape.LT:
-        return bounds.truth(a[1] < b[0], a[0] >= b[1], growth)
-    if op == tape.LE:
-        return bounds.truth(a[1] <= b[0], a[0] > b[1], growth)
-    equal = a[0] == a[1] and b[0] == b[1] and a[0] == b[0]
-    found = 1.0 if equal == (op == tape.EQ) else 0.0
-    return found, found, 0.0, 0.0
-
-
 @rare
 def operation(op, at, x, y, z, code):
     """The jet of an instruction for register ``at`` from those of its arguments, in registers x, y and z."""
@@ -162,7 +99,7 @@ def operation(op, at, x, y, z, code):
     if op == tape.MAX:
         return bounds.of_max(a, da, b, db)
     if op == tape.TABLE:
-        return bounds.of_table(notes[at], a, da, notes, code.numbers)
+        return interval_tables.of_table(notes[at], a, da, notes, code.numbers)
     if op == tape.SELECT:
         c, dc = condition(x, bounds.jet(a, da), notes)
         return bounds.of_select(c, dc, b, db, (w[4 * z], w[4 * z + 1]), (w[4 * z + 2], w[4 * z + 3]))
@@ -265,7 +202,7 @@ def at(k, s, roots, out, way, code):
 @kernel
 def ranges(record, order, offset, code):
     """Write the ranges of a table."""
-    bounds.ranges(record, order, offset, code.notes, code.numbers)
+    interval_tables.ranges(record, order, offset, code.notes, code.numbers)
 
 
 @kernel

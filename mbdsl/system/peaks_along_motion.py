@@ -110,8 +110,8 @@ class OnTheWay:
     @cached_property
     def _joints(self) -> dict[Expr, Expr]:
         """The leaves that stand for operations of joint coordinates, and these operations."""
-        found = [x for x in self._leaves if x.op == "coordinate" and x.value[1] == JOINT]  # type: ignore[index]
-        return {x: x.value[0] for x in found}  # type: ignore[index]
+        found = [x for x in self._leaves if x.op == "coordinate" and x.value[1] == JOINT]
+        return {x: x.value[0] for x in found}
 
     @cached_property
     def _joint_program(self) -> Program:
@@ -257,6 +257,11 @@ class OnTheWay:
         return None
 
 
+def _in_joint(n: Expr) -> Expr:
+    """A leaf in place of an expression in joint coordinates."""
+    return Expr("coordinate", (), (n, JOINT))
+
+
 def _in_joint_coordinates(law: Expr) -> Expr:
     """``law`` with leaves in place of angles between axes, their rates, and polynomials with components of axes."""
     new: dict[Expr, Expr] = {}
@@ -268,11 +273,11 @@ def _in_joint_coordinates(law: Expr) -> Expr:
         joint[n] = n.op == "angle" or (
             n.op in PRODUCTS
             and factors[n] <= MOST_FACTORS
-            and any(x.op == "coordinate" and x.value[1] in AXES for x in leaves(n))  # type: ignore[index]
+            and any(x.op == "coordinate" and x.value[1] in AXES for x in leaves(n))
         )
     for n in order:
         if joint[n]:
-            new[n] = coordinate(n, JOINT)  # type: ignore[arg-type]
+            new[n] = _in_joint(n)
         elif n.args and any(new[a] is not a for a in n.args):
             new[n] = rebuild(n, [new[a] for a in n.args])
         else:
@@ -285,7 +290,7 @@ def _with_counted_angles(law: Expr) -> Expr:
     new: dict[Expr, Expr] = {}
     for n in walk(law):
         same = all(new[a] is a for a in n.args)
-        new[n] = coordinate(n, JOINT) if n.op == "angle" else n if same else rebuild(n, [new[a] for a in n.args])  # type: ignore[arg-type]
+        new[n] = _in_joint(n) if n.op == "angle" else n if same else rebuild(n, [new[a] for a in n.args])
     return new[law]
 
 
@@ -293,7 +298,7 @@ def _factors(n: Expr, of: list[float]) -> float:
     """The degree of a polynomial in positions and velocities with products and quotients of components of axes as
     coefficients; infinite if ``n`` is no such polynomial."""
     if n.op == "coordinate":
-        return 0.0 if n.value[1] in AXES else 1.0  # type: ignore[index]
+        return 0.0 if n.value[1] in AXES else 1.0
     if n.op in ("const", "add", "sub", "neg"):
         return max(of, default=0.0)
     if n.op == "mul":
@@ -303,7 +308,7 @@ def _factors(n: Expr, of: list[float]) -> float:
 
 def _position(x: Expr) -> tuple[Expr, Expr] | None:
     """The position or angle that a leaf is, or whose rate it is; and the rate. None of angular velocities in space."""
-    frame, key = x.value  # type: ignore[misc]
+    frame, key = x.value
     if key in ("wx", "wy", "wz"):
         return None
     where = coordinate(frame, str(POSITION.get(key, key)))

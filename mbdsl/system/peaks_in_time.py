@@ -130,8 +130,8 @@ def _degree(root: Expr, d: list[float]) -> float:
         return max(d)
     if root.op == "mul":
         return sum(d)
-    if root.op == "pow" and is_const(root.args[1]) and float(root.args[1].value).is_integer():  # type: ignore[arg-type]
-        return d[0] * root.args[1].value if root.args[1].value >= 0.0 else np.inf  # type: ignore[operator]
+    if root.op == "pow" and is_const(root.args[1]) and float(root.args[1].value).is_integer():
+        return d[0] * root.args[1].value if root.args[1].value >= 0.0 else np.inf
     if root.op == "div" and d[1] == 0.0:
         return d[0]
     if root.op in ("div", "ratio") and root.args[1].op == "hypot":
@@ -145,7 +145,7 @@ def _is_angle(x: Expr) -> bool:
     """Whether ``x`` is a sum of angles of bodies and constants."""
     if x.op in ("add", "sub", "neg"):
         return all(_is_angle(y) for y in x.args)
-    return x.op == "const" or (x.op == "coordinate" and x.value[1] == "phi")  # type: ignore[index]
+    return x.op == "const" or (x.op == "coordinate" and x.value[1] == "phi")
 
 
 @lru_cache(maxsize=4096)
@@ -160,7 +160,7 @@ def pace(root: Expr) -> float:
     if root.op in ("sin", "cos", "exp", "tanh", "sinh", "cosh"):
         return rate
     if root.op == "table":
-        return rate * np.pi / float(np.diff(root.value[0].u).min())  # type: ignore[index]
+        return rate * np.pi / float(np.diff(root.value[0].u).min())
     if root.op in ("add", "sub", "neg"):
         return max(pace(x) for x, _ in _summands(root))
     if root.op == "mul":
@@ -174,7 +174,7 @@ def pace(root: Expr) -> float:
 
 def _slope(x: Expr) -> float:
     rate = diff(x, TIME)[0]
-    return float(rate.value) if is_const(rate) else np.inf  # type: ignore[arg-type]
+    return float(rate.value) if is_const(rate) else np.inf
 
 
 def _only_jumps(x: Expr) -> bool:

@@ -82,7 +82,7 @@ def gradient(C, past, o, l, numbers, layout):
 
 @rare
 def tangents(C, cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix):
-    """matrix += as :func:`mbdsl.system.loops.constraint_tangents`."""
+    """matrix += as :func:`mbdsl.system.tangent_loops.constraint_tangents`."""
     n, scratch = layout[L.N_Q], numbers.size - C.TANGENT_SCRATCH
     for k in range(layout[L.N_RELATIONS]):
         o = layout[layout[L.RELATIONS] + k]
@@ -132,7 +132,7 @@ def tangents(C, cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix):
 
 @rare
 def columns(C, factor, past, numbers, layout, matrix):
-    """matrix += as :func:`mbdsl.system.loops.columns`."""
+    """matrix += as :func:`mbdsl.system.tangent_loops.columns`."""
     scratch = numbers.size - C.TANGENT_SCRATCH
     for k in range(layout[L.N_RELATIONS] if factor != 0.0 else 0):
         o = layout[layout[L.RELATIONS] + k]

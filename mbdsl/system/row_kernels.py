@@ -32,13 +32,13 @@ def module(of: Declared) -> ModuleType:
     if not of.made:
         return of.file
     name = f"{PREFIX}{'in_space_' if of.KIND.spatial else ''}{of.name}"
-    return code_cache.import_text(name, text(of.KIND, of.name))  # type: ignore[arg-type]
+    return code_cache.import_text(name, text(of.pair, of.name))
 
 
 def texts_of(blocks: Iterable[Block]) -> list[str]:
     """The texts of the kernels of a structure that are made from rows."""
     declared = dict.fromkeys(b.module for b in blocks if isinstance(b.module, Declared) and b.module.made)
-    return [text(x.KIND, x.name) for x in declared]  # type: ignore[arg-type]
+    return [text(x.pair, x.name) for x in declared]
 
 
 def text(kind: PairKind, name: str) -> str:
@@ -137,7 +137,7 @@ def _function(
 
 def _leaf(n: Expr) -> str:
     """The name of a number that is read: ``a_xx`` of frame_a, ``s_0``."""
-    return f"{n.value[0][-1]}_{n.value[1]}" if n.op == "coordinate" else str(n.value).replace("[", "_").rstrip("]")  # type: ignore[index]
+    return f"{n.value[0][-1]}_{n.value[1]}" if n.op == "coordinate" else str(n.value).replace("[", "_").rstrip("]")
 
 
 def _term(n: Expr, known: Mapping[Expr, str], inside: bool = True) -> str:

@@ -73,13 +73,13 @@ def values(
             return t
         if node.op == "multiplier":
             assert lam is not None, "reactions need multipliers"
-            return lam[:, system.tables.multipliers[node.value] - system.n]  # type: ignore[index]
+            return lam[:, system.tables.multipliers[node.value] - system.n]
         if node.op == "start":
             return np.full(len(t), system.tables.first_angles.get(node, 0.0))
         if node.op == "input":
             name = str(node.value)
             return inputs[name] if inputs and name in inputs else np.full(len(t), system.scene.number_starts[name])
-        name, key = node.value  # type: ignore[misc]
+        name, key = node.value
         motion = system.scene.frames[name].motion
         if motion is not None:
             moved = motion[tuple(RATE).index(key)] if key in RATE else der(motion[_RATES.index(key)])
@@ -87,18 +87,18 @@ def values(
         return frame_coordinate(system, name, key, q, v, t, known)
 
     def angle(node: Expr, y: Array, x: Array) -> Array:
-        (rate,) = values(system, [node.value], t, q, v, lam, inputs)  # type: ignore[list-item]
+        (rate,) = values(system, [node.value], t, q, v, lam, inputs)
         return counted(t, np.arctan2(y, x), rate, system.tables.first_angles.get(node, 0.0))
 
     with np.errstate(all="ignore"):
-        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle)  # type: ignore[arg-type]
+        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle)
     return [np.broadcast_to(np.asarray(r, float), (len(t),)) for r in results]
 
 
 def begin(system: System, t: float, q: Array, v: Array) -> None:
     """Make q, v (n,) at time t the start from which expressions take their values at the start."""
     nodes = _begun(system)
-    found = values(system, [n.value for n in nodes], np.array([t]), q[None], v[None]) if nodes else []  # type: ignore[misc]
+    found = values(system, [n.value for n in nodes], np.array([t]), q[None], v[None]) if nodes else []
     for node, value in zip(nodes, found, strict=True):
         system.set_first_angle(node, float(value[0]))
     for node in system.tables.angles if nodes else ():
@@ -125,8 +125,8 @@ def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Arra
     tt, qq, vv = np.array([t]), q[None, :], v[None, :]
     rigid: list[tuple[int, Pose, int, int]] = []  # row, pose of the frame, first coordinate of the body, index of key
     for i, root in enumerate(roots):
-        if root.op == "coordinate" and system.scene.frames[root.value[0]].motion is None:  # type: ignore[index]
-            name, key = root.value  # type: ignore[misc]
+        if root.op == "coordinate" and system.scene.frames[root.value[0]].motion is None:
+            name, key = root.value
             frame = system.scene.frames[name]
             body = system.tables.models.get(frame.body)
             if isinstance(body, Rigid) and body.n == 3:
@@ -181,7 +181,7 @@ def _matrix(system: System, rows: int, entries: list[tuple[int, int, float]], mo
 
 def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, row: int, d_q: list, d_v: list) -> None:
     """Entries of partial * d(frame coordinate)/d(q, v)."""
-    name, key = leaf.value  # type: ignore[misc]
+    name, key = leaf.value
     frame = system.scene.frames[name]
     body = system.tables.models.get(frame.body)
     if body is None:

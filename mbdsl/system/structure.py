@@ -51,7 +51,8 @@ class Block:
 
     @property
     def _joint(self) -> JointKind:
-        return self.module.KIND  # type: ignore[return-value]
+        assert isinstance(self.module.KIND, JointKind)
+        return self.module.KIND
 
     @property
     def curved(self) -> bool:

@@ -60,7 +60,7 @@ class Switch:
     def is_corner(self) -> bool:
         """Whether accelerations are continuous, as far as the node itself shows this."""
         if self.node.op == "table":
-            table, order = self.node.value  # type: ignore[misc]
+            table, order = self.node.value
             closed = table.extrapolation != "periodic" or table.y[0] == table.y[-1]
             return self.of_force and order == 0 and table.extrapolation != "error" and closed
         return self.of_force and self.node.op in COMPARED
@@ -122,7 +122,7 @@ def _switches(node: Expr) -> bool:
 
 def table_events(node: Expr) -> int:
     """Whether the knots and the ends of a table's derivative are events: it has corners or jumps there."""
-    table, order = node.value  # type: ignore[misc]
+    table, order = node.value
     smooth, nothing = SMOOTHNESS[table.smoothness if len(table.u) > 2 else "linear"]
     if order >= nothing:
         return 0
@@ -152,7 +152,7 @@ def _record(switch: Switch, tape: Tape) -> list[int]:
     elif node.op == "mod":
         head = [QUOTIENT, *a, 0]
     elif node.op == "table":
-        head = [CELL, a[0], tape.tables.index(node.value[0]), table_events(node)]  # type: ignore[index]
+        head = [CELL, a[0], tape.tables.index(node.value[0]), table_events(node)]
     else:
         head = [VALUE, tape.add(node), 0, 0]
     return [*head, len(switch.guards), *(x for c, truth in switch.guards for x in (tape.add(c), int(truth)))]

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
+from mbdsl.kernels.factors import Factors
 from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
@@ -64,7 +65,7 @@ class System:
     tables: Tables
     code: str = ""
     _kernels: dict[int, Kernels] = field(default_factory=dict)
-    _kept: dict[Callable, object] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _kept: dict[Callable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
     _work: Workspace | None = None
     _A: Array | None = None
     _clock: Clock | None = None
@@ -365,56 +366,26 @@ class System:
         columns = csc_array(free)
         return splu(csc_array(M) + columns @ columns.T).solve(force)
 
-    def tangent(
-        self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0, a=None
-    ) -> Array | csr_array:
-        """The matrix (n + m + p, n + m + p)
-
-            cM M + cK K' + cD D      Phi_q^T - cL Q_lam     Gam_v^T - cL Q_nu
-            cP Phi_q + cN N          0                      0
-            cV Gam_v + cW Gam_q      0                      0
-
-        K = (Phi_q^T lam + Gam_v^T nu - Q)_q, K' = K + (M a)_q for a given acceleration a (n,),
-        D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
+    def tangent(self, t: float, q, v=None, lam=None, *, a=None, **factors: float) -> Array | csr_array:
+        """The matrix (n + m + p, n + m + p) with some :class:`mbdsl.kernels.factors.Factors`, by their names; with an
+        acceleration a (n,), cA is cK. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
         w.vectors[L.UNKNOWN, : self.n] = 0.0 if a is None else a
-        cA = 0.0 if a is None else cK
-        return self.matrix(self.entries(t, cM=cM, cK=cK, cD=cD, cL=cL, cP=cP, cN=cN, cV=cV, cW=cW, cA=cA))
+        return self.matrix(self.entries(t, **factors, cA=0.0 if a is None else factors.get("cK", 0.0)))
 
-    def entries(self, t: float, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0, cA=0.0) -> Array:
+    def entries(self, t: float, **factors: float) -> Array:
         """The requested entries (size,) of the matrix of ``tangent`` at the last evaluated state; requests for the same
         place are separate entries.
 
-        cA is the factor of (M a)_q alone, with a in row UNKNOWN of vectors. The array is overwritten by the next call.
+        The acceleration a is that in row UNKNOWN of vectors. The array is overwritten by the next call.
         """
         w = self._work
         assert w is not None
         if self._A is None:
             self._A = np.zeros(self.size)
-        tangent = self._any_kernels(1).tangent
-        tangent(
-            float(t),
-            cM,
-            cK,
-            cD,
-            cL,
-            cP,
-            cN,
-            cV,
-            cW,
-            cA,
-            1.0,
-            0.0,
-            0.0,
-            0.0,
-            w.vectors,
-            w.frames,
-            w.gradients,
-            w.numbers,
-            w.layout,
-            self._A,
-        )
+        buffers = w.vectors, w.frames, w.gradients, w.numbers, w.layout, self._A
+        self._any_kernels(1).tangent(float(t), *Factors(**factors), *buffers)
         return self._A
 
     def matrix(self, entries: Array) -> Array | csr_array:
@@ -549,7 +520,7 @@ class System:
             return const(self.tables.first_angles.get(x, 0.0))
         if x.op != "coordinate":
             return None
-        name, key = x.value  # type: ignore[misc]
+        name, key = x.value
         frame = self.scene.frames[name]
         if frame.body in self.tables.models or frame.motion is not None:
             return None
@@ -559,7 +530,7 @@ class System:
         """``make(self)``, made once; searches for peaks, which read signals of a System, are kept in it that way."""
         if make not in self._kept:
             self._kept[make] = make(self)
-        return self._kept[make]  # type: ignore[return-value]
+        return self._kept[make]
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

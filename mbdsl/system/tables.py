@@ -86,6 +86,11 @@ class Tables:
         """Names of the bodies that deform."""
         return tuple(name for name, body in self.models.items() if body.deforms)
 
+    @cached_property
+    def states(self) -> int:
+        """The number of states, whose coordinates are the last ones."""
+        return len(self.scene.states())
+
     @property
     def pair_rows(self) -> int:
         """Rows of the gradient table."""
@@ -93,7 +98,8 @@ class Tables:
 
     @property
     def has_tape(self) -> bool:
-        return any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
+        own = any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
+        return own or bool(self.scene.events)
 
 
 class Buffers:

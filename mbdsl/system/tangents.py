@@ -46,7 +46,7 @@ def tangents(
             entries[k] = A
     rows, columns = system.tables.pattern
     place = (np.arange(count)[:, None] * size**2 + rows * size + columns).ravel()
-    sums: list[Array] = [np.bincount(place, x.ravel(), count * size**2) for x in found]  # type: ignore[misc]  # floats
+    sums = [np.bincount(place, x.ravel(), count * size**2).astype(np.float64, copy=False) for x in found]
     return [x.reshape(count, size, size) for x in sums]
 
 

@@ -92,7 +92,7 @@ def _measured(node: Expr) -> tuple[Expr, Levels] | None:
 
 def _knots(node: Expr) -> Levels:
     """The arguments at which the derivative of a node's table has its events."""
-    table, _ = node.value  # type: ignore[misc]
+    table, _ = node.value
     which = table_events(node)
     inner = list(table.u[1:-1]) if which & KNOTS else []
     first, last = table.u[0], table.u[-1]
@@ -108,7 +108,7 @@ def is_linear(root: Expr) -> bool:
 
 def _keeps_linear(node: Expr) -> bool:
     if node.op == "table":
-        table, order = node.value  # type: ignore[misc]
+        table, order = node.value
         return table.smoothness == "linear" or len(table.u) == 2 or order > 2
     if node.op == "mul":
         return any(not leaves(x) for x in node.args)
@@ -157,5 +157,5 @@ def _between(levels: Levels, a: float, b: float) -> Iterator[float]:
 
 def _at(x: Expr, t: float) -> float:
     with np.errstate(all="ignore"):
-        value = evaluate([x], lambda leaf: np.float64(t), ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
-    return float(value[0])  # type: ignore[arg-type]
+        value = evaluate([x], lambda leaf: np.float64(t), ARRAY_OPERATIONS, table_value)
+    return float(value[0])

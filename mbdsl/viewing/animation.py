@@ -11,6 +11,7 @@ from mbdsl.errors import UsageError
 from mbdsl.lang.modelica_names import PORTS
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, duration
+from mbdsl.plotting.pictures import converted
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.version import __version__
 from mbdsl.viewing import page, projection
@@ -26,7 +27,7 @@ from mbdsl.viewing.space.shapes import SpaceDrawing
 from mbdsl.viewing.svg_picture import still
 from mbdsl.viewing.tracks import AnyMotion, Motion
 from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, loads, vectors
-from mbdsl.viewing.writers import pdf, svg
+from mbdsl.viewing.writers import svg
 
 
 class Animation(SavedPage):
@@ -88,7 +89,7 @@ class Animation(SavedPage):
         return f"<Animation of {self.motion.scene.name}: {len(self.motion.t)} frames, {span}>"
 
     @cached_property
-    def html(self) -> str:  # type: ignore[override]
+    def html(self) -> str:
         """The page as the text of one HTML file."""
         drawn, arrows = self._drawing(), self._vectors()
         pale = None
@@ -155,8 +156,8 @@ class Animation(SavedPage):
         ghost = None if self._ghost is None else projection.flat(self._ghost, self._view)
         overlays = Overlays(self._traced or drawn.paths, shown, ghost, self._one_scale)
         if suffix in VECTORS:
-            marks = Picture(flat, drawn, width, height, overlays).marks(0)
-            return (svg if suffix == ".svg" else pdf)(marks, width, height)
+            picture = svg(Picture(flat, drawn, width, height, overlays).marks(0), width, height)
+            return picture.encode() if suffix == ".svg" else converted(picture, suffix)
         from mbdsl.viewing.film import film
 
         return film(flat, suffix, width, height, overlays, drawn)

@@ -36,7 +36,7 @@ THIN, THICK = Size(thin=1.0), Size(2.5, 0.42)
 
 
 @dataclass(frozen=True)
-class Path:
+class DrawnPath:
     """A line or an area of n points.
 
     Attributes
@@ -108,7 +108,7 @@ class Beam:
     width: Size = THICK
 
 
-Item = Path | Circle | Beam
+Item = DrawnPath | Circle | Beam
 
 
 @dataclass(frozen=True)

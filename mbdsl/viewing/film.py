@@ -15,6 +15,7 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.messages import install
 from mbdsl.plotting.series_styles import LIGHT_PAPER
+from mbdsl.viewing.motion import nearest
 from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.picture import NOTHING_ELSE, Picture
 from mbdsl.viewing.projection import drawing
@@ -83,8 +84,7 @@ def rows_of(motion: Tracks) -> np.ndarray:
     duration = float(t[-1] - t[0])
     count = max(1, round(RATE * min(LONGEST, max(SHORTEST, duration)))) if duration > 0.0 else 1
     even = t[0] + duration * np.arange(count) / count
-    after = np.searchsorted(t, even).clip(1, max(1, len(t) - 1))
-    return np.where(even - t[after - 1] <= t[after] - even, after - 1, after) if len(t) > 1 else np.zeros(1, int)
+    return nearest(t, even) if len(t) > 1 else np.zeros(1, int)
 
 
 def _palette(picture: Picture, rows: Sequence[int]) -> Image.Image:

@@ -22,8 +22,8 @@ from mbdsl.viewing.display import (
     ON,
     PAPER,
     Circle,
+    DrawnPath,
     Item,
-    Path,
     Points,
     Shape,
     Size,
@@ -51,23 +51,23 @@ def wheel(c: Component, at: Spot, radius: float, motion: Motion) -> Shape:
     own = colour_of(motion, at)
     items: tuple[Item, ...] = (
         Circle((at,), Size(metres=radius), (own, PAPER, 0.85), own, Size(2.0)),
-        Path((at,), metres=((0.0, -radius), (0.0, radius)), stroke=(own, PAPER, 0.5)),
-        Path((at,), metres=((-radius, 0.0), (radius, 0.0)), stroke=own),
+        DrawnPath((at,), metres=((0.0, -radius), (0.0, radius)), stroke=(own, PAPER, 0.5)),
+        DrawnPath((at,), metres=((-radius, 0.0), (radius, 0.0)), stroke=own),
         Circle((at.moved(0.78 * radius),), Size(1.5, 0.0, 0.07 * radius), own, None),
         Circle((at,), Size(2.0, 0.25), PAPER),
     )
     return Shape("wheel", c.name, (at,), items, radius)
 
 
-def _area(at: Spot, points: Array, motion: Motion) -> Path:
+def _area(at: Spot, points: Array, motion: Motion) -> DrawnPath:
     own = colour_of(motion, at)
-    return Path((at,), metres=rounded(points), closed=True, fill=(own, PAPER, 0.78), stroke=own, width=Size(1.5))
+    return DrawnPath((at,), metres=rounded(points), closed=True, fill=(own, PAPER, 0.78), stroke=own, width=Size(1.5))
 
 
 def _plate(c: Component, at: Spot, points: Array, radius: float, motion: Motion) -> Shape:
     """A disc with an edge of any shape, a line to its first corner, and a hole for its axle."""
     area = _area(at, points, motion)
-    line = Path((at,), metres=((0.0, 0.0), area.metres[0]), stroke=(colour_of(motion, at), PAPER, 0.3))
+    line = DrawnPath((at,), metres=((0.0, 0.0), area.metres[0]), stroke=(colour_of(motion, at), PAPER, 0.3))
     return Shape("plate", c.name, (at,), (area, line, Circle((at,), Size(2.0, 0.3), PAPER)), radius)
 
 
@@ -75,7 +75,7 @@ def _ring(c: Component, at: Spot, hole: Array, radius: float, motion: Motion) ->
     """A ring with a hole of any shape."""
     own = colour_of(motion, at)
     disc = Circle((at,), Size(metres=radius), (own, PAPER, 0.78), own, Size(1.5))
-    inner = Path((at,), metres=rounded(hole), closed=True, fill=PAPER, stroke=own, width=Size(1.5))
+    inner = DrawnPath((at,), metres=rounded(hole), closed=True, fill=PAPER, stroke=own, width=Size(1.5))
     return Shape("ring", c.name, (at,), (disc, inner), radius)
 
 
@@ -176,7 +176,7 @@ def belt(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterato
     points = np.concatenate([_polar(r_a, arc_a), _polar(abs(r_b), arc_b)])
     share = (0.0,) * ARC + (1.0,) * ARC
     look: dict[str, Any] = {"closed": True, "stroke": FORCE, "width": Size(2.0, 0.2)}
-    yield Shape("belt", c.name, (a, b), (Path((a, b), ALONG, metres=rounded(points), share=share, **look),))
+    yield Shape("belt", c.name, (a, b), (DrawnPath((a, b), ALONG, metres=rounded(points), share=share, **look),))
 
 
 def _law(c: Component, motion: Motion, angle: Array) -> Array:
@@ -190,7 +190,7 @@ def _law(c: Component, motion: Motion, angle: Array) -> Array:
         return angle if leaf is turning else 0.0
 
     with np.errstate(all="ignore"):
-        (found,) = evaluate([law], at, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+        (found,) = evaluate([law], at, ARRAY_OPERATIONS, table_value)
     return np.broadcast_to(np.asarray(found, float), angle.shape)
 
 
@@ -218,7 +218,7 @@ def stop(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterato
     for key, side in (("s_min", 1), ("s_max", -1)):
         if c.values[key] is not None:
             at = a.moved(float(c.values[key]))
-            yield Shape("wall", c.name, (at,), (Path((at,), units=((0.0, -1.3), (0.0, 1.3)), hatch=side),))
+            yield Shape("wall", c.name, (at,), (DrawnPath((at,), units=((0.0, -1.3), (0.0, 1.3)), hatch=side),))
 
 
 def rope(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
@@ -227,7 +227,7 @@ def rope(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterato
         if radius:
             yield wheel(c, spot, abs(radius), motion)
     at = motion.lines.get(c.name, (a, b))
-    line = Path(at, ON, curved=len(at) == 3, stroke=FORCE, width=Size(1.5, 0.14))
+    line = DrawnPath(at, ON, curved=len(at) == 3, stroke=FORCE, width=Size(1.5, 0.14))
     yield Shape("rope", c.name, at, (line,))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.system.body_models import body_pose
-from mbdsl.viewing.display import PAPER, Path, Shape, Size, colour_of
+from mbdsl.viewing.display import PAPER, DrawnPath, Shape, Size, colour_of
 from mbdsl.viewing.tracks import GROUND, Motion, Spot
 
 ELLIPSE = 96  #: number of points of an ellipse
@@ -33,7 +33,7 @@ def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
     at, own = _reference(c, motion), colour_of(motion, c.name)
     for shape in motion.scene.shapes.get(c.name, ()):
         parts = [_ellipse(shape)] if shape.form == "ellipse" else list(shape.parts)
-        path = Path(
+        path = DrawnPath(
             (at,),
             metres=tuple((float(x), float(y)) for part in parts for x, y in part),
             cuts=tuple(int(k) for k in np.cumsum([len(part) for part in parts])[:-1]),

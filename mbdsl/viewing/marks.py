@@ -30,7 +30,7 @@ THEME = {
 DASH = (5.0, 4.0)  #: lengths of dashes and of gaps [px]
 
 
-class Line(NamedTuple):
+class LineMark(NamedTuple):
     """Open or closed lines through points (n, 2) [px], y down; ``fill`` is inside of an odd number of them."""
 
     parts: Sequence[Array]
@@ -41,7 +41,7 @@ class Line(NamedTuple):
     dashed: bool = False
 
 
-class Disc(NamedTuple):
+class DiscMark(NamedTuple):
     """A disc about a point [px]."""
 
     x: float
@@ -52,7 +52,7 @@ class Disc(NamedTuple):
     width: float
 
 
-class Text(NamedTuple):
+class TextMark(NamedTuple):
     """A text that is centred at a point [px], or begins there."""
 
     x: float
@@ -63,7 +63,7 @@ class Text(NamedTuple):
     centred: bool = False
 
 
-Mark = Line | Disc | Text
+Mark = LineMark | DiscMark | TextMark
 
 
 def hexadecimal(colour: Colour) -> str | None:
@@ -80,16 +80,16 @@ def mixed(a: str, b: str, part: float) -> str:
     return "#" + "".join(f"{round(u + (v - u) * part):02x}" for u, v in zip(x, y, strict=True))
 
 
-def line(points: Array, width: float, colour: str, dashed: bool = False) -> Line:
+def line(points: Array, width: float, colour: str, dashed: bool = False) -> LineMark:
     """An open line through points (n, 2) [px]."""
-    return Line([np.asarray(points, float)], colour, width, dashed=dashed)
+    return LineMark([np.asarray(points, float)], colour, width, dashed=dashed)
 
 
 def finite(marks: Sequence[Mark]) -> list[Mark]:
     """Marks without points that are not numbers: open lines leave them out, other marks are left out."""
     found: list[Mark] = []
     for mark in marks:
-        if not isinstance(mark, Line):
+        if not isinstance(mark, LineMark):
             if np.isfinite(mark.x) and np.isfinite(mark.y):
                 found.append(mark)
         elif all(np.isfinite(part).all() for part in mark.parts):
@@ -107,7 +107,7 @@ def paled(marks: Sequence[Mark], part: float) -> list[Mark]:
         return None if colour is None else mixed(LIGHT_PAPER, colour, part)
 
     def whole(mark: Mark) -> Mark:
-        if isinstance(mark, Text):
+        if isinstance(mark, TextMark):
             return mark._replace(colour=pale(mark.colour) or "")
         return mark._replace(fill=pale(mark.fill), stroke=pale(mark.stroke))
 

@@ -16,7 +16,7 @@ from mbdsl.system.system import System
 from mbdsl.version import __version__
 from mbdsl.viewing import page
 from mbdsl.viewing.animation import drawn_of
-from mbdsl.viewing.mode_shapes import PICTURES, Shapes, mode_shapes
+from mbdsl.viewing.mode_shapes import PICTURES, ModeShapes, mode_shapes
 from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.projection import drawing, flat
 from mbdsl.viewing.saved_page import SavedPage
@@ -30,7 +30,7 @@ PHASES = 60  #: steps of the page's cycle
 
 
 @dataclass(frozen=True)
-class Row:
+class ModeRow:
     """A mode in the list of the page: frequencies [Hz], damping ratio, the bodies that move, and whether it grows."""
 
     frequency: float
@@ -55,7 +55,7 @@ class ModeAnimation(SavedPage):
         Coordinates of the state.
     shapes : (M, n) complex [m, rad]
         Displacements of the coordinates in each mode.
-    rows : sequence of Row
+    rows : sequence of ModeRow
         Frequencies and damping.
     about : str
         The state in words.
@@ -74,13 +74,13 @@ class ModeAnimation(SavedPage):
         t: float,
         q: NDArray[np.float64],
         shapes: NDArray[np.complex128],
-        rows: Sequence[Row],
+        rows: Sequence[ModeRow],
         about: str,
         first: int | None = None,
     ) -> None:
         if not len(shapes):
             raise UsageError(f"{system.scene.name} has no modes to show", hint="nothing in it can vibrate")
-        self.shapes: Shapes = mode_shapes(system, t, q, shapes)
+        self.shapes: ModeShapes = mode_shapes(system, t, q, shapes)
         self.rows, self._about = list(rows), about
         self.first = next((k for k, row in enumerate(rows) if row.damped > 0.0), 0) if first is None else first
         if not 0 <= self.first < len(rows):
@@ -99,7 +99,7 @@ class ModeAnimation(SavedPage):
         return drawn_of(self.shapes.together())
 
     @cached_property
-    def html(self) -> str:  # type: ignore[override]
+    def html(self) -> str:
         """The page as the text of one HTML file."""
         rest = self.shapes.rest
         about = [("model", self.scene.name), ("state", self._about), ("modes", str(len(self.rows)))]

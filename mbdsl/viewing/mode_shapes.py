@@ -29,7 +29,7 @@ SECONDS, PICTURES = 2.0, 50  #: duration of a cycle in a film, and its number of
 
 
 @dataclass(frozen=True)
-class Shapes:
+class ModeShapes:
     """Displacements of M modes about a state.
 
     Attributes
@@ -87,7 +87,7 @@ class Shapes:
         )
 
 
-def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
+def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> ModeShapes:
     """Displacements of the picture in the modes of a mechanism.
 
     Parameters
@@ -103,7 +103,7 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
 
     Returns
     -------
-    Shapes
+    ModeShapes
         Displacements of tracks and beams by central differences, which are exact for rigid bodies, each mode scaled so
         that its largest displacement is a tenth of the extent of the mechanism.
     """
@@ -130,7 +130,7 @@ def mode_shapes(system: System, t: float, q: Array, shapes: Complex) -> Shapes:
             points[j].append(factor * p)
             angles[j].append(factor * a)
         largest.append(factor * most)
-    return Shapes(
+    return ModeShapes(
         rest,
         np.array(tracks).reshape(-1, *rest.poses.shape[1:]),
         [np.array(x) for x in points],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,12 +48,12 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> AnyMotion:
 
 
 def _in_plane(trajectory: Trajectory, most: int) -> Motion:
-    system, scene = trajectory.system, trajectory.scene
+    system, scene = trajectory.system, without_states(trajectory.scene)
     owners = frames_of_bodies(scene)
     models = system.tables.models
     size = sum(3 * len(owners[name]) + 2 * STATIONS if body.deforms else 3 for name, body in models.items())
     rows = shown_rows(trajectory, most, size)
-    states = _States(system, trajectory.t, trajectory.q, trajectory.v, rows)
+    states = _ShownStates(system, trajectory.t, trajectory.q, trajectory.v, rows)
     tracks: list[str] = []
     spots: dict[str, Spot] = {}
     curves: list[Curve] = []
@@ -78,7 +80,7 @@ def _in_plane(trajectory: Trajectory, most: int) -> Motion:
 
 
 def _in_space(trajectory: Trajectory, most: int) -> SpaceMotion:
-    scene, system = trajectory.scene, trajectory.system
+    scene, system = without_states(trajectory.scene), trajectory.system
     owners = frames_of_bodies(scene)
     models = system.tables.models
     rows = shown_rows(trajectory, most, 7 * len(models))
@@ -123,11 +125,25 @@ def chosen_rows(t: Array, most: int) -> NDArray[np.int64]:
     """Rows of at most ``most`` times (N,) that are evenly distributed over the duration, first and last included."""
     if len(t) <= most:
         return np.arange(len(t))
-    even = np.linspace(t[0], t[-1], most)
-    after = np.searchsorted(t, even).clip(1, len(t) - 1)
-    rows = np.where(even - t[after - 1] <= t[after] - even, after - 1, after)
+    rows = nearest(t, np.linspace(t[0], t[-1], most))
     rows[-1] = len(t) - 1
     return np.unique(rows)
+
+
+def without_states(scene: Scene) -> Scene:
+    """The scene as it is drawn: states have no place."""
+    names = {c.name for c in scene.states()}
+    if not names:
+        return scene
+    frames = {name: frame for name, frame in scene.frames.items() if frame.body not in names}
+    others = (c for c in scene.components.values() if frames.keys() >= {*c.ports.values()})
+    return replace(scene, components={c.name: c for c in others if c.name not in names}, frames=frames)
+
+
+def nearest(t: Array, wanted: Array) -> NDArray[np.int64]:
+    """The rows of at least two times (N,) that are the nearest to the wanted ones."""
+    after = np.searchsorted(t, wanted).clip(1, len(t) - 1)
+    return np.where(wanted - t[after - 1] <= t[after] - wanted, after - 1, after)
 
 
 def frames_of_bodies(scene: Scene) -> dict[str, list[str]]:
@@ -138,7 +154,7 @@ def frames_of_bodies(scene: Scene) -> dict[str, list[str]]:
     return found
 
 
-class _States:
+class _ShownStates:
     """States of a trajectory, of which rows are shown; all are used where turns are counted."""
 
     def __init__(self, system: System, t: Array, q: Array, v: Array, rows: NDArray[np.int64]) -> None:
@@ -163,7 +179,7 @@ class _States:
         return self.frame(frame.body, body_pose(scene.components[frame.body], frame))
 
 
-def _curve(states: _States, component: Component) -> Curve:
+def _curve(states: _ShownStates, component: Component) -> Curve:
     half = float(component.values["length"]) / 2
     along = np.linspace(-half, half, STATIONS)
     poses = np.stack([states.frame(component.name, (x, 0.0, 0.0)) for x in along.tolist()], axis=1)

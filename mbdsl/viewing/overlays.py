@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
 from mbdsl.viewing.display import head
-from mbdsl.viewing.marks import THEME, Disc, Line, Mark, Text, line, mixed
+from mbdsl.viewing.marks import THEME, DiscMark, LineMark, Mark, TextMark, line, mixed
 from mbdsl.viewing.tracks import Tracks
 from mbdsl.viewing.vectors import FORCES, Vector, largest
-from mbdsl.viewing.view import View
+from mbdsl.viewing.view import PictureView
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class Painted:
         self.vectors = list(overlays.vectors)
         self.largest = largest(self.vectors, overlays.one_scale)
 
-    def marks(self, p: View) -> Iterator[Mark]:
+    def marks(self, p: PictureView) -> Iterator[Mark]:
         """Paths, pale as a whole and strong up to the present, with a dot at the point; arrows."""
         lines = []
         for k, path in enumerate(self.paths):
@@ -53,7 +53,7 @@ class Painted:
             yield line(points, 1.6, mixed(LIGHT_PAPER, colour, PALE_PATH))
             yield line(points[: p.row + 1], 1.6, colour)
         for points, colour in lines:
-            yield Disc(points[p.row, 0], points[p.row, 1], 2.6, colour, LIGHT_PAPER, p.thin)
+            yield DiscMark(points[p.row, 0], points[p.row, 1], 2.6, colour, LIGHT_PAPER, p.thin)
         for v in self.vectors:
             values = np.nan_to_num(v.values[p.row]) / (self.largest[v.key] or 1.0)
             colour = THEME["load" if v.group == FORCES else "reaction"]
@@ -64,13 +64,13 @@ class Painted:
                 yield from _turning(place, 1.6 * p.U + 6.0, float(values[0]), colour)
 
 
-def _head(at: Array, direction: Array, size: float, colour: str) -> Line:
+def _head(at: Array, direction: Array, size: float, colour: str) -> LineMark:
     """The head of an arrow in a direction (x, y), y up."""
     points = np.array(head(0.0, 0.0, tuple(direction.tolist()), size)) * (1.0, -1.0)
-    return Line([at + points], colour, 1.0, True, colour)
+    return LineMark([at + points], colour, 1.0, True, colour)
 
 
-def _arrow(start: Array, by: Array, colour: str) -> Iterator[Line]:
+def _arrow(start: Array, by: Array, colour: str) -> Iterator[LineMark]:
     """An arrow by (x, y) pixels, y up."""
     length = float(np.hypot(*by))
     if length >= 2.0:
@@ -80,7 +80,7 @@ def _arrow(start: Array, by: Array, colour: str) -> Iterator[Line]:
         yield _head(end - 0.4 * size * back, along, size, colour)
 
 
-def _turning(at: Array, radius: float, part: float, colour: str) -> Iterator[Line]:
+def _turning(at: Array, radius: float, part: float, colour: str) -> Iterator[LineMark]:
     """An arc, counter-clockwise for positive values; ``part`` is relative to the largest of the motion."""
     if abs(part) >= 0.01:
         angles = np.linspace(0.0, 4.7 * part, 40)
@@ -97,6 +97,6 @@ def colour_bar(size: tuple[int, int], pale: str, most: float) -> Iterator[Mark]:
         x, shade = left + k / 2, mixed(pale, THEME["hot"], k / (2 * BAR[0]))
         yield line(np.array([(x, top), (x, top + BAR[1])]), 0.5, shade)
     corners = [(left, top), (left + BAR[0], top), (left + BAR[0], top + BAR[1]), (left, top + BAR[1])]
-    yield Line([np.array(corners, float)], THEME["pale"], 0.75, closed=True)
+    yield LineMark([np.array(corners, float)], THEME["pale"], 0.75, closed=True)
     words = f"bending strain 0 ... {most:.3g}"
-    yield Text(left + BAR[0] + 8, top + BAR[1] / 2, words, THEME["pale"], LETTERS)
+    yield TextMark(left + BAR[0] + 8, top + BAR[1] / 2, words, THEME["pale"], LETTERS)

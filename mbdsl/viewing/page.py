@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,11 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.plotting.escaping import seen
-from mbdsl.viewing import documents
+from mbdsl.plotting import documents
 from mbdsl.viewing.display import Item, values_of
 from mbdsl.viewing.shapes import Drawing
-from mbdsl.viewing.signals import Plots, Signal
+from mbdsl.viewing.signals import Plots, PlottedSignal
 from mbdsl.viewing.space.shapes import SpaceDrawing
 from mbdsl.viewing.space.solid import Solid
 from mbdsl.viewing.tracks import GROUND, UNTURNED, AnyMotion, Place, Spot, largest_strain
@@ -61,15 +59,12 @@ def html(data: Mapping[str, Any]) -> str:
         names = (*names[:k], MODES, *names[k:])
     style = "".join(_text(name) for name in ((STYLE, STYLE_IN_SPACE) if spatial else (STYLE,)))
     scripts = [_text(str(LIBRARY)), script_of(names)] if spatial else [script_of(names)]
-    # `<` would let a text end the element; as an escape it is the same JSON.
-    text = json.dumps(seen(dict(data)), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    text = text.replace("<", chr(92) + "u003c")
-    content = (_text("page.html"), f'<script type="application/json" id="data">{text}</script>')
+    content = (_text("page.html"), documents.data_script(dict(data), ' id="data"'))
     return documents.page(data["name"], content, style, scripts)
 
 
 def _text(name: str) -> str:
-    return (HERE / name).read_text(encoding="utf-8")
+    return documents.asset(name, HERE)
 
 
 def script_of(names: Sequence[str]) -> str:
@@ -239,7 +234,7 @@ def levels(values: NDArray[np.float64]) -> dict[str, str]:
     return array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
 
 
-def _line(signal: Signal) -> dict[str, str]:
+def _line(signal: PlottedSignal) -> dict[str, str]:
     """Values as integers of 16 bits, -32767 at the lowest and 32767 at the highest; -32768 for nan."""
     half = (signal.high - signal.low) / 2
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.viewing.display import ALONG, ON, TURNED, Beam, Circle, Item, Path
-from mbdsl.viewing.marks import THEME, Array, Disc, Line, Mark, finite, hexadecimal, line, mixed, paled
+from mbdsl.viewing.display import ALONG, ON, TURNED, Beam, Circle, DrawnPath, Item
+from mbdsl.viewing.marks import THEME, Array, DiscMark, LineMark, Mark, finite, hexadecimal, line, mixed, paled
 from mbdsl.viewing.overlays import Overlays, Painted, colour_bar
 from mbdsl.viewing.projection import drawing as shapes_of
 from mbdsl.viewing.shapes import Drawing, behind, outline
 from mbdsl.viewing.tracks import Tracks, largest_strain
-from mbdsl.viewing.view import View
+from mbdsl.viewing.view import PictureView
 from mbdsl.viewing.writers import pixels
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ CURVE = np.linspace(0.0, 1.0, 13)[:, None]  #: where a parabola is evaluated
 NOTHING_ELSE = Overlays()
 
 
-class Picture(View):
+class Picture(PictureView):
     """Draws frames of a motion, all in the same view."""
 
     def __init__(
@@ -75,7 +75,7 @@ class Picture(View):
         stroke = hexadecimal(item.stroke)
         if isinstance(item, Circle):
             x, y, _ = self.places(item.at)[0].tolist()
-            yield Disc(x, y, self.length(item.radius), hexadecimal(item.fill), stroke, width)
+            yield DiscMark(x, y, self.length(item.radius), hexadecimal(item.fill), stroke, width)
         elif isinstance(item, Beam):
             yield from self._beam(item, width)
         else:
@@ -86,11 +86,11 @@ class Picture(View):
                 width *= 1.2
             parts = np.split(points, item.cuts) if item.cuts else [points]
             if item.edge:
-                yield Line(parts, hexadecimal(item.edge), width, item.closed)
+                yield LineMark(parts, hexadecimal(item.edge), width, item.closed)
                 width = max(1.0, width - EDGE)
-            yield Line(parts, stroke, width, item.closed, fill, item.dashed)
+            yield LineMark(parts, stroke, width, item.closed, fill, item.dashed)
 
-    def _points(self, path: Path) -> Array:
+    def _points(self, path: DrawnPath) -> Array:
         """The points (n, 2) of a path [px]."""
         places = self.places(path.at)
         if path.axes == ON:
@@ -120,7 +120,7 @@ class Picture(View):
         c, s = np.cos(phi + turn), np.sin(phi + turn)
         return np.stack([x + c * found[:, 0] - s * found[:, 1], y - s * found[:, 0] - c * found[:, 1]], axis=1)
 
-    def _hatches(self, ends: Array, side: int) -> Iterator[Line]:
+    def _hatches(self, ends: Array, side: int) -> Iterator[LineMark]:
         """Short lines on one side of a line."""
         along = ends[1] - ends[0]
         length = float(np.hypot(*along))
@@ -134,7 +134,7 @@ class Picture(View):
             stroke = np.stack([foot + 0.2 * self.U * t, foot + self.U * (0.5 * n - 0.25 * t)])
             yield line(stroke, 0.8 * self.thin, THEME["pale"])
 
-    def _beam(self, beam: Beam, width: float) -> Iterator[Line]:
+    def _beam(self, beam: Beam, width: float) -> Iterator[LineMark]:
         points = self.motion.curves[beam.curve].points[self.row]
         points = np.stack([self.left + self.scale * points[:, 0], self.top - self.scale * points[:, 1]], axis=1)
         yield line(points, width + EDGE, hexadecimal(beam.edge) or "")

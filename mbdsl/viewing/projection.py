@@ -20,7 +20,7 @@ from mbdsl.messages import did_you_mean
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.tables import gravity
 from mbdsl.viewing import shapes
-from mbdsl.viewing.display import ON, PALE, PAPER, ROD, Circle, Item, Path, Shape, Size, colour_of
+from mbdsl.viewing.display import ON, PALE, PAPER, ROD, Circle, DrawnPath, Item, Shape, Size, colour_of
 from mbdsl.viewing.motion import MOST_FRAMES, is_apart, motion
 from mbdsl.viewing.shapes import OF_EXTENT, Drawing
 from mbdsl.viewing.space.shapes import drawing as solids_of
@@ -175,25 +175,25 @@ def _items(solid: Solid, motion: Projection, unit: float, both: bool) -> Iterato
             parts = spring if solid.draw == "coil" else PISTON if solid.role == DRIVE else dashpot()
             yield from placed(parts, *at, motion)
         else:
-            yield Path(at, ON, stroke=own, width=Size(1.0, 0.0, 2 * radius))
+            yield DrawnPath(at, ON, stroke=own, width=Size(1.0, 0.0, 2 * radius))
     elif solid.draw == "bar":
-        yield Path(edge(solid), ON, stroke=pale, edge=own, width=Size(3.0, 0.0, 2 * radius))
+        yield DrawnPath(edge(solid), ON, stroke=pale, edge=own, width=Size(3.0, 0.0, 2 * radius))
     elif solid.draw == "ball":
         yield Circle((at[0],), Size(1.5, 0.0, radius), **area)
     elif solid.draw == "wire":
         path = tuple(at[0].moved(point) for point in solid.data["points"])
-        yield Path(path, ON, stroke=own, width=Size(1.0, 0.0, 2 * solid.data["radius"]))
+        yield DrawnPath(path, ON, stroke=own, width=Size(1.0, 0.0, 2 * solid.data["radius"]))
     elif solid.draw in ("ring", "spiral"):
         turns = 3 if solid.draw == "spiral" else 1
         path = rounded(at[0], radius, turns=turns)
-        yield Path(path, ON, closed=turns == 1, stroke=own, width=Size(1.0, 0.0, 0.14 * radius))
+        yield DrawnPath(path, ON, closed=turns == 1, stroke=own, width=Size(1.0, 0.0, 0.14 * radius))
     elif solid.draw == "wheel":
         rim = edge(solid)
-        yield Path(rim, ON, closed=True, fill=(own, PAPER, 0.85), stroke=own, width=Size(2.0, 0.0, 0.09 * radius))
+        yield DrawnPath(rim, ON, closed=True, fill=(own, PAPER, 0.85), stroke=own, width=Size(2.0, 0.0, 0.09 * radius))
         half = len(rim) // 2
-        yield from (Path((rim[k], rim[k + half]), ON, stroke=own) for k in range(0, half, half // 4))
+        yield from (DrawnPath((rim[k], rim[k + half]), ON, stroke=own) for k in range(0, half, half // 4))
     else:
-        yield Path(edge(solid), ON, hull=True, closed=True, **area)
+        yield DrawnPath(edge(solid), ON, hull=True, closed=True, **area)
 
 
 def projected_vectors(found: Sequence[Vector], motion: Projection) -> list[Vector]:

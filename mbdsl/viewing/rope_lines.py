@@ -17,7 +17,7 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.tracks import UNTURNED, AnyMotion, Place, Spot
+from mbdsl.viewing.tracks import UNTURNED, AnyMotion, Motion, Place, Spot
 
 Array = NDArray[np.float64]
 
@@ -28,14 +28,14 @@ def line(c: Component, motion: AnyMotion, at: Callable[[str, str], Array]) -> tu
     def values(roots: list[Expr]) -> Array:
         def leaf(n: Expr) -> Array:
             if n.op == "start":
-                return values([n.value])[0, :1]  # type: ignore[list-item]
-            return at(*n.value) if n.op == "coordinate" else np.zeros(len(motion.t))  # type: ignore[misc]
+                return values([n.value])[0, :1]
+            return at(*n.value) if n.op == "coordinate" else np.zeros(len(motion.t))
 
         def angle(_: Expr, y: Array, x: Array) -> Array:
             return np.unwrap(np.arctan2(y, x))
 
         with np.errstate(all="ignore"):
-            found = evaluate(roots, leaf, ARRAY_OPERATIONS, angle=angle)  # type: ignore[arg-type]
+            found = evaluate(roots, leaf, ARRAY_OPERATIONS, angle=angle)
         return np.array([np.broadcast_to(x, len(motion.t)) for x in found])
 
     spatial = motion.scene.spatial
@@ -66,8 +66,8 @@ def add_lines(motion: AnyMotion) -> None:
 
     def at(frame: str, key: str) -> Array:
         spot = motion.spot_of(frame)
-        if key == "phi":
-            return motion.pose(spot)[:, 2]  # type: ignore[union-attr]
+        if key == "phi" and isinstance(motion, Motion):
+            return motion.pose(spot)[:, 2]
         if key in "xyz":
             return motion.positions(spot)[:, "xyz".index(key)]
         found = motion.turned(spot, np.eye(3)["xyz".index(key[0])])

@@ -53,7 +53,7 @@ class SavedPage(ABC):
             If the suffix is unknown, the file cannot be written, the model was read from it, or a film needs a package
             or a program that is missing.
         """
-        suffix = check_suffix(path, self.suffixes)
+        suffix = suffix_of(path, self.suffixes)
         check([path], self.scene.files)
         if suffix in PAGES:
             write_text(path, self.html)
@@ -61,14 +61,3 @@ class SavedPage(ABC):
         content = self._content(suffix, *size)
         with writing(path) as stream:
             stream.write(content)
-
-
-def check_suffix(path: str | os.PathLike, known: tuple[str, ...] = SavedPage.suffixes) -> str:
-    """The suffix of a file that a page is saved to.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    return suffix_of(path, known)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
-from mbdsl.viewing.display import PAPER, Beam, Circle, Path, Shape, Size, colour_of
+from mbdsl.viewing.display import PAPER, Beam, Circle, DrawnPath, Shape, Size, colour_of
 from mbdsl.viewing.given_shapes import given_shapes
 from mbdsl.viewing.symbols import symbol
 from mbdsl.viewing.tracks import GROUND, Motion, Spot
@@ -100,7 +100,7 @@ def _length(shape: Shape, motion: Motion) -> float | None:
     """The length [m] of a link or a beam."""
     if shape.draw == "link":
         (link,) = shape.items
-        assert isinstance(link, Path)
+        assert isinstance(link, DrawnPath)
         return float(np.hypot.reduce(np.subtract(link.metres, link.metres[0]), axis=1).max())
     return float(motion.scene.components[shape.name].values["length"]) if shape.draw == "beam" else None
 
@@ -173,9 +173,9 @@ def _body(c: Component, motion: Motion, ports: set[str], many: bool) -> Iterator
         }
         if many:
             look = {"stroke": "s0", "width": Size(1.6, 0.5)}
-        yield Shape("link", c.name, at, (Path(at, metres=corners, **look),))
+        yield Shape("link", c.name, at, (DrawnPath(at, metres=corners, **look),))
     else:
-        line = Path((centre,), units=((0.0, 0.0), (0.95, 0.0)), stroke=own)
+        line = DrawnPath((centre,), units=((0.0, 0.0), (0.95, 0.0)), stroke=own)
         yield Shape("hub", c.name, (centre,), (Circle((centre,), Size(units=0.95), pale, own), line))
 
 
@@ -211,7 +211,7 @@ def outline(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
 def _bounds(motion: Motion, ports: set[str], shapes: Sequence[Shape]) -> tuple[float, float, float, float]:
     """The rectangle of all points over time: frames, beams, wheels; frames of the ground only if they are ports."""
     spots = [spot for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
-    given = [item for shape in shapes if shape.draw in GIVEN for item in shape.items if isinstance(item, Path)]
+    given = [item for shape in shapes if shape.draw in GIVEN for item in shape.items if isinstance(item, DrawnPath)]
     places = [(at, path) for path in given for at in path.at if isinstance(at, Spot)]
     spots += [at.moved(x, y) for at, path in places for x, y in outline(path.metres)]
     lows, highs = ([part] for part in motion.extremes(spots))

@@ -21,7 +21,7 @@ MANY_COMPONENTS = 300
 
 
 @dataclass(frozen=True)
-class Signal:
+class PlottedSignal:
     """A signal at the page's times (P,) in its displayed unit; ``low`` and ``high`` are its extremes over all times."""
 
     name: str
@@ -37,7 +37,7 @@ class Plots:
     """Signals at common times (P,) [s], and the names of those that are plotted at first."""
 
     times: Array
-    signals: list[Signal]
+    signals: list[PlottedSignal]
     shown: list[str]
 
 
@@ -79,17 +79,17 @@ def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> Plots:
     return Plots(t, found, shown)
 
 
-def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None) -> Signal:
+def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None) -> PlottedSignal:
     values = np.asarray(trajectory[name], float)
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
     unit = trajectory.display.of(trajectory.unit(name), name)
     f = unit.factor
     said = trajectory.scene.descriptions.get(name, Description()).doc
-    return Signal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f, said)
+    return PlottedSignal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f, said)
 
 
-def _changing(found: Iterable[Signal]) -> Iterator[Signal]:
+def _changing(found: Iterable[PlottedSignal]) -> Iterator[PlottedSignal]:
     """Signals that change by more than rounding, relative to the largest of the same unit."""
     found = list(found)
     size: dict[str, float] = {}

@@ -9,7 +9,7 @@ import numpy as np
 from mbdsl import results
 from mbdsl.errors import UsageError
 from mbdsl.lang.stored_model import from_text
-from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene import Scene, is_state
 from mbdsl.messages import few
 from mbdsl.plotting.decimation import thinned
 from mbdsl.results.stored import open_result
@@ -95,6 +95,10 @@ def _states(system: System, columns: dict, rates: bool, path: str | os.PathLike)
     missing = []
     for c in system.scene.with_coordinates():
         d = system.tables.coordinates[c.name]
+        if is_state(c):
+            if rates and c.name in columns:
+                states[:, d] = columns[c.name]
+            continue
         for k, key in enumerate(c.coordinates):
             flexible = key.startswith("q[")
             name = f"{c.name}.{(f'd{key}' if flexible else RATES[key]) if rates else key}"

@@ -9,12 +9,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import MechanismGraph, SubMechanism
 from mbdsl.mechanism.graph_algorithms import Loop
 from mbdsl.mechanism.reduction import Note, reduce
+from mbdsl.mechanism.scene import is_rate
 from mbdsl.messages import few
 from mbdsl.viewing.structure_redundancy import redundancy
 
@@ -238,8 +240,9 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
             DRIVER if kind.driver is not None and not kind.relations else JOINT,
             kind.pose is not None and not kind.free,
         )
-    # a coupling is drawn between two of the bodies whose coordinates it reads
-    first, last = (e.body_j, e.also[-1]) if e.component.relations and e.also else (e.body_i, e.body_j)
+    # a coupling is drawn between two of the bodies whose coordinates it reads, a rate from its state to one of them
+    reads = e.component.relations or is_rate(e.component)
+    first, last = (e.body_j, e.also[-1]) if reads and e.also else (e.body_i, e.body_j)
     return Link(e.name, kind.name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
 
 
@@ -248,14 +251,15 @@ def _bodies(graph: MechanismGraph, notes: Iterable[Note]) -> dict[str, BodyNode]
     group = 0
     for note in notes:
         group += note.action == "merged"
-        change = {
+        changes: dict[str, dict[str, Any]] = {
             "merged": {"group": group},
             "grounded": {"fixed": True},
             "moved": {"moved": True},
             "kinematic": {"follows": True},
-        }.get(note.action, {})
+        }
+        change = changes.get(note.action, {})
         for name in note.names if change else ():
-            found[name] = replace(found[name], **change)  # type: ignore[arg-type]
+            found[name] = replace(found[name], **change)
     merged = {}
     for note in notes:
         if note.action == "merged":

@@ -5,27 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 
+from mbdsl.plotting.documents import document, sheet
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.pictures import draw
 from mbdsl.storage.output_files import suffix_of, write_text
-from mbdsl.viewing.documents import document, sheet
 from mbdsl.viewing.structure import Structure
 from mbdsl.viewing.structure_svg import style, svg
 from mbdsl.viewing.structure_text import text
 
 SUFFIXES = (".svg", ".html", ".png", ".pdf")
 DPI = 160.0
-
-
-def check_suffix(path: str | os.PathLike) -> str:
-    """The suffix of a file of a graph.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    return suffix_of(path, SUFFIXES)
 
 
 def save(structure: Structure, path: str | os.PathLike) -> None:
@@ -43,7 +32,7 @@ def save(structure: Structure, path: str | os.PathLike) -> None:
     UsageError
         If the suffix is unknown, the file cannot be written, or matplotlib is not installed (.png, .pdf).
     """
-    if check_suffix(path) == ".html":
+    if suffix_of(path, SUFFIXES) == ".html":
         write_text(path, page(structure))
     else:
         draw(svg(structure), path, DPI)

@@ -29,7 +29,7 @@ MOST = 4000  #: number of places above which lines pass layers without places in
 
 
 @dataclass
-class Node:
+class GraphPlace:
     """A place of the picture: ``what`` is "ground", "body", "link", "grounded" (a link to a ground of its own) or
     "way" (of a line that passes a layer)."""
 
@@ -44,11 +44,11 @@ class Node:
 
 
 @dataclass
-class Block:
+class PartLayout:
     """An independent part: nodes, lines between them by their numbers, and its size [px]; ``down``: layers are rows."""
 
     bodies: tuple[str, ...]
-    nodes: list[Node] = field(default_factory=list)
+    nodes: list[GraphPlace] = field(default_factory=list)
     lines: list[tuple[int, int]] = field(default_factory=list)
     down: bool = False
     width: float = 0.0
@@ -57,7 +57,7 @@ class Block:
     y: float = 0.0
 
 
-def layout(structure: Structure) -> list[Block]:
+def layout(structure: Structure) -> list[PartLayout]:
     """The parts of a mechanism with their places.
 
     Parameters
@@ -67,7 +67,7 @@ def layout(structure: Structure) -> list[Block]:
 
     Returns
     -------
-    list of Block
+    list of PartLayout
         Side by side, or one below the other.
     """
     owner = {body: k for k, part in enumerate(structure.parts) for body in part.bodies}
@@ -88,11 +88,11 @@ def layout(structure: Structure) -> list[Block]:
     return blocks
 
 
-def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link]) -> Block:
+def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link]) -> PartLayout:
     """The nodes and lines of a part, in the order of a walk through its tree."""
-    block, number = Block(bodies), dict[str, int]()
+    block, number = PartLayout(bodies), dict[str, int]()
 
-    def add(node: Node, *ends: int) -> int:
+    def add(node: GraphPlace, *ends: int) -> int:
         label = node.name if node.what != "ground" else structure.ground
         size = LETTER * len(shortened(label, LETTERS))
         below = caption(node, structure)
@@ -103,7 +103,7 @@ def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link])
         block.lines += [(end, len(block.nodes) - 1) for end in dict.fromkeys(ends)]
         return len(block.nodes) - 1
 
-    number[GROUND] = add(Node("ground", GROUND, 0))
+    number[GROUND] = add(GraphPlace("ground", GROUND, 0))
     children: dict[str, list[str]] = {GROUND: [], **{name: [] for name in bodies}}
     for name in bodies:
         parent = structure.parents[name]
@@ -111,23 +111,23 @@ def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link])
     pending = children[GROUND][::-1]
     while pending:
         name = pending.pop()
-        number[name] = add(Node("body", name, 2 * structure.levels[name]))
+        number[name] = add(GraphPlace("body", name, 2 * structure.levels[name]))
         pending += children[name][::-1]
     for link in links:
         near, far = sorted((link.a, link.b), key=structure.levels.__getitem__)
         low, high = 2 * structure.levels[near], 2 * structure.levels[far]
         middle = low + 1 if high == low else high - 1
         if near == GROUND and high > 2:
-            add(Node("grounded", link.name, high + 1, link), number[far])
+            add(GraphPlace("grounded", link.name, high + 1, link), number[far])
             continue
         end = number[near]
         for layer in range(low + 1, middle) if len(block.nodes) + high - low < MOST else ():
-            end = add(Node("way", "", layer, link), end)
-        add(Node("link", link.name, middle, link), end, number[far])
+            end = add(GraphPlace("way", "", layer, link), end)
+        add(GraphPlace("link", link.name, middle, link), end, number[far])
     return block
 
 
-def caption(node: Node, structure: Structure) -> str:
+def caption(node: GraphPlace, structure: Structure) -> str:
     """The text below the name of a body or below the symbol of a link."""
     if node.link is None:
         return structure.bodies[node.name].kind if node.what == "body" else ""
@@ -136,7 +136,7 @@ def caption(node: Node, structure: Structure) -> str:
     return node.link.kind
 
 
-def _ordered(block: Block) -> list[list[int]]:
+def _ordered(block: PartLayout) -> list[list[int]]:
     """The nodes of each layer in their order: sweeps away from the ground and back, the last one away from it."""
     layers: list[list[int]] = [[] for _ in range(max(node.layer for node in block.nodes) + 1)]
     for k, node in enumerate(block.nodes):
@@ -154,7 +154,7 @@ def _ordered(block: Block) -> list[list[int]]:
     return layers
 
 
-def _around(block: Block) -> list[list[int]]:
+def _around(block: PartLayout) -> list[list[int]]:
     found: list[list[int]] = [[] for _ in block.nodes]
     for a, b in block.lines:
         found[a].append(b)
@@ -162,7 +162,7 @@ def _around(block: Block) -> list[list[int]]:
     return found
 
 
-def _placed(block: Block, layers: list[list[int]]) -> None:
+def _placed(block: PartLayout, layers: list[list[int]]) -> None:
     """Put the layers next to each other, and the nodes of a layer near their neighbours."""
     nodes, around = block.nodes, _around(block)
     apart = max(node.width for node in nodes) + 24.0 if block.down else ROW
@@ -200,7 +200,7 @@ def spread(wanted: Sequence[float], apart: float) -> list[float]:
     return [(a + b) / 2 for a, b in zip(up, down, strict=True)]
 
 
-def _pack(blocks: Sequence[Block]) -> None:
+def _pack(blocks: Sequence[PartLayout]) -> None:
     """Put parts next to each other as long as the picture is wide enough, then below."""
     x = y = height = 0.0
     head = HEAD if len(blocks) > 1 else 0.0

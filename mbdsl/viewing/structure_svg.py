@@ -8,7 +8,7 @@ from mbdsl.mechanism.graph import GROUND
 from mbdsl.messages import count, shortened
 from mbdsl.plotting.escaping import escape
 from mbdsl.viewing.structure import DRIVER, FORCE, JOINT, Link, Structure
-from mbdsl.viewing.structure_layout import BOX, GAP, LETTERS, WIDTH, Block, Node, caption, layout
+from mbdsl.viewing.structure_layout import BOX, GAP, LETTERS, WIDTH, GraphPlace, PartLayout, caption, layout
 
 MARGIN = 14.0
 MARK = 8.0  #: radius of the symbol of a joint
@@ -160,7 +160,7 @@ class _Picture:
         side = f' text-anchor="{anchor}"' if anchor != "start" else ""
         self.items.append(f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}"{side}>{more}{escape(text)}</text>')
 
-    def hulls(self, block: Block) -> None:
+    def hulls(self, block: PartLayout) -> None:
         """Pale bands around bodies that are solved as one."""
 
         def group(name: str) -> int:
@@ -175,20 +175,20 @@ class _Picture:
             if link is not None and link.weld and group(link.a) == group(link.b) != 0:
                 self.path("hull band", _way(block, a, b))
 
-    def body(self, node: Node) -> None:
+    def body(self, node: GraphPlace) -> None:
         body = self.structure.bodies[node.name]
         kind = "body moved" if body.moved else "body follows" if body.follows else "body"
         self.path(kind, _box(node.x, node.y, node.width, BOX, 7.0), f"{body.kind} {body.name}")
         self.text("name inside", shortened(node.name, LETTERS), node.x, node.y - 2.0)
         self.text("small", shortened(caption(node, self.structure), LETTERS), node.x, node.y + 13.0)
 
-    def ground(self, node: Node) -> None:
+    def ground(self, node: GraphPlace) -> None:
         name, half = self.structure.ground, node.width / 2
         self.path("ground", _box(node.x, node.y - 4.0, node.width, 28.0, 3.0), name)
         self.text("name", shortened(name, LETTERS), node.x, node.y + 0.5)
         self.path("hatch", _hatch(node.x - half, node.y + 10.0, node.x + half, node.y + 10.0))
 
-    def link(self, node: Node, down: bool) -> None:
+    def link(self, node: GraphPlace, down: bool) -> None:
         link, x, y = node.link, node.x, node.y
         assert link is not None
         role, title = _role(link), f"{link.kind} {link.name}"
@@ -245,7 +245,7 @@ def _role(link: Link) -> str:
     return link.role + (more if link.role == JOINT or link.redundant else "")
 
 
-def _way(block: Block, first: int, second: int) -> str:
+def _way(block: PartLayout, first: int, second: int) -> str:
     """From a node to one in the next layer: straight inside the layers, and curved between them."""
     a, b = sorted((block.nodes[first], block.nodes[second]), key=lambda node: node.layer)
     (u, v), (w, z) = ((n.y, n.x) if block.down else (n.x, n.y) for n in (a, b))

@@ -99,7 +99,8 @@ class _Tree:
     def _body(self, name: str) -> str:
         joint = self.structure.by[name]
         body = self.structure.bodies[name]
-        by = f"  by {joint} ({self._about(self.joints[joint])})" if joint else "  (no joint leads to it)"
+        none = "  (state)" if body.kind == "State" else "  (no joint leads to it)"
+        by = f"  by {joint} ({self._about(self.joints[joint])})" if joint else none
         marks = [
             *(["moved by drivers"] if body.moved else ["follows"] if body.follows else []),
             *([f"solved as one, group {body.group}"] if body.group else []),

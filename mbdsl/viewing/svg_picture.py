@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbdsl.plotting.escaping import escape
-from mbdsl.viewing.marks import THEME, Text
+from mbdsl.viewing.marks import THEME, TextMark
 from mbdsl.viewing.picture import Picture
 from mbdsl.viewing.projection import drawing
 from mbdsl.viewing.tracks import Tracks
@@ -51,10 +51,10 @@ def still(motion: Tracks, row: int, key: str, title: str, behind: Sequence[int] 
     return "\n".join((head, *pale, *map(svg_element, marks), "</svg>"))
 
 
-def _names(picture: Picture) -> list[Text]:
+def _names(picture: Picture) -> list[TextMark]:
     """The names of bodies near their centres, each at the first free place around."""
     bodies = picture.motion.scene.bodies()
-    found: list[Text] = []
+    found: list[TextMark] = []
     taken: list[tuple[float, float, float]] = []
     for body in bodies if len(bodies) <= NAMED else ():
         x, y, _ = picture.places([picture.motion.spots[f"{body.name}.c"]])[0].tolist()
@@ -66,5 +66,5 @@ def _names(picture: Picture) -> list[Text]:
         free = (p for p in places if all(abs(p[0] - u) > half + w or abs(p[1] - v) > LINE for u, v, w in taken))
         x, y = next(free, places[0])
         taken.append((x, y, half))
-        found.append(Text(x, y, body.name, THEME["ink"], LINE, centred=True))
+        found.append(TextMark(x, y, body.name, THEME["ink"], LINE, centred=True))
     return found

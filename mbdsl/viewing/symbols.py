@@ -27,8 +27,8 @@ from mbdsl.viewing.display import (
     TURNED,
     Beam,
     Circle,
+    DrawnPath,
     Item,
-    Path,
     Points,
     Shape,
     Size,
@@ -80,8 +80,8 @@ def _support(c: Component, base: Spot, moving: Spot, motion: Motion) -> Shape:
     side = _side(base, moving, motion)
     at = (Spot(GROUND, base.x, base.y),)
     y = 1.25 * side
-    triangle = Path(at, units=((0.0, 0.0), (-0.8, y), (0.8, y)), closed=True, fill=SHADE)
-    line = Path(at, units=((-1.25, y), (1.25, y)), hatch=side)
+    triangle = DrawnPath(at, units=((0.0, 0.0), (-0.8, y), (0.8, y)), closed=True, fill=SHADE)
+    line = DrawnPath(at, units=((-1.25, y), (1.25, y)), hatch=side)
     return Shape("support", c.name, (base,), (triangle, line))
 
 
@@ -99,7 +99,7 @@ def _side(base: Spot, moving: Spot, motion: Motion) -> int:
 
 def wall(c: Component, at: Spot, other: Spot) -> Shape:
     """A wall at a frame, across the line to another."""
-    line = Path((at, other), ALONG, units=((0.0, -1.3), (0.0, 1.3)), hatch=1)
+    line = DrawnPath((at, other), ALONG, units=((0.0, -1.3), (0.0, 1.3)), hatch=1)
     return Shape("wall", c.name, (at, other), (line,))
 
 
@@ -107,12 +107,14 @@ def _slider(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iter
     low, high, side = _travel(a, b, motion)
     ends, units = ((low, 0.0), (high, 0.0)), ((-2.0, 0.8 * side), (2.0, 0.8 * side))
     if a.track == GROUND:
-        rail = Path((a,), metres=ends, units=units, hatch=side)
+        rail = DrawnPath((a,), metres=ends, units=units, hatch=side)
     else:
-        rail = Path((a,), metres=ends, units=units, stroke=PALE, width=Size(units=0.3))
+        rail = DrawnPath((a,), metres=ends, units=units, stroke=PALE, width=Size(units=0.3))
     yield Shape("guide", c.name, (a,), (rail,))
     own = colour_of(motion, b)
-    block = Path((b, a), TURNED, units=square(1.15, 0.78), closed=True, fill=(own, PAPER, 0.6), stroke=(own, INK, 0.4))
+    block = DrawnPath(
+        (b, a), TURNED, units=square(1.15, 0.78), closed=True, fill=(own, PAPER, 0.6), stroke=(own, INK, 0.4)
+    )
     yield Shape("block", c.name, (b, a), (block,))
 
 
@@ -121,7 +123,7 @@ def _pin_in_slot(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) ->
         yield from _slider(c, a, b, motion, unit)
     else:
         low, high, _ = _travel(a, b, motion)
-        slot = Path((a,), metres=((low, 0.0), (high, 0.0)), stroke=PAPER, edge=PALE, width=Size(units=0.95))
+        slot = DrawnPath((a,), metres=((low, 0.0), (high, 0.0)), stroke=PAPER, edge=PALE, width=Size(units=0.95))
         yield Shape("slot", c.name, (a,), (slot,))
     yield pin(c, b)
 
@@ -139,7 +141,11 @@ def _wheel(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Itera
     radius = float(c.values["radius"])
     low, high, _ = _travel(a, b, motion)
     ends = ((low - radius, 0.0), (high + radius, 0.0))
-    floor = Path((a,), metres=ends, hatch=-1) if a.track == GROUND else Path((a,), metres=ends, width=Size(thin=2.0))
+    floor = (
+        DrawnPath((a,), metres=ends, hatch=-1)
+        if a.track == GROUND
+        else DrawnPath((a,), metres=ends, width=Size(thin=2.0))
+    )
     yield Shape("floor", c.name, (a,), (floor,))
     yield gear_shapes.wheel(c, b, radius, motion)
 
@@ -151,16 +157,20 @@ def _surface(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Ite
     low, high, _ = _travel(a, b, motion)
     reach = radius + float(np.hypot(length, width)) / 2 + unit
     ends = ((low - reach, 0.0), (high + reach, 0.0))
-    floor = Path((a,), metres=ends, hatch=-1) if a.track == GROUND else Path((a,), metres=ends, width=Size(thin=2.0))
+    floor = (
+        DrawnPath((a,), metres=ends, hatch=-1)
+        if a.track == GROUND
+        else DrawnPath((a,), metres=ends, width=Size(thin=2.0))
+    )
     yield Shape("floor", c.name, (a,), (floor,))
     x, y = length / 2 + radius, width / 2 + radius
     corners = ((-x, -y), (x, -y), (x, y), (-x, y))
     own = colour_of(motion, b)
     if length and y:
-        outline = Path((b,), metres=corners, closed=True, fill=(own, PAPER, 0.6), stroke=(own, INK, 0.4))
+        outline = DrawnPath((b,), metres=corners, closed=True, fill=(own, PAPER, 0.6), stroke=(own, INK, 0.4))
         yield Shape("block", c.name, (b,), (outline,))
     elif length:
-        yield Shape("block", c.name, (b,), (Path((b,), metres=((-x, 0.0), (x, 0.0)), stroke=own),))
+        yield Shape("block", c.name, (b,), (DrawnPath((b,), metres=((-x, 0.0), (x, 0.0)), stroke=own),))
     elif radius:
         yield gear_shapes.wheel(c, b, radius, motion)
 
@@ -169,12 +179,13 @@ def placed(items: Sequence[Item], a: Frame, b: Frame, motion: Tracks) -> tuple[I
     """Items of a template between frames; strokes are from the smallest to the largest distance of the frames."""
     at: dict[Frame, Frame] = {A: a, B: b}
     length = motion.apart(a, b)
-    stroke = {"low": float(length.min()), "high": float(length.max())}
+    stroke: dict[str, Any] = {"low": float(length.min()), "high": float(length.max())}
 
     def one(item: Item) -> Item:
         assert not isinstance(item, Beam)
-        own = {"at": tuple(at[frame] for frame in item.at)}
-        return replace(item, **own, **(stroke if isinstance(item, Path) and item.state else {}))  # type: ignore[arg-type]
+        if isinstance(item, Circle):
+            return replace(item, at=(at[item.at[0]],))
+        return replace(item, at=tuple(at[frame] for frame in item.at), **(stroke if item.state else {}))
 
     return tuple(one(item) for item in items)
 
@@ -206,7 +217,7 @@ def zigzag(count: int, y: float = 0.0, height: float = 0.55, start: float = 0.0)
     heights = [y, y, *(y + height * (-1.0) ** (np.arange(2 * count) + 1)).tolist(), y, y]
     look: dict[str, Any] = {"stroke": FORCE, "width": Size(thin=1.3)}
     share = (0.0, 0.0, *part.tolist(), 1.0, 1.0)
-    return (Path((A, B), ALONG, units=tuple(zip(x, heights, strict=True)), share=share, **look),)
+    return (DrawnPath((A, B), ALONG, units=tuple(zip(x, heights, strict=True)), share=share, **look),)
 
 
 def dashpot(y: float = 0.0, height: float = 0.45, start: float = 0.0) -> tuple[Item, ...]:
@@ -232,8 +243,8 @@ def beside(count: int) -> tuple[Item, ...]:
     return (*ends, *zigzag(count, 0.7, 0.42, 0.7), *dashpot(-0.7, 0.36, 0.7))
 
 
-def _line(points: Points, share: tuple[float, ...], state: tuple[float, ...] = (), thick: float = 1.3) -> Path:
-    return Path((A, B), ALONG, units=points, share=share, state=state, stroke=FORCE, width=Size(thin=thick))
+def _line(points: Points, share: tuple[float, ...], state: tuple[float, ...] = (), thick: float = 1.3) -> DrawnPath:
+    return DrawnPath((A, B), ALONG, units=points, share=share, state=state, stroke=FORCE, width=Size(thin=thick))
 
 
 def _spring_damper(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
@@ -249,16 +260,16 @@ def _weld(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterat
     base, other = (a, b) if a.track == GROUND else (b, a)
     if base.track == GROUND and other.track != GROUND:
         yield wall(c, base, Spot(other.track))
-    mark = Path((b,), units=square(0.32), closed=True, fill=INK, stroke=None)
+    mark = DrawnPath((b,), units=square(0.32), closed=True, fill=INK, stroke=None)
     yield Shape("weld", c.name, (b,), (mark,))
 
 
-def _spiral() -> Path:
+def _spiral() -> DrawnPath:
     """From the angle of frame_a to that of frame_b, by two turns and the angle between them."""
     part = np.arange(61) / 60
     radius, turn = 1.55 - 1.15 * part, 4 * np.pi * part
     points = gear_shapes.rounded(np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1), 4)
-    return Path((B, A), TURNED, units=points, state=tuple(part.tolist()), stroke=FORCE, width=Size(thin=1.2))
+    return DrawnPath((B, A), TURNED, units=points, state=tuple(part.tolist()), stroke=FORCE, width=Size(thin=1.2))
 
 
 def _arc(radius: float, first: float, last: float) -> Points:
@@ -274,11 +285,11 @@ _DRIVE: dict[str, Any] = {"stroke": DRIVE, "width": Size(thin=1.8)}
 _HEAD: dict[str, Any] = {"closed": True, "fill": DRIVE, "stroke": None}
 _END = (1.75 * float(np.cos(2.6)), 1.75 * float(np.sin(2.6)), (-float(np.sin(2.6)), float(np.cos(2.6))))
 PISTON = (
-    Path((A, B), ALONG, units=((0.0, 0.0), (2.0, 0.0)), share=(0.0, 0.2), stroke=ROD, width=Size(units=0.8)),
-    Path((A, B), ALONG, units=((2.0, 0.0), (0.0, 0.0)), share=(0.2, 1.0), stroke=DRIVE, width=Size(units=0.35)),
+    DrawnPath((A, B), ALONG, units=((0.0, 0.0), (2.0, 0.0)), share=(0.0, 0.2), stroke=ROD, width=Size(units=0.8)),
+    DrawnPath((A, B), ALONG, units=((2.0, 0.0), (0.0, 0.0)), share=(0.2, 1.0), stroke=DRIVE, width=Size(units=0.35)),
 )
-_dashed = _template("dashed", Path((A, B), ON, stroke=FORCE, dashed=True), walls=True)
-_mark = _template("mark", Path((B,), units=DIAMOND, closed=True, fill=PAPER))
+_dashed = _template("dashed", DrawnPath((A, B), ON, stroke=FORCE, dashed=True), walls=True)
+_mark = _template("mark", DrawnPath((B,), units=DIAMOND, closed=True, fill=PAPER))
 
 SYMBOLS: dict[str, Symbol] = {
     "pin": _pin,
@@ -287,8 +298,8 @@ SYMBOLS: dict[str, Symbol] = {
     "weld": _weld,
     "wheel": _wheel,
     "surface": _surface,
-    "blade": _template("blade", Path((B,), units=((-1.1, 0.0), (1.1, 0.0)), width=Size(2.5, 0.3))),
-    "rod": _template("rod", Path((A, B), ON, stroke=ROD, width=Size(2.0, 0.22)), pins=True),
+    "blade": _template("blade", DrawnPath((B,), units=((-1.1, 0.0), (1.1, 0.0)), width=Size(2.5, 0.3))),
+    "rod": _template("rod", DrawnPath((A, B), ON, stroke=ROD, width=Size(2.0, 0.22)), pins=True),
     "actuator": _template("actuator", *PISTON, pins=True),
     "spring": _spring_damper,
     "spiral": _template("spiral", _spiral()),
@@ -296,15 +307,15 @@ SYMBOLS: dict[str, Symbol] = {
         "bushing",
         Circle((A,), Size(units=0.85), (FORCE, PAPER, 0.7), FORCE),
         Circle((B,), Size(units=0.3), PAPER),
-        Path((A, B), ON, stroke=FORCE),
+        DrawnPath((A, B), ON, stroke=FORCE),
     ),
     "turning": _template(
-        "turning", Path((B,), units=_arc(1.75, -0.35, 2.6), **_DRIVE), Path((B,), units=head(*_END), **_HEAD)
+        "turning", DrawnPath((B,), units=_arc(1.75, -0.35, 2.6), **_DRIVE), DrawnPath((B,), units=head(*_END), **_HEAD)
     ),
     "pushing": _template(
         "pushing",
-        Path((B, A), TURNED, units=((-1.1, 1.4), (0.9, 1.4)), **_DRIVE),
-        Path((B, A), TURNED, units=head(1.2, 1.4, (1.0, 0.0)), **_HEAD),
+        DrawnPath((B, A), TURNED, units=((-1.1, 1.4), (0.9, 1.4)), **_DRIVE),
+        DrawnPath((B, A), TURNED, units=head(1.2, 1.4, (1.0, 0.0)), **_HEAD),
     ),
     "dashed": _dashed,
     "mark": _mark,

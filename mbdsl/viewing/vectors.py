@@ -91,7 +91,7 @@ def loads(trajectory: Trajectory, motion: AnyMotion) -> list[Vector]:
     field, N = np.array(gravity(motion.scene), float), len(motion.t)
     found = []
     for c in motion.scene.bodies():
-        mass = float(c.kind.table(dict(c.values))[0])  # type: ignore[attr-defined]
+        mass = float(c.kind.table(dict(c.values))[0])
         found.append(Vector(c.name, FORCES, FORCE, motion.spots[f"{c.name}.c"], np.tile(mass * field, (N, 1))))
     for c in motion.scene.components.values():
         if isinstance(c.kind, ForceKind) and len(c.ports) == 2:

@@ -13,7 +13,7 @@ from mbdsl.viewing.tracks import Tracks
 MARGIN = 0.12  #: of the shorter side
 
 
-class View:
+class PictureView:
     """Places the display list of a motion in a row of it; ``U`` is the size of symbols [px]."""
 
     row: int

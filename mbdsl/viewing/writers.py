@@ -1,30 +1,26 @@
-"""Writers of the marks of a picture: SVG, pixels by Pillow, and PDF by matplotlib."""
+"""Writers of the marks of a picture: SVG, of which matplotlib makes PDF, and pixels by Pillow."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.picture_files import drawn
 from mbdsl.plotting.series_styles import LIGHT_PAPER
-from mbdsl.viewing.marks import DASH, Array, Disc, Mark, Text
+from mbdsl.viewing.marks import DASH, Array, DiscMark, Mark, TextMark
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from PIL import Image, ImageDraw
 
 FINE = 2  #: pixels drawn for each pixel of the picture, per direction: smooth edges
-LETTERS = {"font.family": ["DejaVu Sans"]}
 
 
 # -- SVG ---------------------------------------------------------------------------------------------------------------
 def svg_element(mark: Mark) -> str:
     """A mark as an element of SVG."""
-    if isinstance(mark, Text):
+    if isinstance(mark, TextMark):
         look = 'text-anchor="middle"' if mark.centred else 'dominant-baseline="central"'
         if not mark.centred:
             look += f' fill="{mark.colour}" font-size="{mark.size:g}" font-family="system-ui, sans-serif"'
@@ -32,7 +28,7 @@ def svg_element(mark: Mark) -> str:
     look = f'fill="{escape(mark.fill or "none")}"'
     if mark.stroke:
         look += f' stroke="{escape(mark.stroke)}" stroke-width="{mark.width:.2f}"'
-    if isinstance(mark, Disc):
+    if isinstance(mark, DiscMark):
         return f'<circle {look} cx="{mark.x:.2f}" cy="{mark.y:.2f}" r="{mark.radius:.2f}"/>'
     if mark.fill and len(mark.parts) > 1:
         look += ' fill-rule="evenodd"'
@@ -43,12 +39,12 @@ def svg_element(mark: Mark) -> str:
     return f'<path {look} d="{"".join(ways)}"/>'
 
 
-def svg(marks: Sequence[Mark], width: int, height: int) -> bytes:
+def svg(marks: Sequence[Mark], width: int, height: int) -> str:
     """An SVG file on light paper."""
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
     head += f'height="{height}" stroke-linejoin="round" stroke-linecap="round">'
     paper = f'<rect width="100%" height="100%" fill="{LIGHT_PAPER}"/>'
-    return "\n".join((head, paper, *map(svg_element, marks), "</svg>\n")).encode()
+    return "\n".join((head, paper, *map(svg_element, marks), "</svg>\n"))
 
 
 # -- pixels ------------------------------------------------------------------------------------------------------------
@@ -59,9 +55,9 @@ def pixels(marks: Sequence[Mark], width: int, height: int) -> Image.Image:
     image = Image.new("RGB", (FINE * width, FINE * height), LIGHT_PAPER)
     draw = ImageDraw.Draw(image)
     for mark in marks:
-        if isinstance(mark, Text):
+        if isinstance(mark, TextMark):
             _text(draw, mark)
-        elif isinstance(mark, Disc):
+        elif isinstance(mark, DiscMark):
             x, y, r = FINE * mark.x, FINE * mark.y, FINE * mark.radius
             width_ = max(1, round(FINE * mark.width)) if mark.stroke else 0
             draw.ellipse((x - r, y - r, x + r, y + r), fill=mark.fill, outline=mark.stroke, width=width_)
@@ -100,7 +96,7 @@ def _line(draw: ImageDraw.ImageDraw, points: Array, colour: str | None, width: f
             draw.ellipse((x - thick / 2, y - thick / 2, x + thick / 2, y + thick / 2), fill=colour)
 
 
-def _text(draw: ImageDraw.ImageDraw, mark: Text) -> None:
+def _text(draw: ImageDraw.ImageDraw, mark: TextMark) -> None:
     from PIL import ImageFont
 
     try:
@@ -108,38 +104,3 @@ def _text(draw: ImageDraw.ImageDraw, mark: Text) -> None:
     except TypeError:  # before Pillow 10.1: a font of one size, too small here
         return
     draw.text((FINE * mark.x, FINE * mark.y), mark.words, fill=mark.colour, font=font, anchor="lm")
-
-
-# -- PDF ---------------------------------------------------------------------------------------------------------------
-def pdf(marks: Sequence[Mark], width: int, height: int) -> bytes:
-    """A PDF file.
-
-    Raises
-    ------
-    UsageError
-        If matplotlib is not installed.
-    """
-    stream = io.BytesIO()
-    with drawn(stream, ".pdf", (width / 96, height / 96), 96.0, LETTERS, ".svg and .html") as figure:
-        ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        ax.set(xlim=(0.0, width), ylim=(height, 0.0))
-        ax.set_axis_off()
-        for mark in marks:
-            _patch(ax, mark)
-    return stream.getvalue()
-
-
-def _patch(ax: Axes, mark: Mark) -> None:
-    from matplotlib.patches import Circle, PathPatch
-    from matplotlib.path import Path
-
-    if isinstance(mark, Text):
-        ax.text(mark.x, mark.y, mark.words, color=mark.colour, fontsize=0.72 * mark.size, va="center")
-        return
-    look = {"facecolor": mark.fill or "none", "edgecolor": mark.stroke or "none", "linewidth": 0.75 * mark.width}
-    if isinstance(mark, Disc):
-        ax.add_patch(Circle((mark.x, mark.y), mark.radius, **look))
-        return
-    ways = [Path(np.concatenate([p, p[:1]]) if mark.closed else p, closed=mark.closed) for p in mark.parts]
-    look["linestyle"] = (0, DASH) if mark.dashed else "solid"
-    ax.add_patch(PathPatch(Path.make_compound_path(*ways), capstyle="round", joinstyle="round", **look))

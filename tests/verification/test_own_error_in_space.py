@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl.errors import IntegrationError
-from mbdsl.simulation import tolerance_calibration
+from mbdsl.simulation import calibration_growth
 from mbdsl.simulation.error_growth import along
 
 G = np.array([0.0, 0.0, -9.81])
@@ -232,7 +232,7 @@ def test_rates_of_growth(case, rate, monkeypatch):
     """Closed forms of linear theory. The perturbation of the start grows as exp(rate t); after three quarters of the
     time, slower motions, the perturbations of samples and the turning between them have less effect than 2 %."""
     seen = []
-    monkeypatch.setattr(tolerance_calibration, "along", lambda *given: seen.append(along(*given)[0]) or (seen[-1], 1))
+    monkeypatch.setattr(calibration_growth, "along", lambda *given: seen.append(along(*given)[0]) or (seen[-1], 1))
     stop = 24.0 / rate
     mbdsl.simulate(mbdsl.parse(case.text()), method="hht-si2", tol=1e-3, stop=stop, interval=stop / 400)
     low, high = seen[0].at(np.array([0.75, 1.0]) * stop)

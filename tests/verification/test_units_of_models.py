@@ -15,7 +15,7 @@ import pytest
 
 import mbdsl
 from mbdsl.elements import modules
-from mbdsl.elements.kind import ANY
+from mbdsl.elements.declaration import ANY
 from mbdsl.lang import parser, units
 
 MODELS = Path(__file__).parents[2] / "models"

@@ -80,7 +80,7 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
     """
     switches, peaks = _Switches(problem), _Peaks(problem)
     start = problem.start, problem.q, problem.v
-    walk = _walk(problem, begin, switches, peaks, *start)
+    walk = _Walk(problem, begin, switches, peaks).states(*start)
     batch = peaks.most
     while True:
         taken, stopped = [_Taken(BEHIND, problem.counts.copy(), start)], None
@@ -101,7 +101,8 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
             for what in ("steps", "events"):
                 problem.counts[what] = taken[last].counts[what]
             switches.return_to(start[0])
-            walk, batch = _walk(problem, begin, switches, peaks, *start), min(kept + FEW, peaks.most)
+            walk = _Walk(problem, begin, switches, peaks).states(*start)
+            batch = min(kept + FEW, peaks.most)
         elif stopped is not None:
             raise stopped
         elif last == 0:
@@ -120,67 +121,85 @@ class _Taken(NamedTuple):
     state: State
 
 
-def _walk(
-    problem: Problem,
-    begin: Callable[[float, Array, Array, float], Solver],
-    switches: _Switches,
-    peaks: _Peaks,
-    t: float,
-    q: Array,
-    v: Array,
-) -> Iterator[_Taken]:
-    """Yield the states from t on; the steps between them are not yet searched for peaks."""
+class _Walk:
+    """The states from a state on; the steps between them are not yet searched for peaks."""
 
-    def taken(kind: int, *state) -> _Taken:
-        return _Taken(kind, problem.counts.copy(), state)
+    def __init__(
+        self,
+        problem: Problem,
+        begin: Callable[[float, Array, Array, float], Solver],
+        switches: _Switches,
+        peaks: _Peaks,
+    ) -> None:
+        self.problem, self.begin, self.switches, self.peaks = problem, begin, switches, peaks
 
-    near = switches.near
-    due = iter([*problem.times[np.searchsorted(problem.times, t, side="right") :], np.inf])
-    output = next(due)
-    for known in chain((x for x in problem.breaks if t < x < problem.stop - 2.0 * near), (None,)):
-        stop = problem.stop if known is None else known - near
-        while t < stop:  # a piece
-            switches.begin(t, q, v)
-            solver, jumped, goal = begin(t, q, v, stop), False, stop
-            while t < goal and not jumped:
-                try:
-                    solver.step()
-                    if (peak := peaks.passed(t, solver.t)) is not None:
-                        solver, goal = begin(t, q, v, peak), peak
-                        continue
-                    if (corner := switches.overlooked(solver, t, q, v)) is not None:
-                        if corner - t <= LEFT * (solver.t - t):
-                            (t, q, v), jumped = switches.move(t, q, v, corner + near - t), True
-                            break
-                        goal = corner - 0.5 * LEFT * (corner - t)
-                        solver = begin(t, q, v, goal)
-                        continue
-                except IntegrationError as failure:
-                    t, q, v = switches.pass_over(t, q, v, stop, failure)
-                    jumped = True
-                    break
-                end = switches.first_jump(solver, t)
-                while output < end:
-                    yield taken(OUTPUT, output, *solver.at(output))
-                    output = next(due)
-                t, (q, v), jumped = end, solver.at(end), end < solver.t
-                if t == output:
-                    output = next(due)
-                problem.counts["steps"] += 1
-                yield taken(STEP, t, q, v)
-            if jumped:
-                t, q, v = switches.leave(t, q, v, stop)
-                while output <= t:  # output times that were passed over
-                    yield taken(OUTPUT, output, q, v)
-                    output = next(due)
-                yield taken(BEHIND, t, q, v)
-        if known is not None:
-            t, q, v = switches.move(t, q, v, known + near - t)
-            problem.counts["events"] += 1
-            while output <= t:
-                yield taken(OUTPUT, output, q, v)
-                output = next(due)
-            yield taken(BEHIND, t, q, v)
+    def states(self, t: float, q: Array, v: Array) -> Iterator[_Taken]:
+        """Yield them."""
+        problem, near = self.problem, self.switches.near
+        self.t, self.q, self.v = t, q, v
+        self.due = iter([*problem.times[np.searchsorted(problem.times, t, side="right") :], np.inf])
+        self.output = next(self.due)
+        for known in chain((x for x in problem.breaks if self.t < x < problem.stop - 2.0 * near), (None,)):
+            stop = problem.stop if known is None else known - near
+            while self.t < stop:
+                yield from self._piece(stop)
+            if known is not None:
+                self._set(self.switches.move(*self._state, known + near - self.t))
+                problem.counts["events"] += 1
+                yield from self._behind()
+
+    def _piece(self, stop: float) -> Iterator[_Taken]:
+        """The states up to a jump or to the time ``stop``."""
+        self.switches.begin(*self._state)
+        solver, jumped, goal = self.begin(*self._state, stop), False, stop
+        while self.t < goal and not jumped:
+            try:
+                solver.step()
+                if (peak := self.peaks.passed(self.t, solver.t)) is not None:
+                    solver, goal = self.begin(*self._state, peak), peak
+                    continue
+                if (corner := self.switches.overlooked(solver, *self._state)) is not None:
+                    if corner - self.t <= LEFT * (solver.t - self.t):
+                        self._set(self.switches.move(*self._state, corner + self.switches.near - self.t))
+                        jumped = True
+                        break
+                    goal = corner - 0.5 * LEFT * (corner - self.t)
+                    solver = self.begin(*self._state, goal)
+                    continue
+            except IntegrationError as failure:
+                self._set(self.switches.pass_over(*self._state, stop, failure))
+                jumped = True
+                break
+            end = self.switches.first_jump(solver, self.t)
+            while self.output < end:
+                yield self._taken(OUTPUT, self.output, *solver.at(self.output))
+                self.output = next(self.due)
+            jumped = end < solver.t
+            self._set((end, *solver.at(end)))
+            if self.t == self.output:
+                self.output = next(self.due)
+            self.problem.counts["steps"] += 1
+            yield self._taken(STEP, *self._state)
+        if jumped:
+            self._set(self.switches.leave(*self._state, stop))
+            yield from self._behind()
+
+    def _behind(self) -> Iterator[_Taken]:
+        """The state behind a jump, after output times that were passed over."""
+        while self.output <= self.t:
+            yield self._taken(OUTPUT, self.output, self.q, self.v)
+            self.output = next(self.due)
+        yield self._taken(BEHIND, *self._state)
+
+    @property
+    def _state(self) -> State:
+        return self.t, self.q, self.v
+
+    def _set(self, state: State) -> None:
+        self.t, self.q, self.v = state
+
+    def _taken(self, kind: int, *state) -> _Taken:
+        return _Taken(kind, self.problem.counts.copy(), state)
 
 
 class _Peaks:

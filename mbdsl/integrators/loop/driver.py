@@ -19,6 +19,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import leave_chart, move_charts
 from mbdsl.integrators.loop.step_times import finished, start_of_step
 from mbdsl.integrators.loop.switch_location import near_switch
+from mbdsl.integrators.loop.ticks import full, tick
 from mbdsl.integrators.loop.turn_counting import count_turns
 from mbdsl.integrators.loop.zone_landing import note, until_zone
 from mbdsl.kernels import buffer_layout as L
@@ -60,6 +61,8 @@ def advance(step, formulas, steps, times, out, run):
             return S.DONE
         if integers[S.NOTES] > 0 and integers[S.NOTED] >= integers[S.NOTES]:
             return S.RUNNING
+        if full(run):
+            return S.FULL
         if integers[S.MARGIN] > 0 and times.size - integers[S.OUTPUT] < integers[S.MARGIN]:
             return S.FULL
         h = step.trial_length(run)
@@ -89,7 +92,9 @@ def advance(step, formulas, steps, times, out, run):
         reals[S.NOW] = reals[S.STEP_END]
         step.next_length(error, h, times, formulas, run)
         if reals[S.NOW] >= reals[S.NEXT_EVENT]:
-            return S.EVENT
+            if run.layout[L.TICKS] == 0 or not tick(run):
+                return S.EVENT
+            continue
         if integers[S.CUT] > 0:
             if integers[S.PASSED] == MOST_PASSED or near_switch(h, run):
                 integers[S.PASSED] = 0

@@ -8,8 +8,8 @@ from __future__ import annotations
 # limits the steps of an explicit method
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY, FULL = range(12)
 STIFF = 12
-#: the run has ended by `terminate`; an assertion of the model does not hold; when-equations act without end at one time
-TERMINATED, ASSERTED, ENDLESS = 13, 14, 15
+#: an assertion of the model does not hold; when-equations act without end at one time
+ASSERTED, ENDLESS = 13, 14
 
 # -- reals of the run ----------------------------------------------------------------------------------------
 # times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,
@@ -31,7 +31,10 @@ RADIUS = 36  #: h |lambda| of the last step, lambda the largest eigenvalue; of e
 WITHIN = 37  #: the part of a zone after which a step that would pass over it ends; see ``peak_zones.landing_part``
 #: start and end of the next zones, and the number of zones held (:mod:`mbdsl.integrators.loop.zone_landing`)
 ZONE, ROOM = 38, 32
-REALS = ZONE + 2 * ROOM
+# of fixed steps that end at events: the step of the grid, 0 for other steps; part of it below which no step is taken
+GRID, SLIVER = ZONE + 2 * ROOM, ZONE + 2 * ROOM + 1
+KNOWN = SLIVER + 1  #: the next known event that is no tick of a clock, as NEXT_EVENT
+REALS = KNOWN + 1
 
 # -- integers of the run -------------------------------------------------------------------------------------
 # steps done, and their total number; Newton iterations; matrix evaluations; factorisations; outputs written; whether

@@ -29,6 +29,7 @@ from mbdsl.integrators.loop.step_control import (
     next_trial,
     predict_uneven,
     remember,
+    to_grid,
 )
 from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
@@ -226,6 +227,8 @@ def leaps(run):
 @kernel
 def trial_length(run):
     """The length to try [s]."""
+    if run.reals[S.GRID] > 0.0 and run.integers[S.CUT] == 0:
+        return to_grid(run)
     return run.reals[S.STEP_SIZE]
 
 
@@ -233,12 +236,12 @@ def trial_length(run):
 def take(t0, h, formulas, run):
     """Try a step of length h from t0; a status, h, and the error relative to what is allowed."""
     integers, layout, controlled, error = run.integers, run.layout, run.integers[S.CONTROLLED] > 0, 0.0
-    if h < run.reals[S.STEP_SIZE]:  # it ends in a zone
+    if h < run.reals[S.STEP_SIZE] or (h > run.reals[S.STEP_SIZE] and run.reals[S.GRID] > 0.0):  # to a zone, to the grid
         change(h, formulas, run)
     status = solve_step(end_of_step(t0, h, run), h, formulas, run)
     if status == S.RUNNING:
         formulas.motion(h, run)
-        if controlled:
+        if controlled and run.reals[S.GRID] == 0.0:
             error = formulas.estimate(h, formulas, run)
     accepted = status == S.RUNNING and (not controlled or error <= 1.0)
     if status != S.SINGULAR or layout[L.SOLVER] == DENSE:  # otherwise the run continues with the dense solver
@@ -246,7 +249,7 @@ def take(t0, h, formulas, run):
             part = until_switch(status, accepted, h, run)
             if part < 1.0:
                 return cut(part, h, formulas, run), h, error
-        if controlled and not accepted:
+        if controlled and not accepted and run.reals[S.GRID] == 0.0:
             return reject(error, status, h, formulas, run), h, error
     if status != S.RUNNING:
         return status, h, error

@@ -141,7 +141,7 @@ def limits(h, run):
         bend = bend_uneven(h, n, run)
     rounding = EPS * size
     # The estimate reads accelerations, in which rounding of positions is magnified by 1/h^2.
-    if integers[S.CONTROLLED]:
+    if integers[S.CONTROLLED] and reals[S.GRID] == 0.0:
         rounding = min(rounding, NOISE * allowed(h, run) * reals[S.SPEED] * h)
     # The local error is about h^2/12 times the second difference of a; constraints on velocities must be kept, too.
     near = min(size, FAR) if kinematic(run) else size

@@ -23,6 +23,8 @@ from __future__ import annotations
 
 from math import ceil
 
+from numpy import floor
+
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multiply, solve
 from mbdsl.integrators.loop.run_data import evaluate, inertia
@@ -369,12 +371,32 @@ def next_trial(error, h, run):
 def after(error, times, run):
     """The step size after an accepted step with this ``error``."""
     reals, integers = run.reals, run.integers
+    if reals[S.GRID] > 0.0:
+        return reals[S.STEP_SIZE]
     if reals[S.GOOD] < error < reals[S.BAD]:
         return fitted(min(reals[S.STEP_SIZE], reals[S.MOST_H]), times, run)
     ratio = min(MOST if reals[S.EXPONENT] < 1.0 else 1e3, max(LEAST, (AIM / max(error, 1e-30)) ** reals[S.EXPONENT]))
     if integers[S.IN_A_ROW] > 0:
         ratio = min(ratio, 1.0)
     return fitted(min(ratio * reals[S.STEP_SIZE], reals[S.MOST_H]), times, run)
+
+
+@kernel
+def to_grid(run):
+    """The length to the next end of a fixed step, or to the next known event; longer than a step by a sliver at most.
+
+    A shorter step than a sliver would magnify rounding.
+    """
+    reals = run.reals
+    now, grid, sliver = reals[S.NOW], reals[S.GRID], reals[S.SLIVER] * reals[S.GRID]
+    k = floor((now - reals[S.START] + sliver) / grid) + 1.0
+    end = min(reals[S.START] + k * grid, reals[S.STOP])
+    if now < reals[S.NEXT_EVENT] < end + sliver:
+        end = reals[S.NEXT_EVENT]
+    elif reals[S.STOP] < end + sliver:
+        end = reals[S.STOP]
+    h = end - now
+    return grid if abs(h - grid) <= 1e-9 * grid else h
 
 
 @rare

@@ -6,7 +6,7 @@ reached, and ends exactly at the stop time or at the next known event if it reac
 
 from __future__ import annotations
 
-from numpy import inf
+from numpy import floor, inf
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.kernels.marks import kernel
@@ -61,6 +61,10 @@ def end_of_step(t0, h, run):
     reals, integers = run.reals, run.integers
     if reals[S.TOL] > 0.0:
         end = end_in_reach(run)
+        if reals[S.GRID] > 0.0:
+            there = reals[S.START] + floor((t0 + h - reals[S.START]) / reals[S.GRID] + 0.5) * reals[S.GRID]
+            if there < end and abs(t0 + h - there) <= 1e-9 * h:
+                end = there
         t = end if t0 + h >= end - 1e-9 * h else t0 + h
     else:
         last = integers[S.STEP] == integers[S.LAST_STEP] - 1

@@ -159,7 +159,7 @@ def length_before_switch(part, h, run):
     if integers[S.AIMED] == 0 and reals[S.WITHIN] != MIDDLE:
         new *= reals[S.WITHIN] + EARLIER
     integers[S.AIMED] = 1
-    if not new >= reals[S.LEAST_H]:
+    if not new >= max(reals[S.LEAST_H], reals[S.SLIVER] * reals[S.GRID]):
         return 0.0
     integers[S.REJECTED] += 1
     integers[S.CUT] += 1

@@ -185,6 +185,71 @@ class Builder(Declarations):
         node, shown = self._node(value, str(name)), displayed(name, display_unit)
         return self._enter(name, frozenset(), "Real", doc, replace, value=node, arguments=shown)
 
+    def state(
+        self,
+        name: str,
+        start: Number | Sequence[Number] = 0.0,
+        rate: Law | None = None,
+        unit: str = "",
+        doc: str = "",
+        *,
+        nominal: Number | None = None,
+        replace: bool = False,
+    ) -> Handle:
+        """Declare a variable that an equation of its derivative defines.
+
+        Parameters
+        ----------
+        name : str
+        start : number or str, optional
+            Its value at the start, in SI units or with a unit: "2 A". An array has one state for each element.
+        rate : str, number or Expr, optional
+            Its derivative. Default: a later call of ``rate`` gives it, with names that are declared until then.
+        unit : str, optional
+            Its unit, such as "A".
+        doc : str, optional
+            Description, one line.
+        nominal : number or str, optional
+            The size of its values, by which errors are divided. Default: the largest value of a run.
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one, and its equation.
+
+        Returns
+        -------
+        Handle
+        """
+        arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
+        if python_values.text(unit, f"{name}.unit"):
+            arguments.append(s.Argument("unit", s.String(unit)))
+        if nominal is not None:
+            arguments.append(s.Argument("nominal", self._node(nominal, f"{name}.nominal")))
+        handle = self._enter(name, frozenset(), "Real", doc, replace, arguments=tuple(arguments))
+        if rate is not None:
+            self.rate(handle, rate, replace=replace)
+        return handle
+
+    def rate(self, state: Place, rate: Law, *, replace: bool = False) -> None:
+        """Set the derivative of a state, as ``der(x) = ...`` does in a text.
+
+        Parameters
+        ----------
+        state : Handle or str
+            The state, or an element of an array: "x[2]".
+        rate : str, number or Expr
+            The expression.
+        replace : bool, optional
+            True: replaces the derivative that was given before.
+
+        Raises
+        ------
+        ModelError
+            If a name is not known, or the derivative was given before.
+        """
+        goal = s.Argument("", self._place(state, "rate.state"))
+        left = s.Call(s.Reference((s.Step("der"),)), (goal,), at=(CallLine(), 0, 0))
+        item = s.Relation(left, self._node(rate, f"der({write(goal.value)})"), at=left.at)  # type: ignore[arg-type]
+        self._draft.rate(item, python_values.flag(replace, "replace"))
+
     def frame(
         self, name: str, base: Place, r: Vector = (0.0, 0.0), phi: Number = 0.0, *, replace: bool = False
     ) -> Handle:

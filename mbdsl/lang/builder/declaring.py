@@ -100,7 +100,8 @@ class Declarations(KindMethods):
             raise UsageError(f"{name!r}: only components, frames and tables have indices", hint=hint)
         text = python_values.text(doc, f"{name}.doc")
         if value and type_name:
-            numbers = (s.Everything(),) * _rank(parts.get("value"))
+            start = next((a.value for a in parts.get("arguments", ()) if a.name == "start"), None)
+            numbers = (s.Everything(),) * _rank(parts.get("value") or start)
         d = s.Declaration(prefixes, type_name, plain, numbers, doc=text, **parts, at=(CallLine(), 0, 0))
         serial = self._draft.declare(d, python_values.flag(replace, "replace"))
         return Handle(self, name.replace(" ", ""), serial)

@@ -70,7 +70,8 @@ class Draft:
     def _exchange(self, content: DraftContent) -> None:
         """Replace the content, if the names of the new one are known."""
         instance = _instance(content)
-        for item in (*(e.declaration for e in content.entries.values()), *content.connections, *content.initial):
+        declared = (e.declaration for e in content.entries.values())
+        for item in (*declared, *content.connections, *content.rates, *content.initial):
             check_names(item, instance)
         self._instance, self.content = instance, content
 
@@ -103,6 +104,15 @@ class Draft:
         """Add a connection."""
         check_names(item, self.instance)
         self.content.connections.append(item)
+
+    def rate(self, item: s.Relation, instead: bool) -> None:
+        """Add the equation of a state, or put it ``instead`` of the one that it has."""
+        check_names(item, self.instance)
+        before = [x for x in self.content.rates if x.left == item.left]
+        if before and not instead:
+            raise ModelError(f"`{write(item.left)}` is given twice", hint="to replace it: `rate(..., replace=True)`")
+        self.content.rates = [*(x for x in self.content.rates if x not in before), item]
+        self._instance = None
 
     def initial(self, item: s.Initial, instead: bool) -> None:
         """Add an initial value, or put it ``instead`` of those of its target."""

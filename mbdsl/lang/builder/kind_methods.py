@@ -12,7 +12,8 @@ from textwrap import fill, indent
 from typing import Any
 
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import REQUIRED, BodyKind, Kind, Parameter
+from mbdsl.elements.declaration import REQUIRED, Parameter
+from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import UsageError
 from mbdsl.lang.builder.handles import Handle
 from mbdsl.lang.kind_reference import notes
@@ -159,7 +160,7 @@ def _method(name: str, kind: Kind) -> Callable[..., Handle]:
     method.__name__, method.__qualname__ = name, f"Builder.{name}"
     method.__module__ = "mbdsl.lang.builder"
     method.__doc__ = documentation(name, kind)
-    method.__signature__ = signature(kind)  # type: ignore[attr-defined]
+    vars(method)["__signature__"] = signature(kind)
     return method
 
 

@@ -50,7 +50,7 @@ def _first_steps(node: object, functions: bool = True) -> Iterator[tuple[s.Step,
         for step in node.steps:
             yield from _first_steps(step.indices, functions)
     elif isinstance(node, s.Literal) and isinstance(node.value, Quantity):
-        for leaf in symbolic.leaves(symbolic.expr(node.value.value)):  # type: ignore[arg-type]
+        for leaf in symbolic.leaves(node.value.expression):
             named = leaf.value[0] if isinstance(leaf.value, tuple) else leaf.value
             if leaf.op in ("coordinate", "multiplier", "input"):
                 first, _, index = str(named).split(".")[0].partition("[")
@@ -118,6 +118,8 @@ def find_dependents(content: DraftContent, names: Sequence[str]) -> list[str]:
         entries = content.entries.items()
         direct = {key for key, e in entries if _declaration_refers(e.declaration, to, content.spatial)}
         direct |= set(_attached(content, to))
+        rates = {item.left: item for item in content.rates if _refers(item, to)}
+        direct |= {key for key, e in entries if any(_refers(left, e.declaration) for left in rates)}
         direct -= {*found, *names}
         found |= direct
         pending += [content.entries[key].declaration for key in direct]
@@ -143,6 +145,7 @@ def without(content: DraftContent, gone: set[str]) -> DraftContent:
         content,
         entries={key: e for key, e in content.entries.items() if key not in gone},
         connections=[item for item in content.connections if stays(item)],
+        rates=[item for item in content.rates if stays(item)],
         initial=[item for item in content.initial if stays(item)],
         settings={key: a for key, a in content.settings.items() if stays(a)},
     )

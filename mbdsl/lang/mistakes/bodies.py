@@ -137,15 +137,15 @@ def _uniform(
     com = "..." if half is None else vector([combined("/", x, s.Number(2)) for x in half], size)
     com = com if known is None else floats([x / 2 for x in known[:size]])
     com = "..." if m is None else com
-    values = [number(x) for x in moments]
+    values = [x for x in map(number, moments) if x is not None]
     shown = [_computed(x, "kg.m2") for x in moments]
     written = "..."
     if shown and not spatial:
         written = shown[2]
     elif shown and axis is not None:
         written = f"{{{', '.join(x for _, x in sorted(zip((axis[0], *_ACROSS[axis[0]]), shown, strict=True)))}}}"
-    elif shown and known is not None and None not in values:
-        written = _matrix([[f"{x:.12g}" for x in row] for row in _turned(values, known)]) + " kg.m2"  # type: ignore[arg-type]
+    elif shown and known is not None and len(values) == len(moments):
+        written = _matrix([[f"{x:.12g}" for x in row] for row in _turned(values, known)]) + " kg.m2"
     frames = f"frames(a = {{{', '.join('0' * size)}}}, b = {_written(r, size)})"
     mass = "..." if m is None else _computed(m, "kg")
     uniform = ", of uniform density" if m is not None else ""

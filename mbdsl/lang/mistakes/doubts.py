@@ -37,9 +37,11 @@ def angle(warn: Warn, value: Value, e: s.Expression | None, what: str) -> None:
 
 def pitch_per_angle(warn: Warn, owner: str, value: Value, e: s.Expression | None) -> None:
     """Warn about a pitch in mm/rev or m/rad: angles have no dimension, and a pitch is the length of a turn here."""
-    unit = value.unit if isinstance(value, Quantity) else None
+    if not isinstance(value, Quantity):
+        return
+    unit = value.unit
     if unit is not None and e is not None and e.at is not None and _PER_ANGLE.search(unit.text):
-        x = float(getattr(value.value, "value", value.value))  # type: ignore[union-attr,arg-type]
+        x = value.known
         warn(
             f"the pitch of `{owner}` is a length per angle [{unit.text}], and is read as {x:.3g} m for a turn",
             e.at,
@@ -121,4 +123,4 @@ def _bare(q: Value) -> float | None:
     """The value of a number without unit that is known before the start."""
     if isinstance(q, tuple) or not isinstance(q, Quantity) or not q.number or q.varying or q.dimension is not None:
         return None
-    return float(getattr(q.value, "value", q.value))  # type: ignore[arg-type]
+    return q.known

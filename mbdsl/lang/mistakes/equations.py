@@ -8,6 +8,7 @@ from mbdsl.lang import quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import is_assertion
 from mbdsl.lang.mistakes.statements import WORDS
+from mbdsl.lang.states import derivative, target_of
 from mbdsl.lang.unparse import write
 
 
@@ -32,12 +33,28 @@ def variable(item: s.Relation | s.If, around: Sequence[s.Item]) -> str | None:
     return " ".join(f"{types.get(name) or 'Real'} {name} = {write(e)};" for name, e in made.items()) or None
 
 
+def solved_for_derivative(item: s.Relation) -> str | None:
+    """The remedy for an equation that contains `der(x)` within an expression; None for others."""
+    for side, other in ((item.left, item.right), (item.right, item.left)):
+        calls = [e for e in s.inside(side) if isinstance(e, s.Call)] if side is not None else []
+        found = [e for e in calls if (x := derivative(e)) is not None and len(x.steps) == 1]
+        if len(found) != 1 or other is None:
+            continue
+        rate = write(found[0])
+        if isinstance(side, s.Binary) and side.operator == "*" and found[0] in (side.left, side.right):
+            factor = side.right if side.left is found[0] else side.left
+            return f"write `{rate} = ({write(other)})/({write(factor)});`"
+        return f"solve it for `{rate}`: `{rate} = ...;`"
+    return None
+
+
 def first_equation(item: s.Item) -> s.Relation | None:
-    """The first equation inside of `for` and `if` that is not an assertion; None if there is none."""
+    """The first equation inside of `for` and `if` that is neither an assertion nor that of a state; None if there is
+    none."""
     inner = [item] if isinstance(item, s.Relation) else getattr(item, "items", ())
     inner = [x for _, items in item.branches for x in items] if isinstance(item, s.If) else inner
     found = (x if isinstance(x, s.Relation) else first_equation(x) for x in inner)
-    return next((x for x in found if x is not None and not is_assertion(x)), None)
+    return next((x for x in found if x is not None and not is_assertion(x) and target_of(x) is None), None)
 
 
 def _assigned(item: s.Item) -> dict[str, s.Expression]:

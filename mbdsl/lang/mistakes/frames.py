@@ -82,9 +82,9 @@ def _turns(given: Given, spatial: bool) -> tuple[list[str], list[str]]:
     if angle is None or is_zero(angle):
         return [], []
     if spatial:
-        axis = f"n = {write(n) if n is not None else '{1, 0, 0}'}"
-        return [axis, f"phi = {degrees(angle)}"], [axis, f"phi = {degrees(angle, -1)}"]
-    z = number((items(n) or [None] * 3)[2])  # type: ignore[list-item]
+        about = f"n = {write(n) if n is not None else '{1, 0, 0}'}"
+        return [about, f"phi = {degrees(angle)}"], [about, f"phi = {degrees(angle, -1)}"]
+    z = None if (axis := items(n)) is None else number(axis[2])
     sign = -1 if z is not None and z < 0.0 else 1
     return [f"phi = {degrees(angle, sign)}"], [f"phi = {degrees(angle, -sign)}"]
 

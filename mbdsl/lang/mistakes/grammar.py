@@ -138,6 +138,14 @@ def _special(
     if kind in ("PARAMETER", "CONSTANT", "INPUT", "FINAL") and "NAME" in expected and previous is not None:
         if previous.type == "LOOP":
             return "parameters cannot be declared in a loop", "declare an array: `parameter Real k[N] = ...;`"
+    return _within(token, previous, expected, before, section)
+
+
+def _within(
+    token: Token, previous: Token | None, expected: set[str], before: list[Token], section: str
+) -> tuple[str, str | None] | None:
+    """Mistakes within a statement that have a message of their own."""
+    kind, text = token.type, token.text
     if kind == "EQUAL" and "RELATION" in expected:
         return "found `=` in an expression", "a comparison is written `==`"
     if kind == "RELATION" and any(t.type == "RELATION" for t in before[-12:]) and "STAR" in expected:

@@ -17,7 +17,7 @@ def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
     for leaf in symbolic.leaves(law):
         if leaf.op == "multiplier":
             raise ModelError(
-                f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from the laws of joints",  # type: ignore[index]
+                f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from the laws of joints",
                 hint="forces, torques and variables may depend on reactions",
             )
         if kind.driver != name or leaf.op == "time":

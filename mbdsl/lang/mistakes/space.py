@@ -57,6 +57,6 @@ def _outside(d: s.Declaration) -> Iterator[s.Argument]:
             yield a
     if kind == "FixedRotation":
         given = {a.name: a for a in d.arguments if a.value is not None}
-        turned = frames.outside({name: a.value for name, a in given.items()})  # type: ignore[misc]
+        turned = frames.outside({a.name: a.value for a in d.arguments if a.value is not None})
         if turned is not None:
             yield given[turned]

@@ -7,7 +7,7 @@ import re
 from mbdsl.errors import ModelError, SyntaxProblem
 from mbdsl.lang import syntax as s
 from mbdsl.lang import units
-from mbdsl.lang.lexer import NUMERAL, Token
+from mbdsl.lang.lexer import NUMERAL, Token, leading
 from mbdsl.lang.mistakes.statements import WORDS
 from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import write
@@ -110,7 +110,7 @@ def _unit_in_parts(token: Token, previous: Token, following: Token) -> SyntaxPro
             return _at(token, token, "found `[` after a number", f"a unit has no brackets: write `{right}`")
     if token.type == "NAME" and not bare and (unit := units.scan(token.source.text, token.start)) is not None:
         right = f"{previous.text}.{unit[0].text}"
-        if units.parse(right[len(NUMERAL.match(right)[0]) :].strip()) is not None:  # type: ignore[index]
+        if units.parse(right[len(leading(right)) :].strip()) is not None:
             end = token._replace(end=unit[1])
             return _at(previous, end, "a unit contains no blanks", f"write `{right}`")
     return None

@@ -30,7 +30,7 @@ def remedy(found: Dimension, expected: Dimension, unit: str, e: s.Expression | N
     """What to write instead of ``e``, whose dimension is not that of ``unit``; None if that cannot be guessed."""
     if e is None:
         return None
-    if (written := one_word(e)) is not None and units.parse(written[1]).dimension == expected:  # type: ignore[union-attr]
+    if (written := one_word(e)) is not None and units.valid(written[1]).dimension == expected:
         return f"a unit is one word without `*`: write `{written[0]}`"
     if isinstance(e, s.Number) or not unit:
         return None
@@ -68,16 +68,18 @@ def of_elements(items: Sequence[s.Expression], found: Value, unit: Unit) -> str 
     """What to write instead of an array with a unit behind it, if an element is not a plain number."""
     values = found if isinstance(found, tuple) else (found,)
     written = [_element(item, x, unit) for item, x in zip(items, values, strict=False)]
-    if None in written:
+    plain = [x for x in written if x is not None]
+    if len(plain) < len(written):
         return f"the unit {unit.text} is for plain numbers: give each element its own unit"
-    return f"write `{{{', '.join(written)}}}`"  # type: ignore[arg-type]
+    return f"write `{{{', '.join(plain)}}}`"
 
 
 def _element(e: s.Expression, value: Value, unit: Unit) -> str | None:
     """An element that has a unit of its own; None if it has another dimension."""
     if isinstance(e, s.ArrayNode) and e.unit is None and isinstance(value, tuple):
         inner_ones = [_element(item, x, unit) for item, x in zip(e.items, value, strict=True)]
-        return f"{{{', '.join(inner_ones)}}}" if None not in inner_ones else None  # type: ignore[arg-type]
+        plain = [x for x in inner_ones if x is not None]
+        return f"{{{', '.join(plain)}}}" if len(plain) == len(inner_ones) else None
     if isinstance(value, tuple) or not value.number:
         return None
     if value.dimension == unit.dimension and unit.dimension != NUMBER:

@@ -58,8 +58,9 @@ def _with_unit(x: s.Expression, e: s.ArrayNode) -> s.Expression:
 
 def numbers(e: s.Expression | None) -> list[float] | None:
     """The components of a vector in SI units; None if one of them is not a number."""
-    found = [number(x) for x in items(e) or [None]]  # type: ignore[list-item]
-    return None if None in found else found  # type: ignore[return-value]
+    given = items(e) or []
+    found = [x for x in map(number, given) if x is not None]
+    return found if given and len(found) == len(given) else None
 
 
 def sized(e: s.Expression, name: str) -> s.Expression:

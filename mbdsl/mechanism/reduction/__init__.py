@@ -169,7 +169,7 @@ def _without_idle(scene: Scene) -> tuple[Scene, list[Note]]:
                 *c.velocity_constraints,
                 *(e for e in c.values.values() if isinstance(e, Expr)),
             )
-            read = {leaf.value[0] for leaf in leaves(*expressions) if leaf.op == "coordinate"}  # type: ignore[index]
+            read = {leaf.value[0] for leaf in leaves(*expressions) if leaf.op == "coordinate"}
             frames = {*c.ports.values(), *(read if c.relations or c.velocity_constraints else ())}
             if not any(scene.frames[name].body in bodies for name in frames):
                 idle.append(c)
@@ -195,7 +195,7 @@ def _groups(graph: MechanismGraph) -> list[list[str]]:
 
 def _owners(scene: Scene, owner: dict[str, int], target: Expr) -> set[int]:
     """The parts that an expression depends on."""
-    frames = [leaf.value[0] for leaf in leaves(target) if leaf.op == "coordinate"]  # type: ignore[index]
+    frames = [leaf.value[0] for leaf in leaves(target) if leaf.op == "coordinate"]
     return {owner[scene.frames[f].body] for f in frames if scene.frames[f].body in owner}
 
 
@@ -224,7 +224,7 @@ def _cut(graph: MechanismGraph, owner: dict[str, int], k: int) -> Scene:
 
 def _part(graph: MechanismGraph) -> Part:
     """A part; it is kinematic if, by counting, the constraints alone determine the motion."""
-    if graph.coordinates != graph.rows or graph.velocity_rows:
+    if graph.coordinates != graph.rows or graph.velocity_rows or graph.states:
         return Part(graph)
     scene = graph.scene
     components = {}

@@ -15,8 +15,8 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import Expr, expr, leaves, substitute
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
+from mbdsl.mechanism.poses import PlanarPose
 from mbdsl.mechanism.reduction.note import Note
-from mbdsl.mechanism.reduction.poses import Pose, compose, invert
 from mbdsl.mechanism.reduction.welds import RIGID
 from mbdsl.mechanism.scene import Component, Frame, Scene
 
@@ -43,7 +43,7 @@ def carry(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
         notes.append(Note("moved", (body,), "its motion is a function of time", by, drive.driver.component.span))
     for name, frame in scene.frames.items():
         if frame.body in poses:
-            x, y, phi = (expr(value) for value in compose(poses[frame.body], (frame.x, frame.y, frame.phi)))
+            x, y, phi = (expr(value) for value in poses[frame.body] @ frame.pose)
             frames[name] = Frame(name, graph.ground.name, span=frame.span, motion=(x, y, phi))
     moved = replace(scene, components=components, frames=frames)
     known = moved.prescribed
@@ -65,7 +65,7 @@ def rewritten(c: Component, known) -> Component:
     )
 
 
-def _driven(graph: MechanismGraph) -> tuple[dict[str, Pose], dict[str, Drive]]:
+def _driven(graph: MechanismGraph) -> tuple[dict[str, PlanarPose], dict[str, Drive]]:
     """Poses of the reference points of driven bodies, and their drives, from the ground outwards."""
     if not any(_drives(e) for e in graph.joints):
         return {}, {}
@@ -74,7 +74,7 @@ def _driven(graph: MechanismGraph) -> tuple[dict[str, Pose], dict[str, Drive]]:
         for body in {e.body_i, e.body_j, *e.also} if e.rows or e.velocity_rows else ():
             at[body].append(e)
     read = {name for e in (*graph.joints, *graph.forces) for name in e.reads}
-    poses: dict[str, Pose] = {}
+    poses: dict[str, PlanarPose] = {}
     drives: dict[str, Drive] = {}
     reached = {GROUND}
     pending = [GROUND]
@@ -100,7 +100,7 @@ def _driven(graph: MechanismGraph) -> tuple[dict[str, Pose], dict[str, Drive]]:
     return poses, drives
 
 
-def _closed(e: Edge, poses: Mapping[str, Pose]) -> bool:
+def _closed(e: Edge, poses: Mapping[str, PlanarPose]) -> bool:
     return all(b == GROUND or b in poses for b in (e.body_i, e.body_j))
 
 
@@ -123,19 +123,19 @@ def _drive(joins: list[Edge]) -> Drive | None:
     assert isinstance(driver.kind, JointKind) and isinstance(joint.kind, JointKind)
     if joint.kind.pose is None or joint.kind.free != driver.kind.driver or joint.velocity_constraints:
         return None
-    u = expr(driver.values[driver.kind.driver])  # type: ignore[index]
+    u = expr(driver.values[driver.kind.driver])
     if dict(joint.ports) != dict(driver.ports) or any(leaf.op != "time" for leaf in leaves(u)):
         return None
     return Drive(others[0], drivers[0], u)
 
 
-def _pose_of(scene: Scene, body: str, drive: Drive, poses: Mapping[str, Pose]) -> Pose:
+def _pose_of(scene: Scene, body: str, drive: Drive, poses: Mapping[str, PlanarPose]) -> PlanarPose:
     """Pose of a body's reference point in the world."""
     joint = drive.joint.component
     assert isinstance(joint.kind, JointKind) and joint.kind.pose is not None
-    relative = joint.kind.pose(joint.values, drive.u)
+    relative = PlanarPose(*joint.kind.pose(joint.values, drive.u))
     frame_a, frame_b = (scene.frames[joint.ports[port]] for port in joint.kind.ports)
     base, own = (frame_a, frame_b) if frame_b.body == body else (frame_b, frame_a)
-    relative = relative if own is frame_b else invert(relative)
-    start = compose(poses.get(base.body, (0.0, 0.0, 0.0)), (base.x, base.y, base.phi))
-    return compose(compose(start, relative), invert((own.x, own.y, own.phi)))
+    relative = relative if own is frame_b else relative.inverse()
+    start = poses.get(base.body, PlanarPose()) @ base.pose
+    return start @ relative @ own.pose.inverse()

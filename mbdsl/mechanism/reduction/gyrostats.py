@@ -24,10 +24,11 @@ from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.mechanism import graph as mechanism
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
-from mbdsl.mechanism.poses_in_space import composed, inverse, product, turned
+from mbdsl.mechanism.poses import SpatialPose, product, turned
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.reduction.plane import RIGID
-from mbdsl.mechanism.scene import Component, Frame, Scene, SpatialFrame
+from mbdsl.mechanism.scene import Component, Frame, Scene
+from mbdsl.mechanism.scene_parts import SpatialFrame
 
 Vector = tuple[float, ...]
 #: differences of moments of inertia, relative to the largest, and distances from the axle, relative to the largest
@@ -53,7 +54,7 @@ class Rotor:
     hinge: Component
     frame: SpatialFrame
     base: SpatialFrame
-    pose: Vector
+    pose: SpatialPose
     centre: Vector
     inertia: float  #: about the axle [kg.m2]
 
@@ -127,8 +128,8 @@ def _rotor(graph: MechanismGraph, e: Edge, name: str, carrier: str) -> Rotor | N
     symmetric = [(C - A) * n[i] * n[j] + (A if i == j else 0.0) for i in range(3) for j in range(3)]
     if any(abs(x - y) > SAME * largest for x, y in zip(J, symmetric, strict=True)) or not _on_axle(com, frame, scene):
         return None
-    pose = composed(base.pose, inverse(frame.pose))
-    return Rotor(name, carrier, e.component, frame, base, pose, composed(pose, (*com, *frame.axes))[:3], C)
+    pose = base.pose.carrying(frame.pose)
+    return Rotor(name, carrier, e.component, frame, base, pose, (pose @ (*com, *frame.axes)).origin, C)
 
 
 def _masses(c: Component) -> tuple[float, Vector, Vector]:
@@ -190,9 +191,9 @@ def _of_reading(scene: Scene, rotor: Rotor, c: Component, known: set[Expr | None
     the constraints of ``aligned`` joints contain no others."""
     rows = () if aligned else (*c.velocity_constraints, *c.friction_rows)
     read = _read([x for x in (*c.values.values(), *rows, c.friction) if isinstance(x, Expr)], known)
-    if any(n.op == "multiplier" and n.value[0] == rotor.hinge.name for n in read):  # type: ignore[index]
+    if any(n.op == "multiplier" and n.value[0] == rotor.hinge.name for n in read):
         return "a law reads the reactions of its hinge"
-    leaves_of_frames: list[tuple[str, str]] = [n.value for n in read if n.op == "coordinate"]  # type: ignore[misc]
+    leaves_of_frames: list[tuple[str, str]] = [n.value for n in read if n.op == "coordinate"]
     used = [(scene.frames[name], key) for name, key in leaves_of_frames]
     used += [(scene.frames[name], "") for name in c.ports.values()]
     for frame, key in used:
@@ -261,7 +262,7 @@ def _scene(scene: Scene, rotors: Sequence[Rotor]) -> Scene:
         for k, r in enumerate(own):
             for name, f in scene.frames.items():
                 if f.body == r.name and _on_axle(f.pose[:3], r.frame, scene):
-                    x, y, z, *axes = composed(r.pose, f.pose)
+                    x, y, z, *axes = r.pose @ f.pose
                     frames[name] = SpatialFrame(name, carrier, x, y, f.phi, f.span, None, z, tuple(axes), k + 1)
     empty: dict[str, Any] = {"initial": (), "variables": {}, "parameters": {}, "shapes": {}, "warnings": ()}
     return replace(scene, components=components, frames=frames, **empty)

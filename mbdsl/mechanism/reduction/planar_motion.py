@@ -15,7 +15,8 @@ from math import atan2, hypot, pi
 from typing import Any
 
 from mbdsl.elements import find
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, PairKind
+from mbdsl.elements.declaration import REQUIRED
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind, PairKind
 from mbdsl.elements.row_derivatives import axes_in, freedom
 from mbdsl.errors import ModelError
 from mbdsl.expressions.spatial_coordinates import named
@@ -92,7 +93,7 @@ class _Writer:
             p = self.at[name]
             self.first.setdefault((frame.body, p.x, p.y, p.phi), name)
         self.frames: dict[str, Frame] = {}
-        self.known: dict[Expr, Expr] = {}  #: coordinates of joints -> their planar formulas
+        self.known: dict[Expr | None, Expr] = {}  #: coordinates of joints -> their planar formulas
         self.angles: dict[Expr | str, Angle] = {}
 
     def scene(self) -> Scene:
@@ -203,7 +204,7 @@ class _Writer:
             a, b = (self._frame(name) for name in ports)
             for key, found in (("phi", node), ("w", self.space.signal_of(c, "w"))):
                 one, other = (b, a) if sign > 0.0 else (a, b)
-                self.known[found] = self._leaf(one, key) - self._leaf(other, key)  # type: ignore[index]
+                self.known[found] = self._leaf(one, key) - self._leaf(other, key)
             self._angle(Angle(node, a, b, sign, c.kind.counts_turns))
         if in_plane(c.kind) in WELDED:
             self.angles[c.name] = Angle(None, ports[0], ports[1], 1.0, True)
@@ -213,7 +214,7 @@ class _Writer:
                 planar, c.name, lambda name: None, lambda port, key: self._leaf(self._frame(c.ports[port]), key)
             )
             for key in ("s", "v"):
-                self.known[self.space.signal_of(c, key)] = formulas.signal(key)  # type: ignore[index]
+                self.known[self.space.signal_of(c, key)] = formulas.signal(key)
 
     def _angle(self, found: Angle) -> None:
         assert found.node is not None
@@ -222,7 +223,7 @@ class _Writer:
 
     def _law(self, c: Component, root: Expr) -> Expr:
         """An expression over frames in space as one over frames in the plane."""
-        new: dict[Expr, Expr | None] = {}
+        new: dict[Expr, Expr] = {}
         used = {root}
         for n in reversed(walk(root)):  # from the root on, without what is below a coordinate of a joint
             if n in used and n not in self.known:
@@ -235,18 +236,18 @@ class _Writer:
                 if n in self.angles:
                     self.angles[n] = replace(self.angles[n], needed=True)
             elif n.op == "coordinate":
-                new[n] = self._coordinate(*n.value)  # type: ignore[misc]
+                new[n] = self._coordinate(*n.value)
             elif n.op == "multiplier":
                 raise NotPlanar(c, "its law reads reactions")
             elif n.op == "angle":
                 new[n] = self._frame_angle(c, n)
             else:
-                new[n] = rebuild(n, [new[a] for a in n.args]) if n.args else n  # type: ignore[misc]
-        return expr(new[root])  # type: ignore[arg-type]
+                new[n] = rebuild(n, [new[a] for a in n.args]) if n.args else n
+        return new[root]
 
     def _frame_angle(self, c: Component, node: Expr) -> Expr:
         """The signal phi of a frame, its angle about the z axis of the world."""
-        frame = node.args[0].value[0] if node.args[0].op == "coordinate" else None  # type: ignore[index]
+        frame = node.args[0].value[0] if node.args[0].op == "coordinate" else None
         if frame is None or node is not named(frame, "phi") or self.plane.normal != (0.0, 0.0, 1.0):
             raise NotPlanar(c, "its law reads an angle about another axis")
         if hypot(*self.at[frame].k[1:]) <= 0.1:

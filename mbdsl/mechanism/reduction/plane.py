@@ -18,12 +18,13 @@ from functools import cached_property
 from math import atan2, cos, hypot, sin
 
 from mbdsl.elements.kind import Kind
-from mbdsl.elements.row_derivatives import freedom
+from mbdsl.elements.row_derivatives import Freedom, freedom
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
-from mbdsl.mechanism.poses_in_space import turned
-from mbdsl.mechanism.scene import Frame, SpatialFrame
+from mbdsl.mechanism.poses import turned
+from mbdsl.mechanism.scene import Frame
+from mbdsl.mechanism.scene_parts import SpatialFrame
 
 Vector = tuple[float, ...]
 
@@ -118,6 +119,13 @@ def in_plane(kind: Kind) -> tuple[int, int] | None:
     return found if found in IN_PLANE else None
 
 
+def _freedom(e: Edge) -> Freedom:
+    """The freedom of a joint that may have a counterpart in a plane."""
+    free = freedom(e.component.kind)
+    assert free is not None
+    return free
+
+
 def is_point(graph: MechanismGraph, body: str) -> bool:
     """Whether it is a point mass, which does not turn."""
     return body in graph.bodies and len(graph.bodies[body].coordinates) == POINT
@@ -136,7 +144,7 @@ def _normals(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]], normal: Ve
     for body in pending:
         for e in at[body]:
             other = e.other(body)
-            turns = freedom(e.component.kind).turns  # type: ignore[union-attr]
+            turns = _freedom(e).turns
             if other in found or len(turns) > 1:
                 continue
             own, far = _ends(frames, e, body)
@@ -162,7 +170,7 @@ def _heights(
             own, far = _ends(frames, e, body)
             first, owner = (own, body) if body == e.body_i else (far, other)
             along = tuple(_dot(axis, k[owner]) for axis in _axes(first))
-            if all(abs(along[i]) <= SAME for i in freedom(e.component.kind).slides):  # type: ignore[union-attr]
+            if all(abs(along[i]) <= SAME for i in _freedom(e).slides):
                 found[other] = found[body] + _dot(k[body], _origin(own)) - _dot(k[other], _origin(far))
                 pending.append(other)
     return found if len(found) > len(graph.bodies) else None
@@ -178,7 +186,7 @@ def _normal(graph: MechanismGraph, at: Mapping[str, Sequence[Edge]]) -> Vector |
         for e in at[body]:
             own, far = _ends(frames, e, body)
             world = tuple(turned(attitude[body], axis) for axis in _axes(own))
-            free, turn = freedom(e.component.kind)  # type: ignore[misc]
+            free, turn = _freedom(e)
             other = e.other(body)
             if len(turn) == 1 and turn[0] not in free:
                 return _signed(world[turn[0]])

@@ -13,8 +13,8 @@ from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
+from mbdsl.mechanism.poses import PlanarPose
 from mbdsl.mechanism.reduction.note import Note
-from mbdsl.mechanism.reduction.poses import Pose, compose, invert
 from mbdsl.mechanism.scene import Component, Frame, Scene
 
 RIGID = ("x", "y", "phi")  #: coordinates of a rigid body
@@ -48,7 +48,7 @@ def merge(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
         owner = graph.ground.name if root == GROUND else root
         for name, frame in scene.frames.items():
             if frame.body in poses:
-                frames[name] = _moved(frame, owner, compose(poses[frame.body], (frame.x, frame.y, frame.phi)))
+                frames[name] = _moved(frame, owner, poses[frame.body] @ frame.pose)
         for e in tree:
             del components[e.name]
         rest = [b for b in group if b not in (root, GROUND)]
@@ -116,44 +116,40 @@ def _root(scene: Scene, group: list[str]) -> str:
     return next((b for b in group if scene.signal_of(scene.components[b], "phi") in said), group[0])
 
 
-def _poses(scene: Scene, root: str, tree: list[Edge]) -> Mapping[str, Pose]:
+def _poses(scene: Scene, root: str, tree: list[Edge]) -> Mapping[str, PlanarPose]:
     """Pose of every body's reference point in the axes of the root's."""
-    poses: dict[str, Pose] = {root: (0.0, 0.0, 0.0)}
+    poses = {root: PlanarPose()}
     pending = list(tree)
     while pending:
         e = pending.pop(0)
         if e.body_i not in poses and e.body_j not in poses:
             pending.append(e)  # the root may be inside the tree
             continue
-        a, b = (_pose(scene.frames[e.component.ports[port]]) for port in e.component.kind.ports)
+        a, b = (scene.frames[e.component.ports[port]].pose for port in e.component.kind.ports)
         assert isinstance(e.component.kind, JointKind) and e.component.kind.pose is not None
-        relative = e.component.kind.pose(e.component.values, None)
+        relative = PlanarPose(*e.component.kind.pose(e.component.values, None))
         if e.body_i in poses:
-            poses[e.body_j] = compose(compose(compose(poses[e.body_i], a), relative), invert(b))
+            poses[e.body_j] = poses[e.body_i] @ a @ relative @ b.inverse()
         else:
-            poses[e.body_i] = compose(compose(compose(poses[e.body_j], b), invert(relative)), invert(a))
+            poses[e.body_i] = poses[e.body_j] @ b @ relative.inverse() @ a.inverse()
     del poses[root]
-    return {**poses, root: (0.0, 0.0, 0.0)} if root != GROUND else poses
+    return {**poses, root: PlanarPose()} if root != GROUND else poses
 
 
-def _pose(frame: Frame) -> Pose:
-    return frame.x, frame.y, frame.phi
-
-
-def _moved(frame: Frame, owner: str, pose: Pose) -> Frame:
+def _moved(frame: Frame, owner: str, pose: PlanarPose) -> Frame:
     x, y, phi = pose
-    return replace(frame, body=owner, x=x, y=y, phi=phi)  # type: ignore[arg-type]
+    return replace(frame, body=owner, x=x, y=y, phi=phi)
 
 
-def _sum(root: Component, members: list[tuple[Component, Pose]]) -> Component:
+def _sum(root: Component, members: list[tuple[Component, PlanarPose]]) -> Component:
     """One rigid body with the mass, centre of mass and moment of inertia of all, in the axes of ``root``."""
     parts = []
     for c, pose in members:
         assert isinstance(c.kind, BodyKind)
         mass, _, inertia = c.kind.table(c.values)
         cx, cy = c.kind.com(c.values)
-        x, y, _ = compose(pose, (cx, cy, 0.0))
-        parts.append((mass, float(x), float(y), inertia))  # type: ignore[arg-type]
+        x, y, _ = pose @ PlanarPose(cx, cy)
+        parts.append((mass, float(x), float(y), inertia))
     mass = sum(p[0] for p in parts)
     x, y = (sum(p[0] * p[k] for p in parts) / mass if mass > 0.0 else parts[0][k] for k in (1, 2))
     inertia = sum(I + m * ((cx - x) ** 2 + (cy - y) ** 2) for m, cx, cy, I in parts)

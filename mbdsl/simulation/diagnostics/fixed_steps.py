@@ -268,7 +268,7 @@ def _has_potential(scene: Scene, c: Component, name: str) -> bool:
     found, along = leaves(law), ALONG.get(name)
     if len(found) != 1 or found[0].op != "coordinate":
         return False
-    frame, key = found[0].value  # type: ignore[misc]
+    frame, key = found[0].value
     if key == "phi":
         return key == along and scene.frames[frame].body in {scene.frames[f].body for f in c.ports.values()}
     return key == along and frame in c.ports.values()

@@ -41,7 +41,7 @@ def uncertain(trajectory: Trajectory) -> list[str]:
         node = scene.signal_of(c, key)
         if node is None or node.op != "angle" or node.args in angles:
             continue
-        angle, rate = values(trajectory.system, [node, node.value], t, trajectory.q, trajectory.v)  # type: ignore[list-item]
+        angle, rate = values(trajectory.system, [node, node.value], t, trajectory.q, trajectory.v)
         doubt = np.abs(0.5 * (rate[1:] + rate[:-1]) * np.diff(t) - np.diff(angle)) > 0.5 * pi
         far = np.flatnonzero(doubt | (0.5 * np.abs(np.diff(rate)) * np.diff(t) > pi))
         if not len(far):

@@ -124,7 +124,7 @@ def _size(low: Array, high: Array) -> float:
 
 
 def _heaviest(scene: Scene) -> str:
-    return max(scene.bodies(), key=lambda c: float(c.kind.table(dict(c.values))[0])).name  # type: ignore[attr-defined]
+    return max(scene.bodies(), key=lambda c: float(c.kind.table(dict(c.values))[0])).name
 
 
 def _wheels(motion: SpaceMotion) -> Iterator[tuple[str, Solid]]:
@@ -181,7 +181,7 @@ def _of_inertia(c: Component, motion: SpaceMotion) -> Solid | None:
         return None
     centre, bare = motion.spots[f"{c.name}.c"], not _apart(c.name, motion)
     m = c.values["m"]
-    J = np.array(c.kind.table(dict(c.values))[1:], float).reshape(3, 3)  # type: ignore[attr-defined]
+    J = np.array(c.kind.table(dict(c.values))[1:], float).reshape(3, 3)
     moments, axes = np.linalg.eigh(J)
     if not np.any(J - np.diag(np.diag(J))):
         moments, axes = np.diag(J), np.eye(3)

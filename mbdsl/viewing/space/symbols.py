@@ -122,9 +122,7 @@ def _spring_damper(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: 
     k, damping = (c.values.get(name) for name in ("k", "c"))
     if k or not damping:
         radius = COIL * unit
-        length = np.linalg.norm(motion.positions(b) - motion.positions(a), axis=1)
-        mean = float(length[np.isfinite(length)].mean()) if np.isfinite(length).any() else 0.0
-        turns = min(MOST_TURNS, max(LEAST_TURNS, round(mean / (PITCH * radius))))
+        turns = min(MOST_TURNS, max(LEAST_TURNS, round(float(motion.apart(a, b).mean()) / (PITCH * radius))))
         yield Solid("coil", FORCE, c.name, (a, b), (radius, radius), {"turns": turns})
     if damping:
         yield from _between(("piston", 0.36))(c, a, b, motion, unit)
@@ -150,8 +148,7 @@ def _nothing(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float)
 
 def _wheel(place: Place, radius: float, motion: SpaceMotion, unit: float) -> Solid:
     """A disc of the body that a frame belongs to, about the z axis of the frame."""
-    owner = "" if place.track == GROUND else motion.tracks[place.track]
-    return Solid("cylinder", BODY, owner, (place,), (radius, radius, WIDTH * unit))
+    return Solid("cylinder", BODY, motion.owner(place), (place,), (radius, radius, WIDTH * unit))
 
 
 def _gears(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
@@ -183,8 +180,7 @@ def _balls(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -
     """The balls of a contact; not the hole that contains a ball."""
     for place, radius in ((a, c.values["r_a"]), (b, c.values["r_b"])):
         if not (place is a and c.values["internal"]):
-            owner = "" if place.track == GROUND else motion.tracks[place.track]
-            yield Solid("ball", BODY, owner, (place,), (radius,) * 3)
+            yield Solid("ball", BODY, motion.owner(place), (place,), (radius,) * 3)
 
 
 def _rope(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:

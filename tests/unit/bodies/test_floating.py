@@ -13,6 +13,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from mbdsl.bodies.floating_beam_integrals import discretise
+from mbdsl.bodies.uniform_beam import UniformBeam
 
 REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 L, RHOA, EA, EI, J = 0.7, 2.3, 4.1e5, 37.0, 0.011
@@ -35,7 +36,7 @@ CASES = {
 
 
 def beam(**more):
-    return discretise(**(BEAM | more))
+    return discretise(UniformBeam(**(BEAM | more)))
 
 
 def slope_of(error):
@@ -443,7 +444,8 @@ def test_a_beam_of_micrometres_is_the_same_beam(basis, reference):
     kept = {} if basis is None else dict(basis=basis, modes=6, axial=2)
     sizes = (1.0, 1e-6)
     big, small = (
-        discretise(l, 2.0 * l**2, 3e4 * l**2, 0.5 * l**4, elements=5, reference=reference, **kept) for l in sizes
+        discretise(UniformBeam(l, 2.0 * l**2, 3e4 * l**2, 0.5 * l**4, elements=5, reference=reference, **kept))
+        for l in sizes
     )
     np.testing.assert_allclose(small.frequencies(), 1e6 * big.frequencies(), rtol=1e-9)
     assert ((small.M_ff != 0) == (big.M_ff != 0)).all()
@@ -523,8 +525,8 @@ def test_modes_are_those_of_any_unit_of_length(basis, reference):
     large; slopes and signs are the same. Rounding of 11 modes in 64 coordinates: 1e-12."""
     unit = 2.0**10
     more = dict(elements=16, modes=11, basis=basis, reference=reference)
-    one = discretise(L, RHOA, EA, EI, J, **more)
-    other = discretise(L * unit, RHOA / unit, EA * unit, EI * unit**3, J * unit, **more)
+    one = discretise(UniformBeam(L, RHOA, EA, EI, J, **more))
+    other = discretise(UniformBeam(L * unit, RHOA / unit, EA * unit, EI * unit**3, J * unit, **more))
     close = dict(rtol=0.0, atol=1e-12 * np.abs(one.bending).max())
     np.testing.assert_allclose(other.bending[::2], one.bending[::2], **close)
     np.testing.assert_allclose(other.bending[1::2] * unit, one.bending[1::2], **close)

@@ -284,7 +284,7 @@ def test_a_search_that_ends_early_gives_closed_joints_or_says_how_far_they_are_o
         ticks = iter([0.0] * (most + 1))  # the first is that of the start of the search
         clock = lambda ticks=ticks: next(ticks, 1e9)  # noqa: E731
         monkeypatch.setattr("mbdsl.initial.start_check.process_time", clock)
-        monkeypatch.setattr("mbdsl.initial.consistent.process_time", clock)
+        monkeypatch.setattr("mbdsl.initial.pose_search.process_time", clock)
         lines = check_start(graph)
         ends.append(lines[0].startswith("assembled"))
         assert ends[-1] or float(re.search(r"(?:open|violated) by ([-+.e\d]+)", lines[1])[1]) > 1e-12

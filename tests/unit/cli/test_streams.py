@@ -77,10 +77,10 @@ def test_a_reader_that_leaves_gets_no_message(tmp_path):
 def test_progress_that_cannot_be_shown_ends_no_run(monkeypatch, tmp_path):
     """As for `2>/dev/full` on a long run."""
     from mbdsl.cli._progress import Display
-    from mbdsl.cli._streams import Stream
+    from mbdsl.cli._streams import OutputStream
 
     with open("/dev/full", "w", buffering=1) as full:
-        stream = Stream(full)
+        stream = OutputStream(full)
         display = Display(stream)
         display.show(10.0, lambda: "half", lambda block: "half")
         display.show(20.0, lambda: "done", lambda block: "done")

@@ -11,10 +11,10 @@ from mbdsl.editor.checking import check
 from mbdsl.editor.completion import complete
 from mbdsl.editor.hover import hover
 from mbdsl.editor.library import LooseLibrary
-from mbdsl.editor.names import Names
+from mbdsl.editor.names import NameIndex
 from mbdsl.editor.positions import Places
 from mbdsl.editor.repair import repaired
-from mbdsl.editor.workspace import Workspace
+from mbdsl.editor.workspace import OpenFiles
 from mbdsl.errors import Span, UsageError
 from mbdsl.lang import lexer
 
@@ -60,7 +60,7 @@ def test_every_name_in_the_models_is_known(folder):
     """The scene builder has accepted these models: each name denotes something."""
     for path in sorted((ROOT / folder).glob("*.mbd"))[:20]:
         text = path.read_text(encoding="utf-8")
-        found = {o.start: o.end for o in Names(LooseLibrary().add(text, str(path))).occurrences}
+        found = {o.start: o.end for o in NameIndex(LooseLibrary().add(text, str(path))).occurrences}
         covered = {at for start, end in found.items() for at in range(start, end)}
         names = [p for p in lexer.pieces(text) if p.kind == lexer.NAME]
         assert [p.text for p in names if p.start not in covered] == [], path
@@ -89,7 +89,7 @@ def test_warnings_of_the_text_are_reported():
 
 
 def workspace(text):
-    found = Workspace()
+    found = OpenFiles()
     found.open("/nowhere/a.mbd", text)
     return found
 

@@ -431,3 +431,33 @@ def test_without_the_extra(tmp_path):
     )
     assert done.returncode == 2 and done.stdout == ""
     assert "needs the package `pygls`" in done.stderr and "pip install '.[editor]'" in done.stderr
+
+
+SERVO = """model Servo
+  Ground ground;
+  Rod rod(m = 1 kg, length = 1 m);
+  Revolute pin(ground, rod.a);
+  Current i(start = 2 A) "of the motor";
+  Force z(start = 0 N);
+  Torque motor(pin, tau = 1 N.m/A*i);
+equation
+  der(i) = (1 A - i)/(0.1 s);
+  der(z) = (pin.fy - z)/(0.1 s);
+end Servo;
+"""
+
+
+def test_states(client):
+    client.show("servo.mbd", SERVO)
+    assert client.problems("servo.mbd") == []
+
+    def shown(line, name):
+        place = client.place("servo.mbd", SERVO.index(line) + line.index(name))
+        return client.ask("textDocument/hover", place)["contents"]["value"]
+
+    text = shown("A*i);", "i")
+    assert "Current i" in text and "of the motor" in text and "State: `der(i) = (1 A - i) / 0.1 s`" in text
+    text = shown("- z)", "z")
+    assert "Force z" in text and "State" in text
+    items = client.complete("servo.mbd", SERVO.replace("- i)", "- |)"))
+    assert {"i", "z", "der"} <= set(items)

@@ -20,7 +20,8 @@ import pytest
 import mbdsl
 from mbdsl import Builder
 from mbdsl.elements import friction, modules
-from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, PairKind
+from mbdsl.elements.declaration import REQUIRED
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, PairKind
 from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, call, coordinate, der
 from mbdsl.kernels import buffer_layout
 from mbdsl.kernels.columns import PLANE

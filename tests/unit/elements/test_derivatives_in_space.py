@@ -18,7 +18,8 @@ from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import TIME, call, coordinate
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.scene import Component, Scene, SpatialFrame
+from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system import build

@@ -23,7 +23,8 @@ SLIDER_CRANK = Path(__file__).parents[3] / "models" / "slider_crank.mbd"
 KIND = '''
 """Tether: pulls two points together with a constant tension, in the plane and in space."""
 
-from mbdsl.elements.kind import ForceKind, Parameter, in_space
+from mbdsl.elements.kind import ForceKind, in_space
+from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.rows import LENGTH
 
 KIND = ForceKind(

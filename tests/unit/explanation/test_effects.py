@@ -9,7 +9,7 @@ import pytest
 
 import mbdsl
 from mbdsl import Builder
-from mbdsl.elements.kind import EFFECTS
+from mbdsl.elements.declaration import EFFECTS
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.expressions.printing import text
 from mbdsl.studies.effects import effects

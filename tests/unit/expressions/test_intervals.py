@@ -8,7 +8,7 @@ from scipy.interpolate import BPoly, PPoly
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
-from mbdsl.mechanism.scene import Table
+from mbdsl.mechanism.scene_parts import Table
 from mbdsl.system.paths import Program, over_time
 
 U, Y = (-1.0, 0.0, 0.5, 2.0), (0.0, 1.0, -1.0, 0.0)

@@ -10,7 +10,8 @@ from scipy.sparse import csr_array
 import mbdsl
 from mbdsl import Builder
 from mbdsl.errors import InitialisationError
-from mbdsl.initial.consistent import _constrained, _damped, initial_state
+from mbdsl.initial.consistent import initial_state
+from mbdsl.initial.least_steps import constrained, damped
 from mbdsl.initial.placement import place
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -325,7 +326,7 @@ end Link;
     assert (rows > 0.4).all() and (rows < 2.0).all()
 
 
-@pytest.mark.parametrize("solve", [_constrained, _damped])
+@pytest.mark.parametrize("solve", [constrained, damped])
 def test_dense_and_sparse_steps_agree(solve):
     rng = np.random.default_rng(2)
     weight, r_w, r_s, r_c = (rng.uniform(0.5, 1.5, k) for k in (7, 7, 4, 3))
@@ -339,7 +340,7 @@ def test_steps_of_assembly_end_where_the_gradient_is_along_constraints():
     rng = np.random.default_rng(2)
     weight, r_w, r_s, r_c = (rng.uniform(0.5, 1.5, k) for k in (7, 7, 4, 3))
     S, J = rng.normal(size=(4, 7)), rng.normal(size=(3, 7))
-    d = _constrained(weight, r_w, S, r_s, J, r_c)
+    d = constrained(weight, r_w, S, r_s, J, r_c)
     assert J @ d == pytest.approx(-r_c, abs=1e-13)
     gradient = weight * (r_w + weight * d) + S.T @ (r_s + S @ d)
     assert gradient == pytest.approx(J.T @ np.linalg.lstsq(J.T, gradient, rcond=None)[0], abs=1e-12)

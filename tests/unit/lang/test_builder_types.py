@@ -10,7 +10,7 @@ import pytest
 
 from mbdsl import Builder
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import REQUIRED
+from mbdsl.elements.declaration import REQUIRED
 from mbdsl.lang.builder import kind_stub
 
 FOLDER = Path(kind_stub.__file__).parent

@@ -7,7 +7,7 @@ import pytest
 from mbdsl.expressions import symbolic as ex
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import OPERATIONS, Expr, call, const, coordinate, der, diff, evaluate
-from mbdsl.mechanism.scene import Table
+from mbdsl.mechanism.scene_parts import Table
 
 X, Y, Z = coordinate("f", "x"), coordinate("f", "y"), coordinate("f", "phi")
 

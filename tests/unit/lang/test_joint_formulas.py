@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbdsl.elements import loaded, modules
-from mbdsl.elements.kind import REQUIRED, JointKind
+from mbdsl.elements.declaration import REQUIRED
+from mbdsl.elements.kind import JointKind
 from mbdsl.expressions import symbolic as ex
 from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.kernels.columns import PLANE as C

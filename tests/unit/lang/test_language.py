@@ -391,6 +391,9 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
             assert rate.dimension == units.dimension("rad/s")
             return Quantity(2.0, units.dimension("rad"))
 
+        def rate(self, leaf):
+            return None  # no state
+
         def signal(self, signal):
             formula = signal.formula.replace("start(", "(")  # the value at the start has the same dimension
             return evaluate(parse_expression(formula, "<formula>"), self)

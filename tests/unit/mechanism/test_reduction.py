@@ -9,8 +9,8 @@ import mbdsl
 from mbdsl.errors import InitialisationError, IntegrationError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.mechanism import graph
+from mbdsl.mechanism.poses import PlanarPose
 from mbdsl.mechanism.reduction import reduce
-from mbdsl.mechanism.reduction.poses import compose, invert
 from mbdsl.system import build
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -60,9 +60,9 @@ def actions(found):
 
 
 def test_poses():
-    a, b = (1.0, 2.0, 0.3), (-0.4, 0.7, -1.1)
-    assert compose(invert(a), a) == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
-    x, y, phi = compose(a, b)
+    a, b = PlanarPose(1.0, 2.0, 0.3), PlanarPose(-0.4, 0.7, -1.1)
+    assert a.inverse() @ a == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
+    x, y, phi = a @ b
     assert phi == pytest.approx(-0.8)
     assert complex(x, y) == pytest.approx(complex(1, 2) + np.exp(0.3j) * complex(-0.4, 0.7))
 

@@ -255,7 +255,7 @@ def test_the_page_shares_its_axis_and_shows_values():
     assert rects[0] == rects[2] and rects[1] == rects[3]
     assert all(float(x) + float(width) < full for (x, width), full in zip(rects, [860.0, 400.0] * 2, strict=True))
     assert '"names":["crank.phi"]' in text
-    assert "default-src 'none'" in text
+    assert "default-src &#x27;none&#x27;" in text
 
 
 def test_names_are_only_text():

@@ -3,6 +3,7 @@
 import os
 import shutil
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from mbdsl import UsageError, results, simulate
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation import streaming, tolerance_calibration
+from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.streaming import Stream
 
@@ -52,7 +54,7 @@ def model(tmp_path, monkeypatch):
 
 def few(monkeypatch, count):
     for module in (streaming, tolerance_calibration):
-        monkeypatch.setattr(module, "MOST_COMPARED", count)
+        monkeypatch.setattr(module, "LADDER", replace(LADDER, most_compared=count))
 
 
 def columns(stream):

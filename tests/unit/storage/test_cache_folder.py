@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from mbdsl.compilation import code_cache, kernel_sources
-from mbdsl.storage import cache_folder
+from mbdsl.storage import cache_folder, folder_rights
 from mbdsl.studies.cases import Case
 from mbdsl.studies.store import Computed, Store
 
@@ -276,7 +276,7 @@ def test_a_folder_of_root_is_read(folder, monkeypatch, capsys):
     root."""
     monkeypatch.setattr(os, "geteuid", lambda: OTHER)
     if os.getuid() != 0:
-        monkeypatch.setattr(cache_folder, "_belongs_to_us", lambda status: status.st_uid in (0, os.getuid()))
+        monkeypatch.setattr(folder_rights, "_belongs_to_us", lambda status: status.st_uid in (0, os.getuid()))
     planted(folder)
     assert cache_folder.read(OBJECT) == b"machine code"
     assert capsys.readouterr().err == ""

@@ -12,9 +12,10 @@ from scipy.special import ellipk
 import mbdsl
 from mbdsl import cli
 from mbdsl.errors import UsageError
+from mbdsl.studies import solution
 from mbdsl.studies import solve as solving
 from mbdsl.studies.measures import Measure
-from mbdsl.studies.solve import Condition
+from mbdsl.studies.solution import Condition
 from mbdsl.studies.store import Computed
 from mbdsl.studies.sweep_values import interval
 
@@ -268,9 +269,9 @@ def test_a_value_without_its_range(capfd):
 
 
 def test_the_digits_that_an_error_leaves():
-    assert solving._with_error(431.7243, 0.03, "kg") == "431.72 kg +- 0.03 kg"
-    assert solving._with_error(0.0, 0.1, "") == "0 +- 0.1"
-    assert solving._with_error(1.0, math.nan, "m") == "1 m (error not known)"
+    assert solution._with_error(431.7243, 0.03, "kg") == "431.72 kg +- 0.03 kg"
+    assert solution._with_error(0.0, 0.1, "") == "0 +- 0.1"
+    assert solution._with_error(1.0, math.nan, "m") == "1 m (error not known)"
 
 
 def test_conditions_show_the_unit_that_was_given():

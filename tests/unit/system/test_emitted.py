@@ -17,18 +17,18 @@ from mbdsl.system import build, emit
 MODELS = Path(__file__).parents[3] / "models"
 #: effect -> functions in the code of every scene that has it, and of no other
 TRACES = {
-    "joints": {"loops.constraints", "loops.constraint_tangents"},
+    "joints": {"loops.constraints", "tangent_loops.constraint_tangents"},
     "drivers": {"loops.drive"},
     "couplings": {"loops.couple"},
     "moving": {"loops.carry"},
     "relations": {"relation_loops.values", "relation_loops.tangents"},
-    "velocity rows": {"loops.gammas", "loops.gamma_tangents"},
-    "springs": {"loops.springs", "loops.spring_tangents"},
-    "laws": {"loops.laws", "loops.law_tangents"},
+    "velocity rows": {"loops.gammas", "tangent_loops.gamma_tangents"},
+    "springs": {"loops.springs", "tangent_loops.spring_tangents"},
+    "laws": {"loops.laws", "tangent_loops.law_tangents"},
     "expressions": {"expression_tape.run", "TAPE_LENGTH", "GRADIENT_LENGTH"},
-    "mass matrix": {"loops.coupling_matrix", "INERTIA_ROW", "TIMES"},
+    "mass matrix": {"tangent_loops.coupling_matrix", "INERTIA_ROW", "TIMES"},
 }
-ALWAYS = {"loops.start", "loops.begin_matrix", "loops.inertia"}
+ALWAYS = {"loops.start", "tangent_loops.begin_matrix", "loops.inertia"}
 #: model -> its effects, the modules that its code takes kernels from
 EXPECTED = {
     "chain": ("joints", "rigid_body_kernels revolute"),
@@ -122,12 +122,20 @@ def names(code):
     text = code.split('"""', 2)[2]
     found = (
         set(
-            re.findall(r"\b(?:loops|relation_loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)
+            re.findall(
+                r"\b(?:loops|tangent_loops|relation_loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b",
+                text,
+            )
         )
         - ALWAYS
     )
     modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.bodies import (\w+)", text))
-    called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "relation_loops", "expression_tape"}
+    called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {
+        "loops",
+        "tangent_loops",
+        "relation_loops",
+        "expression_tape",
+    }
     imported = {a or b for a, b in modules}
     assert called == imported  # every import is used
     return found, imported

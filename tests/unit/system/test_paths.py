@@ -6,7 +6,7 @@ import pytest
 import mbdsl
 from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate
 from mbdsl.integrators import peak_zones
-from mbdsl.mechanism.scene import Table
+from mbdsl.mechanism.scene_parts import Table
 from mbdsl.system import build, peaks_along_motion, peaks_in_time
 from mbdsl.system.interval_tape import MOST
 from mbdsl.system.paths import Program, Work, over_time

@@ -13,7 +13,7 @@ import mbdsl
 from mbdsl import Builder
 from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate, der, input_signal, multiplier
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.mechanism.scene import Table
+from mbdsl.mechanism.scene_parts import Table
 from mbdsl.system import build
 from mbdsl.system.switches import combined, signature
 

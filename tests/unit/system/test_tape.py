@@ -16,7 +16,7 @@ from mbdsl import Builder
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr
 from mbdsl.kernels.columns import PLANE as C
-from mbdsl.mechanism.scene import Table
+from mbdsl.mechanism.scene_parts import Table
 from mbdsl.system import build, expression_tape
 from mbdsl.system.signals import values
 

@@ -8,9 +8,8 @@ import pytest
 
 import mbdsl
 from mbdsl import load, parse
-from mbdsl.viewing.display import ALONG, Circle, Size
-from mbdsl.viewing.display import Path as Way
-from mbdsl.viewing.marks import THEME, Disc, Line
+from mbdsl.viewing.display import ALONG, Circle, DrawnPath, Size
+from mbdsl.viewing.marks import THEME, DiscMark, LineMark
 from mbdsl.viewing.motion import motion
 from mbdsl.viewing.picture import Picture
 from mbdsl.viewing.shapes import drawing
@@ -47,7 +46,7 @@ def test_the_canvas_and_pictures_place_points_alike(browser, trajectory_of, tmp_
     picture = Picture(moving, drawing(moving), 400, 300)
     picture.row, picture.scale, picture.left, picture.top = 7, view["scale"], view["x"], view["y"]
     picture.U = view["U"]
-    paths = [item for item in picture.items if isinstance(item, Way)]
+    paths = [item for item in picture.items if isinstance(item, DrawnPath)]
     assert {path.axes for path in paths} == {"own", "turned", "along", "on"}
     found = browser.value(
         "data.items.filter((item) => !item.radius).map((item) => painter.points(item).map((p) => p.slice(0, 2)))"
@@ -76,7 +75,7 @@ def test_a_piston_is_at_the_part_of_its_stroke(trajectory_of):
     x = np.array([1.0, 2.0, 3.0])
     moving = motion(trajectory_of(scene, x, {"m": np.column_stack([x, 0 * x])}))
     picture = Picture(moving, drawing(moving), 900, 300)
-    piston = next(item for item in picture.items if isinstance(item, Way) and item.axes == ALONG and item.state)
+    piston = next(item for item in picture.items if isinstance(item, DrawnPath) and item.axes == ALONG and item.state)
     places = []
     for row in range(3):
         picture.row = row
@@ -92,10 +91,10 @@ def test_sizes_are_limited_in_pixels(slider_crank):
 
 
 def test_elements_of_svg():
-    line = Line([np.array([[0.0, 0.0], [1.0, 2.0]])], "#123456", 1.0)
+    line = LineMark([np.array([[0.0, 0.0], [1.0, 2.0]])], "#123456", 1.0)
     assert svg_element(line) == '<path fill="none" stroke="#123456" stroke-width="1.00" d="M0.00 0.00L1.00 2.00"/>'
     assert (
-        svg_element(Disc(1.0, 2.0, 3.0, "#ffffff", None, 1.0))
+        svg_element(DiscMark(1.0, 2.0, 3.0, "#ffffff", None, 1.0))
         == '<circle fill="#ffffff" cx="1.00" cy="2.00" r="3.00"/>'
     )
 

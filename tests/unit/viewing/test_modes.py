@@ -12,7 +12,7 @@ from mbdsl import load, parse, static
 from mbdsl.errors import UsageError
 from mbdsl.system.system import build
 from mbdsl.viewing.marks import THEME
-from mbdsl.viewing.mode_animation import ModeAnimation, Row
+from mbdsl.viewing.mode_animation import ModeAnimation, ModeRow
 from mbdsl.viewing.mode_shapes import mode_shapes
 
 PENDULUM = """model Pendulum
@@ -24,7 +24,7 @@ ROD = "model R Ground ground; Rod rod(m = 1 kg, length = 1 m); Revolute pin(grou
 BEAM = """model B Ground ground;
   FlexibleBeam beam(length = 2 m, density = 7800, S = 1 cm2, I = 1 cm4, E = 210 GPa, modes = 2);
   Revolute pin(ground, beam.a); end B;"""
-ROWS = [Row(1.5, 1.5, 0.0, "mass 100%", False), Row(2.0, 0.0, 1.0, "mass 100%", False)]
+ROWS = [ModeRow(1.5, 1.5, 0.0, "mass 100%", False), ModeRow(2.0, 0.0, 1.0, "mass 100%", False)]
 
 
 def data(path):

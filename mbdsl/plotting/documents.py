@@ -1,18 +1,21 @@
-"""A page of sections as one HTML file that loads nothing, with a policy that allows its own style and script only."""
+"""The builder of all pages: one HTML file that loads nothing; its policy allows its own style and script only."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
 import html
+import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
-from mbdsl import plotting
-from mbdsl.plotting.escaping import escape
+from mbdsl.plotting.escaping import escape, seen
+
+HERE = Path(__file__).parent
 
 
 def document(
@@ -96,8 +99,19 @@ def digest(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
+def data_script(data: Any, attributes: str = "") -> str:
+    """Data of a page as an element that its scripts read; control characters of texts are escaped."""
+    text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    # `<` would let a text end the element; as an escape it is the same JSON.
+    return f'<script type="application/json"{attributes}>{text.replace("<", chr(92) + "u003c")}</script>'
+
+
 @cache
+def asset(name: str, folder: Path = HERE) -> str:
+    """The text of a style sheet, a script or a part of a page."""
+    return (folder / name).read_text(encoding="utf-8")
+
+
 def sheet() -> str:
     """The style sheet of pages with figures and tables, and of the additional parts of sections."""
-    pages = Path(plotting.__file__).parent / "page.css"
-    return pages.read_text(encoding="utf-8") + (Path(__file__).parent / "sections.css").read_text(encoding="utf-8")
+    return asset("page.css") + asset("sections.css")
