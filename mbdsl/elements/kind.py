@@ -271,6 +271,8 @@ class ForceKind(PairKind):
     #: -> a :class:`mbdsl.elements.rope_path.Path`. It replaces the formulas of the signals, which are those of a
     #: component between two points. Every span of the path is a component of the kind
     path: Callable | None = None
+    #: the formula, by its name, that is searched for peaks within a step in place of the laws: "" for these themselves
+    searched: str = ""
     misfit: Callable[[Mapping, float], str | None] | None = None  #: as of a JointKind
 
     @property

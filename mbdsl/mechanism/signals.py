@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Any
 
@@ -64,7 +64,7 @@ class Formulas:
         """
         found = self._found.get(name)
         if found is None:
-            formula = self.kind.formulas.get(name)
+            formula = self.kind.formulas.get(name, self.kind.terms.get(name))
             law = None if formula is not None and isinstance(self.kind, JointKind) else self.law(name)
             if law is None and formula is None:
                 raise KeyError(name)
@@ -128,7 +128,16 @@ class Formulas:
         if name == "slope" and isinstance(self.kind, JointKind):
             law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]
-        return self.given(name)[index - 1]
+        found = self.given(name)[index - 1]
+        return input_signal(f"{self.name}.{name}[{index}]") if found is None else found
+
+    def latches(self) -> Iterator[tuple[str, Expr, Expr]]:
+        """Of each number that an event sets: its name, the condition, and its value then."""
+        for latch in self.kind.latches:
+            name, _, index = latch.target.rstrip("]").partition("[")
+            if self.given(name)[int(index) - 1] is None:
+                condition, value = (formulas.evaluate(x, self) for x in latch[1:])
+                yield f"{self.name}.{latch.target}", condition, value
 
 
 class _LawsFirst:
