@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError, Span
 from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
 from mbdsl.kernels import buffer_layout as L
@@ -75,7 +76,9 @@ class EventSet:
 
     def __init__(self, system: System) -> None:
         self.system, self.events = system, system.scene.events
-        self.names = list(self.events.variables)
+        self.contacts = ContactSet(system) if system.scene.contacts else None
+        self.q = np.zeros(system.n)  #: the positions behind the last event: rounding errors of gaps are removed
+        self.names = list(system.scene.discrete_starts)
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
         self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
         self._roots = [c for _, c in self._conditions]
@@ -86,7 +89,7 @@ class EventSet:
 
     def reset(self) -> None:
         """Return to the start."""
-        self.values = {name: x.start for name, x in self.events.variables.items()}
+        self.values = self.system.scene.discrete_starts
         self._was = np.zeros(len(self._roots), bool)
         self.history: list[Array] = []
         self.ticked: list[Array] = []
@@ -166,7 +169,9 @@ class EventSet:
 
     # -- one event -----------------------------------------------------------------------------------------------------
 
-    def begin(self, t: float, stop: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+    def begin(
+        self, t: float, stop: float, q: Array, v: Array, left_out: tuple[int, ...], tol: float | None = None
+    ) -> Array:
         """The event at the start; the velocities (n,) behind it.
 
         Raises
@@ -182,7 +187,9 @@ class EventSet:
                     message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
                 )
         self.reset()
-        self._put()
+        if self.contacts is not None:
+            self.contacts.begin(t, q, stop - t, tol, self.values)
+        self._put(self.values)
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
         return self._act(t, q, v, left_out, [self.events.initial, *due])
@@ -215,12 +222,18 @@ class EventSet:
         self, t: float, q: Array, v: Array, left_out: tuple[int, ...], pulses: Sequence[str], put: bool = True
     ) -> Array:
         acted: list[Branch] = []
+        self.q, self.struck = q, False
         for name in pulses:
             if name in self.values:
                 self.values[name] = 1.0
         for _ in range(ROUNDS):
             self._remember()
             before, at_first = dict(self.values), v
+            if self.contacts is not None:
+                self._put(self.values)
+                q, v = self.contacts.act(t, q, v, left_out, self.values)
+                left_out = self.left_out(left_out)
+                self.q, self.struck = q, self.struck or self.contacts.struck
             done, v = self._round(t, q, v, left_out)
             acted += done
             if self.ended or self.failed is not None or (self.values == before and v is at_first):
@@ -231,8 +244,8 @@ class EventSet:
             if name in self.values:
                 self.values[name] = 0.0
         self._remember()
-        if put:
-            self._put()
+        if put or self.contacts is not None:
+            self._put(self.values if put else self._undone[0])
         if pulses:
             self._was = self._truth(t, q, v, left_out)
         if acted:
@@ -256,16 +269,20 @@ class EventSet:
         self._was = truth
         return done, v
 
+    def left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
+        """The rows that are left out behind the last event; ``left_out``: those before it."""
+        return left_out if self.contacts is None else self.contacts.left_out(left_out, self.values)
+
     def _remember(self) -> None:
         """pre(x) <- x of all variables."""
         for before, name in self._before.items():
             self.values[before] = self.values[name]
 
-    def _put(self) -> None:
+    def _put(self, given: dict[str, float]) -> None:
         """Set the numbers of the System."""
         for name in self.system.tables.inputs:
-            if name in self.values:
-                self.system.set_input(name, self.values[name])
+            if name in given:
+                self.system.set_input(name, given[name])
 
     def numbers(self) -> dict[int, float]:
         """Offset in ``numbers`` -> value, of all variables that the equations contain."""
@@ -276,7 +293,7 @@ class EventSet:
         """Expressions in a state with the present values; reactions are those of the equations of motion."""
         lam = None
         if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
-            self._put()
+            self._put(self.values)
             lam = accelerations(self.system, t, q, v, left_out)[1][None]
         inputs = {name: np.array([x]) for name, x in self.values.items()}
         return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]

@@ -204,8 +204,11 @@ class RunState:
         return np.append(self.coefficients, found or [])
 
     def mark_left_out(self) -> None:
-        """Mark the redundant constraints in ``layout``."""
+        """Mark the constraints that are left out in ``layout``: redundant ones, and contacts that are open."""
         m = self.system.m
+        for contact in self.system.scene.contacts:
+            row = self.system.tables.rows[contact.name]
+            self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 0
         for row in self.left_out:
             if row < m:
                 self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 1

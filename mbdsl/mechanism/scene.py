@@ -17,11 +17,12 @@ from typing import Any, Protocol
 
 from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, PairKind, SensorKind
-from mbdsl.errors import ModelError, ModelWarning, UsageError
+from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import formulas, spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, substitute
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
+from mbdsl.mechanism.contacts import NUMBERS, Contact, contact_of, is_contact, number
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
@@ -165,11 +166,40 @@ class Scene:
 
         return of_scene(self)
 
+    @cached_property
+    def contacts(self) -> tuple[Contact, ...]:
+        """The rigid contacts."""
+        return tuple(contact_of(c) for c in self.components.values() if is_contact(c))
+
+    @property
+    def has_events(self) -> bool:
+        """Whether something acts at events: when-equations or rigid contacts."""
+        return bool(self.events or self.contacts)
+
+    @property
+    def first_event(self) -> Span | None:
+        """The place of the first when-equation or rigid contact, of a scene that has one."""
+        return self.events.branches[0].span if self.events else self.contacts[0].span
+
+    @property
+    def conditions(self) -> list[Expr]:
+        """The conditions at whose changes something acts."""
+        return [*self.events.conditions, *(c.condition for c in self.contacts)]
+
+    def without_contacts(self) -> Scene:
+        """The scene while all rigid contacts are open."""
+        return replace(self, components={name: c for name, c in self.components.items() if not is_contact(c)})
+
+    @property
+    def discrete_starts(self) -> dict[str, float]:
+        """Discrete variables and numbers of rigid contacts -> their values at the start."""
+        starts = {name: x.start for name, x in self.events.variables.items()}
+        return starts | {number(c.name, what): 0.0 for c in self.contacts for what in NUMBERS}
+
     @property
     def number_starts(self) -> dict[str, float]:
         """Inputs and discrete variables -> their values at the start."""
-        starts = {name: x.start for name, x in self.inputs.items()}
-        return starts | {name: x.start for name, x in self.events.variables.items()}
+        return {name: x.start for name, x in self.inputs.items()} | self.discrete_starts
 
     @cached_property
     def _content(self) -> str:

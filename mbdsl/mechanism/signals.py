@@ -9,7 +9,8 @@ from typing import Any
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
-from mbdsl.expressions.symbolic import Expr, diff, expr, multiplier, substitute
+from mbdsl.expressions.symbolic import Expr, diff, expr, input_signal, multiplier, substitute
+from mbdsl.mechanism import contacts
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
@@ -122,6 +123,8 @@ class Formulas:
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
             return multiplier(self.name, index - 1)
+        if name == "number":  # of a rigid contact
+            return input_signal(contacts.number(self.name, contacts.NUMBERS[index - 1]))
         if name == "slope" and isinstance(self.kind, JointKind):
             law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]

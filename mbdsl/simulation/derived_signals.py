@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.mechanism import poses
+from mbdsl.mechanism.contacts import CLOSED, MODE, number
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.numerics import rotation_arrays
@@ -44,6 +45,15 @@ def motion(
     undetermined : list of float [s]
         Times of the singular poses, at which there is no solution or more than one.
     """
+    if system.scene.contacts:
+        return _by_modes(system, t, q, v, left_out, numbers, least)
+    return _with_rows(system, t, q, v, left_out, numbers, least)
+
+
+def _with_rows(
+    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers, least: int | None
+) -> tuple[Array, Array, list[float]]:
+    """As ``motion``, with the same rows at all states."""
     N, undetermined = len(t), []
     known = sampled(system, t, q, v, left_out, numbers, least)
     if known is not None:
@@ -58,6 +68,24 @@ def motion(
             a[i], lam[i] = np.nan, np.nan
             undetermined.append(float(t[i]))
     return a, lam, undetermined
+
+
+def _by_modes(
+    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers, least: int | None
+) -> tuple[Array, Array, list[float]]:
+    """As ``motion``, of a scene with rigid contacts: each set of closed contacts by itself."""
+    tables, rows = system.tables, [system.tables.rows[c.name] for c in system.scene.contacts]
+    names = [tables.inputs[number(c.name, MODE)] for c in system.scene.contacts]
+    modes = np.stack([numbers.get(at, np.zeros(len(t))) for at in names], axis=1) == CLOSED
+    a, lam, undetermined = np.zeros((len(t), system.n)), np.zeros((len(t), system.m + system.p)), []
+    for closed in np.unique(modes, axis=0):
+        at = np.flatnonzero((modes == closed).all(axis=1))
+        inactive = [row for row, is_closed in zip(rows, closed, strict=True) if not is_closed]
+        without = tuple(sorted({*left_out, *inactive}))
+        own = {k: x[at] for k, x in numbers.items()}
+        a[at], lam[at], poor = _with_rows(system, t[at], q[at], v[at], without, own, least)
+        undetermined += poor
+    return a, lam, sorted(undetermined)
 
 
 def residuals(system: System, t: Array, q: Array, v: Array, numbers: Numbers) -> tuple[Array, Array, Array]:

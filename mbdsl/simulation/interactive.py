@@ -100,15 +100,14 @@ class Simulation:
     ) -> None:
         asked = RunOptions.of(given)
         scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
+        if scene.has_events:
+            hint = "run it with `mbdsl.simulate`, or set inputs between the steps of this simulation in their place"
+            raise UsageError("models with `when` or rigid contacts cannot be run step by step", scene.first_event, hint)
         said, step = scene.experiment, asked.step
         self._method = asked.method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self._method).steps or backend(self._method) is not None:
             hint = f"take one of mbdsl's own methods with fixed steps, such as {DEFAULT_METHOD}"
             raise UsageError(f"{self._method} cannot be run step by step", hint=hint)
-        if scene.events:
-            hint = "mbdsl.simulate runs it; inputs that you set between steps take the place of events here"
-            first = scene.events.branches[0].span
-            raise UsageError("a model with when-equations cannot be run step by step", first, hint)
         self._h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
         if not 0.0 < self._h < np.inf:
             raise UsageError(f"the step must be above zero, not {self._h:g} s")

@@ -80,7 +80,8 @@ class PartRun:
     @property
     def first(self) -> Array:
         """The row (1, 2 n + m + p) of outputs at the start."""
-        return np.concatenate([self.initial.q, self.initial.v, self.initial.lam])[None]
+        begun = self.integration.begun if isinstance(self.integration, MethodRun) else None
+        return np.concatenate(begun or (self.initial.q, self.initial.v, self.initial.lam))[None]
 
     @property
     def last(self) -> Array:
@@ -140,11 +141,12 @@ class MechanismRun:
     def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
-        whole = plan.general or bool(scene.events)
+        if scene.has_events:
+            check_events(plan.method, scene)
+        whole = plan.general or scene.has_events
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
-        check_events(plan.method, scene)
         self.system = build(scene, mechanism, plan.general)
         # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size
@@ -160,7 +162,7 @@ class MechanismRun:
         self._failure = S.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = (
-            plan.tol is not None or bool(scene.events) or backend(plan.method) is not None
+            plan.tol is not None or scene.has_events or backend(plan.method) is not None
         )  # different for each part
         self._taken = 0
 
@@ -517,7 +519,7 @@ class MechanismRun:
     @property
     def event_set(self) -> EventSet | None:
         """The events of the present run; None of a model without when-equations."""
-        run = self.parts[0].integration if self.parts and self.system.scene.events else None
+        run = self.parts[0].integration if self.parts and self.system.scene.has_events else None
         return run.events.set if isinstance(run, MethodRun) else None
 
     # -- from the parts to the scene ---------------------------------------------------------------------------
@@ -670,7 +672,7 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     tol, grid, longest = plan.tol, 0.0, plan.longest
-    if tol is None and system.scene.events:  # steps of a fixed size, which events shorten
+    if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten
         if controls_locally(method):
             tol, grid = NOMINAL, plan.h
         else:

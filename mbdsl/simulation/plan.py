@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
-from mbdsl.integrators import backend, declared, modules
+from mbdsl.integrators import declared, modules
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
@@ -110,20 +110,6 @@ def _span(scene: Scene, asked: RunOptions) -> tuple[float, float]:
     return float(said.start if asked.start is None else asked.start), float(end)
 
 
-def check_events(method: str, scene: Scene) -> None:
-    """Refuse methods that cannot stop at the events of a model.
-
-    Raises
-    ------
-    UsageError
-        If the model has when-equations, and the method is a backend or kinematic.
-    """
-    if scene.events and (backend(method) is not None or declared(method).order == 0):
-        first = scene.events.branches[0].span
-        hint = "take one of mbdsl's own methods, such as hht-si2 or radau5"
-        raise UsageError(f"{method} cannot stop at the events of when-equations", first, hint)
-
-
 def check_space(method: str, scene: Scene) -> None:
     """Check that a method solves the equations of ``scene``, a model in space.
 
@@ -137,6 +123,20 @@ def check_space(method: str, scene: Scene) -> None:
             f"{method} is not available for models in space, and {scene.name} is one",
             hint="take another method, or declare `spatial=True` in its METHOD",
         )
+
+
+def check_events(method: str, scene: Scene) -> None:
+    """Check that a method knows the events of ``scene``, a model with when-equations or rigid contacts.
+
+    Raises
+    ------
+    UsageError
+        If it is a third-party integrator, or kinematic.
+    """
+    if method not in modules() or declared(method).order == 0:
+        what = "`when`" if scene.events else "rigid contacts"
+        hint = "take one of mbdsl's own methods: hht-si2, ..."
+        raise UsageError(f"{method} does not know the {what} of {scene.name}", scene.first_event, hint)
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:

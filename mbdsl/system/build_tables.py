@@ -75,7 +75,7 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
                     used[c.ports[port]] = None
             for root in expressions(block, c):
                 used |= dict.fromkeys(frames_in(root))
-    for root in scene.events.conditions:
+    for root in scene.conditions:
         used |= dict.fromkeys(frames_in(root))
     body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
     position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
@@ -102,6 +102,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     buffers = Buffers(L.BLOCKS + L.BLOCK * len(tables.blocks))
     layout = buffers.layout
     layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL] = n, m, n + m + p
+    layout[L.N_STATES] = tables.states
     layout[L.N_FRAMES] = len(frames)
     for row in (L.LAM_ROW, L.LAW_ROW, L.PSI_ROW):
         layout[row] = L.UNKNOWN
@@ -134,7 +135,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
-    for x in scene.events.conditions:
+    for x in scene.conditions:
         tape.add(x)
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))

@@ -99,7 +99,7 @@ class Tables:
     @property
     def has_tape(self) -> bool:
         own = any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled or b.related for b in self.blocks)
-        return own or bool(self.scene.events)
+        return own or self.scene.has_events
 
 
 class Buffers:
