@@ -1,14 +1,13 @@
 """CircleContact: two circles, in space balls, that push each other apart where they overlap; or one in a round hole.
 
-    force = k d max(0, 1 + alpha d'),  d = r_a + r_b - |r_b - r_a| > 0                   see contact_law.py
+    force = k d^n max(0, 1 + alpha d'),  d = r_a + r_b - |r_b - r_a| > 0                   see contact_law.py
 
-(in a hole d = |r_b - r_a| - (r_a - r_b)), along the line of centres, without friction. The spring is linear;
-the contact of solid bodies (Hertz) becomes stiffer with the depth.
+(in a hole d = |r_b - r_a| - (r_a - r_b)), along the line of centres, without friction.
 """
 
 from mbdsl.elements import contact_law
-from mbdsl.elements.declaration import Parameter, power
-from mbdsl.elements.kind import ForceKind, Signal, in_space
+from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH
 
@@ -24,7 +23,7 @@ def derive(values):
     """``side``: the sign of the contact force along the distance; ``reach``: the distance at first touch."""
     inside = values["internal"]
     reach = values["r_a"] - values["r_b"] if inside else values["r_a"] + values["r_b"]
-    return {"side": (-1.0 if inside else 1.0,), "reach": (reach,), "alpha": (contact_law.rate(values, "v_0"),)}
+    return {"side": (-1.0 if inside else 1.0,), "reach": (reach,), **contact_law.derive(values, "v_0")}
 
 
 KIND = ForceKind(
@@ -44,18 +43,19 @@ KIND = ForceKind(
         Signal(
             "force",
             "N",
-            "side[1]*k*max(0, depth)*max(0, 1 - alpha[1]*side[1]*v)",
+            f"side[1]*{contact_law.spring('depth')}*max(0, 1 - alpha[1]*side[1]*v)",
             "contact force along the line of centres, positive if it pushes the centres apart",
         ),
     ),
     results=(power("force*v"),),
     resists=(("(-force)", "s"),),
-    energy="0.5*k*max(0, depth)^2",
+    energy=contact_law.energy("depth"),
     check=check,
     derive=derive,
     laws=("force",),
     sign=1.0,
-    effects={"damping": contact_law.elastic},
+    effects=contact_law.EFFECTS,
+    latches=(contact_law.latch(1, "lt(0, depth)", "abs(v)", "v_0"),),
     drawing="circles",
 )
 IN_SPACE = in_space(

@@ -1,19 +1,20 @@
 """The normal force of contacts and stops: stiffness, and damping that follows from a coefficient of restitution.
 
-    F = k d max(0, 1 + alpha d')                                                         at the depth d > 0
+    F = k d^n max(0, 1 + alpha d')                                                       at the depth d > 0
 
-(K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445, with a linear spring). It is zero at first touch and
-never pulls. A mass that arrives at the speed v_0 leaves at e v_0 if
+(K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445). n is 1 for springs and lines, 3/2 for points (Hertz).
+It is zero at first touch and never pulls. A mass that arrives at the speed v_0 leaves at e v_0 if
 
     D (1 + e) = ln((1 + D)/(1 - e D)),  D = alpha v_0
 
-which follows from v dv/dd = -F/m by separation of the variables. It is solved for D; slower impacts lose less.
+for every n, which follows from v dv/dd = -F/m by separation of the variables. It is solved for D. v_0 is given; or it
+is the speed of each touch, at which alpha is set (``LATCH``): then every impact has this restitution.
 """
 
 from collections.abc import Mapping
 from math import log
 
-from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.declaration import Latch, Parameter
 
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 
@@ -22,9 +23,34 @@ def parameters(stiffness: str, speed: str, unit: str) -> tuple[Parameter, ...]:
     """The parameters of a contact with this unit of stiffness, whose speed is called ``speed``."""
     return (
         Parameter("k", stiffness, doc="stiffness", positive=True),
-        Parameter("e", "1", 1.0, f"coefficient of restitution of an impact at the speed {speed}", positive=True),
-        Parameter(speed, unit, None, "speed of approach of this impact; required with e < 1", positive=True),
+        Parameter("e", "1", 1.0, "coefficient of restitution", positive=True),
+        Parameter(
+            speed,
+            unit,
+            None,
+            "speed of approach at which an impact has it; default: every impact has it",
+            positive=True,
+        ),
+        Parameter(
+            least(speed),
+            unit,
+            1e-3 if unit == "m/s" else 1e-2,
+            f"least speed of touch, without {speed}: slower impacts have the damping of this one",
+            positive=True,
+        ),
+        Parameter(
+            "exponent",
+            "1",
+            1.0,
+            "exponent n of the depth in the force k d^n, with d in m or rad; 1.5: Hertz",
+            minimum=1.0,
+        ),
     )
+
+
+def least(speed: str) -> str:
+    """The name of the least speed of touch."""
+    return speed.replace("_0", "_min")
 
 
 def damping(e: float) -> float:
@@ -44,20 +70,45 @@ def damping(e: float) -> float:
 
 
 def check(values: Mapping, speed: str) -> str | None:
-    """The error text, if the coefficient of restitution or the speed cannot be used."""
+    """The error text, if the coefficient of restitution cannot be used."""
     e = values["e"]
     if not LEAST <= e <= 1.0:
         return f"e is {e:g}, the coefficient of restitution must be between {LEAST:g} and 1"
-    if e < 1.0 and values[speed] is None:
-        return f"e = {e:g} needs `{speed}`, the speed of approach at which an impact has this restitution"
     return None
 
 
-def rate(values: Mapping, speed: str) -> float:
-    """alpha [s/m, s/rad]."""
-    return damping(values["e"]) / values[speed] if values["e"] < 1.0 else 0.0
+def derive(values: Mapping, speed: str, touches: int = 1) -> dict:
+    """``D``, and ``alpha`` [s/m, s/rad] of each touch; None where an event sets it."""
+    D = damping(values["e"])
+    given = values[speed]
+    alpha = 0.0 if D == 0.0 else None if given is None else D / given
+    return {"D": (D,), "alpha": (alpha,) * touches}
 
 
-def elastic(values: Mapping) -> dict:
+def latch(touch: int, condition: str, speed: str, parameter: str) -> Latch:
+    """The event that sets alpha of a touch, where a ``condition`` becomes true; ``speed`` is the formula of the speed
+    of approach then, ``parameter`` the name of the speed that may be given."""
+    return Latch(f"alpha[{touch}]", condition, f"D[1]/max({speed}, {least(parameter)})")
+
+
+def spring(depth: str) -> str:
+    """The elastic force of a depth."""
+    return f"k*max(0, {depth})^exponent"
+
+
+def energy(depth: str) -> str:
+    """The energy of ``spring``."""
+    return f"k/(exponent + 1)*max(0, {depth})^(exponent + 1)"
+
+
+def _elastic(values: Mapping) -> dict:
     """The values without damping."""
-    return {"alpha": (0.0,)} if values["alpha"][0] else {}
+    return {} if set(values["alpha"]) == {0.0} else {"alpha": (0.0,) * len(values["alpha"])}
+
+
+def _absent(values: Mapping) -> dict:
+    """The values without contact."""
+    return {"k": 0.0, "alpha": (0.0,) * len(values["alpha"])} if values["k"] else {}
+
+
+EFFECTS = {"damping": _elastic, "contact": _absent}

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from mbdsl.elements.row import Row, Rows
 
@@ -16,6 +16,7 @@ EFFECTS = {
     "damping": "dampers, and what laws of springs and dampers say of velocities",
     "flexibility": "deformation of bodies",
     "gravity": "gravity",
+    "contact": "contacts and stops",
 }
 K = TypeVar("K", bound="Kind")
 REQUIRED = object()  #: default of a parameter that must be given
@@ -60,6 +61,17 @@ class Signal:
     doc: str = ""
 
 
+class Latch(NamedTuple):
+    """A number of a component that an event sets: where ``condition`` becomes true, it becomes ``value`` (formulas).
+
+    It does so if the value of ``target``, such as ``alpha[1]``, is None; then formulas contain a discrete number.
+    """
+
+    target: str
+    condition: str
+    value: str
+
+
 def power(formula: str) -> Signal:
     """The power of an element: what it does to the bodies at its frames."""
     return Signal("power", "W", formula, "power delivered to the mechanism")
@@ -85,6 +97,9 @@ class Kind:
     signals: tuple[Signal, ...] = ()
     results: tuple[Signal, ...] = ()  #: forces and powers: further signals, which have no start
     energy: str = ""
+    #: names of formulas that others contain, which are no signals
+    terms: Mapping[str, str] = field(default_factory=dict)
+    latches: tuple[Latch, ...] = ()  #: numbers that events set
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
     #: of joints without frames: the law parameters that are functions of positions; in a declaration they come first,
     #: in this order, with or without their names

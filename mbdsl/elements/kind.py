@@ -135,6 +135,8 @@ class JointKind(PairKind):
     #: of joints without frames: formulas of g for their ``rows``, like those of signals, in place of kernels; in them,
     #: a name of both a law parameter and a signal denotes the law
     relations: tuple[str, ...] = ()
+    #: whether its row is an inequality g >= 0, a rigid contact: the row is left out while the contact is open
+    unilateral: bool = False
     #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
     velocity_rows: tuple[str, ...] = ()
     #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...; that
@@ -270,6 +272,8 @@ class ForceKind(PairKind):
     #: -> a :class:`mbdsl.elements.rope_path.Path`. It replaces the formulas of the signals, which are those of a
     #: component between two points. Every span of the path is a component of the kind
     path: Callable | None = None
+    #: the formula, by its name, that is searched for peaks within a step in place of the laws: "" for these themselves
+    searched: str = ""
     misfit: Callable[[Mapping, float], str | None] | None = None  #: as of a JointKind
 
     @property

@@ -1,6 +1,6 @@
 """RotationalStop: limits of the angle of a joint, stiff torsional springs with damping beyond them.
 
-torque = k d max(0, 1 + alpha d'),  d = phi - phi_max or phi_min - phi,  where d > 0    see contact_law.py
+torque = k d^n max(0, 1 + alpha d'),  d = phi - phi_max or phi_min - phi,  where d > 0    see contact_law.py
 """
 
 from mbdsl.elements import contact_law
@@ -8,7 +8,7 @@ from mbdsl.elements.declaration import power
 from mbdsl.elements.kind import ForceKind, Signal, in_space
 from mbdsl.elements.motions import TURNING, about_n
 from mbdsl.elements.rows import ANGLE
-from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits
+from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits, touch
 
 KIND = ForceKind(
     "RotationalStop",
@@ -20,9 +20,10 @@ KIND = ForceKind(
     resists=(("torque", "phi"),),
     energy=energy("phi"),
     check=lambda v: check_limits(v, "phi_min", "phi_max") or contact_law.check(v, "w_0"),
-    derive=lambda v: {**bounds(v, "phi_min", "phi_max"), "alpha": (contact_law.rate(v, "w_0"),)},
+    derive=lambda v: {**bounds(v, "phi_min", "phi_max"), **contact_law.derive(v, "w_0")},
     laws=("torque",),
-    effects={"damping": contact_law.elastic},
+    effects=contact_law.EFFECTS,
+    latches=touch("phi", "w", "w_0"),
     drawing="nothing",
 )
 IN_SPACE = in_space(KIND, about_n)

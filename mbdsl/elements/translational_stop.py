@@ -1,6 +1,6 @@
 """TranslationalStop: end stops of a sliding joint, stiff springs with damping beyond its limits.
 
-force = k d max(0, 1 + alpha d'),  d = s - s_max or s_min - s,  where d > 0          see contact_law.py
+force = k d^n max(0, 1 + alpha d'),  d = s - s_max or s_min - s,  where d > 0          see contact_law.py
 """
 
 from mbdsl.elements import contact_law
@@ -34,13 +34,20 @@ def bounds(values, low, high):
 
 def force(s, v):
     """The formula of the resistance to growth of the coordinate ``s`` with the rate ``v``."""
-    high = f"on[2]*max(0, {s} - at[2])*max(0, 1 + alpha[1]*{v})"
-    low = f"on[1]*max(0, at[1] - {s})*max(0, 1 - alpha[1]*{v})"
+    high = f"on[2]*max(0, {s} - at[2])^exponent*max(0, 1 + alpha[1]*{v})"
+    low = f"on[1]*max(0, at[1] - {s})^exponent*max(0, 1 - alpha[1]*{v})"
     return f"k*({high} - {low})"
 
 
 def energy(s):
-    return f"0.5*k*(on[2]*max(0, {s} - at[2])^2 + on[1]*max(0, at[1] - {s})^2)"
+    high, low = (f"on[{i}]*max(0, {x})^(exponent + 1)" for i, x in ((2, f"{s} - at[2]"), (1, f"at[1] - {s}")))
+    return f"k/(exponent + 1)*({high} + {low})"
+
+
+def touch(s, v, parameter):
+    """The latch of a limit: both have one number, since one of them at a time touches."""
+    beyond = f"(on[2]*lt(at[2], {s}) + on[1]*lt({s}, at[1]))"
+    return (contact_law.latch(1, f"ne({beyond}, 0)", f"abs({v})", parameter),)
 
 
 KIND = ForceKind(
@@ -58,9 +65,10 @@ KIND = ForceKind(
     touches=AT_B,
     energy=energy("s"),
     check=lambda v: check_limits(v, "s_min", "s_max") or contact_law.check(v, "v_0"),
-    derive=lambda v: {**bounds(v, "s_min", "s_max"), "alpha": (contact_law.rate(v, "v_0"),)},
+    derive=lambda v: {**bounds(v, "s_min", "s_max"), **contact_law.derive(v, "v_0")},
     laws=("force",),
-    effects={"damping": contact_law.elastic},
+    effects=contact_law.EFFECTS,
+    latches=touch("s", "v", "v_0"),
     drawing="stop",
 )
 IN_SPACE = in_space(KIND, along_n)

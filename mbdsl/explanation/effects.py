@@ -96,6 +96,9 @@ class Effects:
         nothing = self.without("damping", "no force depends on velocities")
         yield self.entry("velocity-dependent forces", found, nothing, ("within those of the forces",))
         yield self.friction()
+        found = [c for c in self.solved if "contact" in c.kind.effects and c.values["k"]]
+        nothing = self.without("contact", "no stop or contact")
+        yield self.entry("contact", found, nothing, self.kernels("laws", "expressions"))
         found = [c for c in self.solved if any(leaf.op == "multiplier" for leaf in leaves(*_laws(c)))]
         yield self.entry("forces that depend on reactions", found, "none")
         inputs = self.scene.inputs
@@ -154,7 +157,7 @@ class Effects:
             yield Entry("other linear forces", False, f"no {few(absent)}")
 
     def friction(self) -> Entry:
-        found = [c for c in self.solved if c.friction is not None]
+        found = [c for c in self.solved if c.friction is not None or _rubs(c)]
         idle = [c.name for c in self.scene.components.values() if c.friction is not None]
         why = f"of {few(idle, 4)}: it changes no motion" if idle else "no mu"
         return self.entry("friction", found, self.without("friction", why), self.kernels("laws", "expressions"))
@@ -190,6 +193,11 @@ def _damps(c: Component) -> bool:
         laws = [c.values[name] for name in kind.laws if isinstance(c.values[name], Expr)]
         return any(is_velocity_level(law) for law in laws)
     return kind.springs is not None and any(damping for _, damping, _ in kind.springs(c.values))
+
+
+def _rubs(c: Component) -> bool:
+    """Whether it is a contact with friction."""
+    return "contact" in c.kind.effects and bool(c.values.get("mu_s"))
 
 
 def _laws(c: Component) -> list[Expr]:

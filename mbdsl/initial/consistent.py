@@ -33,7 +33,7 @@ from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import row_size, scaled
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import begin, values
-from mbdsl.system.system import System
+from mbdsl.system.system import System, build
 
 Array = NDArray[np.float64]
 
@@ -103,12 +103,28 @@ def initial_state(
     InitialisationError
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
+    if system.scene.contacts:
+        return _without_contacts(system, graph, t, members, relax, static, until)
     task = Task(system, t, for_assembly(system.scene, _positions(system)), Metric(system, members), until)
     q, v, (notes, turned) = _assembled(task, graph, relax, static)
     if system.scene.states():
         begin(system, t, q, v)
         v = steady(system, t, q, v)
     return replace(state_at(system, t, q, v), notes=notes, turned=turned)
+
+
+def _without_contacts(system: System, graph: MechanismGraph, t: float, *given) -> InitialState:
+    """The state of a scene with rigid contacts, all of which are open until the run begins."""
+    graph = graph.without_contacts()
+    free = build(graph.scene, graph, size=system.tables.size)
+    found = initial_state(free, graph, t, *given)
+    begin(system, t, found.q, found.v)
+    system.tables.first_angles |= free.tables.first_angles
+    names = {name: k for k, name in enumerate(system.constraint_names())}
+    redundant = tuple(sorted(names[free.constraint_names()[k]] for k in found.redundant))
+    contacts = (system.tables.rows[c.name] for c in system.scene.contacts)
+    a, lam = accelerations(system, t, found.q, found.v, tuple(sorted({*redundant, *contacts})))
+    return replace(found, a=a, lam=lam, redundant=redundant)
 
 
 def state_at(system: System, t: float, q: Array, v: Array) -> InitialState:
@@ -184,6 +200,9 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     InitialisationError
         As :func:`initial_state` does.
     """
+    if system.scene.contacts:
+        message = "equilibria and linear models with rigid contacts are not available"
+        raise InitialisationError(message, system.scene.contacts[0].span, "take a stop with stiffness `k` in its place")
     positions = _positions(system)
     assembly = Assembly(Task(system, t, for_assembly(system.scene, positions), metric or Metric(system, {})), graph)
     for shape in assembly.shapes(positions):

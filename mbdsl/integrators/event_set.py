@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError, Span
 from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
@@ -77,6 +78,8 @@ class EventSet:
     def __init__(self, system: System) -> None:
         self.system, self.events = system, system.scene.events
         self.friction = FrictionSet(system) if system.scene.sticking else None
+        self.contacts = ContactSet(system) if system.scene.contacts else None
+        self.q = np.zeros(system.n)  #: the positions behind the last event: rounding errors of gaps are removed
         self.names = list(system.scene.discrete_starts)
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
         self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
@@ -96,6 +99,7 @@ class EventSet:
         self.ended = ""
         self.endless: list[Branch] = []
         self.failed: Action | None = None
+        self._over = False  #: whether the event at the end has acted
         self._ticks = [0] * len(self.events.clocks)
 
     # -- clocks --------------------------------------------------------------------------------------------------------
@@ -167,7 +171,9 @@ class EventSet:
 
     # -- one event -----------------------------------------------------------------------------------------------------
 
-    def begin(self, t: float, stop: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+    def begin(
+        self, t: float, stop: float, q: Array, v: Array, left_out: tuple[int, ...], tol: float | None = None
+    ) -> Array:
         """The event at the start; the velocities (n,) behind it.
 
         Raises
@@ -183,9 +189,11 @@ class EventSet:
                     message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
                 )
         self.reset()
+        if self.contacts is not None:
+            self.contacts.begin(t, q, stop - t, tol, self.values)
         if self.friction is not None:
             self.friction.begin(t, stop - t, q, v, self.values)
-        self._put()
+        self._put(self.values)
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
         return self._act(t, q, v, left_out, [self.events.initial, *due])
@@ -202,6 +210,12 @@ class EventSet:
         self._undone = (dict(self.values), self._was, list(self._ticks), len(self.history), len(self.acted))
         return self._act(t, q, v, left_out, self._due(t), put)
 
+    def end(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> None:
+        """The event at the end of the run, if `terminal()` is read."""
+        if self.events.terminal in self.values and not self._over:
+            self._over = True
+            self._act(t, q, v, left_out, [self.events.terminal])
+
     def undo(self) -> None:
         """Take the last event back."""
         self.values, self._was, self._ticks, histories, acted = self._undone
@@ -212,12 +226,18 @@ class EventSet:
         self, t: float, q: Array, v: Array, left_out: tuple[int, ...], pulses: Sequence[str], put: bool = True
     ) -> Array:
         acted: list[Branch] = []
+        self.q, self.struck = q, False
         for name in pulses:
             if name in self.values:
                 self.values[name] = 1.0
         for _ in range(ROUNDS):
             self._remember()
             before, at_first = dict(self.values), v
+            if self.contacts is not None:
+                self._put(self.values)
+                q, v = self.contacts.act(t, q, v, left_out, self.values)
+                left_out = self.left_out(left_out)
+                self.q, self.struck = q, self.struck or self.contacts.struck
             if self.friction is not None:
                 v = self.friction.act(t, q, v, left_out, self.values)
                 left_out = self.left_out(left_out)
@@ -231,8 +251,8 @@ class EventSet:
             if name in self.values:
                 self.values[name] = 0.0
         self._remember()
-        if put:
-            self._put()
+        if put or self.contacts is not None:
+            self._put(self.values if put else self._undone[0])
         if pulses:
             self._was = self._truth(t, q, v, left_out)
         if acted:
@@ -258,6 +278,8 @@ class EventSet:
 
     def left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
         """The rows that are left out behind the last event; ``left_out``: those before it."""
+        if self.contacts is not None:
+            left_out = self.contacts.left_out(left_out, self.values)
         return left_out if self.friction is None else self.friction.left_out(left_out, self.values)
 
     def _remember(self) -> None:
@@ -265,13 +287,13 @@ class EventSet:
         for before, name in self._before.items():
             self.values[before] = self.values[name]
 
-    def _put(self) -> None:
+    def _put(self, given: dict[str, float]) -> None:
         """Set the numbers of the System."""
         if self.friction is not None:
             self.system.activate(self.left_out(self.system.tables.switchable))
         for name in self.system.tables.inputs:
-            if name in self.values:
-                self.system.set_input(name, self.values[name])
+            if name in given:
+                self.system.set_input(name, given[name])
 
     def numbers(self) -> dict[int, float]:
         """Offset in ``numbers`` -> value, of all variables that the equations contain."""
@@ -282,7 +304,7 @@ class EventSet:
         """Expressions in a state with the present values; reactions are those of the equations of motion."""
         lam = None
         if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
-            self._put()
+            self._put(self.values)
             lam = accelerations(self.system, t, q, v, left_out)[1][None]
         inputs = {name: np.array([x]) for name, x in self.values.items()}
         return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]

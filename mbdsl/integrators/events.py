@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from itertools import dropwhile
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
+from mbdsl.integrators.contact_set import UnsolvedContactsError
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
@@ -109,6 +111,7 @@ class Events:
         self.rounding: list[float] = []
         #: the when-equations of the model; None if it has none
         self.set: EventSet | None = EventSet(self.system) if self.system.scene.has_events else None
+        self.unsolved: UnsolvedContactsError | None = None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -233,7 +236,8 @@ class Events:
                 if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
                     way = self._refined(t, q, v, a, found)
                     found = self._distance(t, way, lam, old, most) or found
-                s = found
+                # behind an event, rounding may leave a condition on its former side
+                s = 2 * least if found == 0.0 and at_once and self.set is not None else found
             else:
                 way = self._way(q, v, a)
             old_a = a
@@ -247,11 +251,14 @@ class Events:
             before = v
             try:
                 v = self.set.act(t, q, v, run.left_out)
-                run.left_out = self.set.left_out(run.left_out)
+                q, run.left_out = self.set.q, self.set.left_out(run.left_out)
                 system.activate(run.left_out)
                 if v is not before:
                     q, v = onto_constraints(system, t, q, v, run.left_out)
                 a, lam = accelerations(system, t, q, v, run.left_out)
+            except UnsolvedContactsError as problem:
+                self.unsolved = problem
+                return S.UNSOLVED, None
             except UndecidedFrictionError:
                 raise
             except InitialisationError:
@@ -265,7 +272,8 @@ class Events:
         longest = min(h, min(run.stop, reals[S.NEXT_EVENT]) - t)
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
-        status = self._known_progress(t) if timed else self._progress(t, new)
+        struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
+        status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
         return status, Restart(t, q, v, a, lam, longest)
@@ -349,12 +357,24 @@ class Events:
 
     def _reactions(self, t: float, q: Array, v: Array, lam: Array) -> Array:
         """The multipliers at a state; ``lam``, those of a state nearby, if no switch depends on them."""
-        if not self.system.tables.switches_of_multipliers:
+        if not self.system.tables.switches_of_multipliers or self._all_open:
             return lam
         try:
             return accelerations(self.system, t, q, v, self.run.left_out)[1]
         except InitialisationError:
             return lam
+
+    @property
+    def _all_open(self) -> bool:
+        """Whether only rigid contacts look at reactions, and none of them is closed."""
+        contacts = self.set.contacts if self.set is not None else None
+        return contacts is not None and self._only_contacts and contacts.all_open(self.set.values)  # type: ignore[union-attr]
+
+    @cached_property
+    def _only_contacts(self) -> bool:
+        """Whether the switches that read reactions are those of rigid contacts."""
+        own = {c.condition for c in self.system.scene.contacts}
+        return all(x.node in own for x in self.system.tables.switches if reads_reactions(x))
 
     def _known_progress(self, t: float) -> int:
         """The status after an event at a time that was known in advance."""

@@ -66,8 +66,8 @@ class MethodRun(RunState):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.overlooked: Overlooked | None = None
+        self.begun: tuple[Array, Array, Array] | None = None  #: q, v, lam behind an event at the start
         self._rates: tuple | None = None
-        self.begun: Array | None = None  #: q, v, lam behind the event at the start, of a run that has one
         self._prepare()
         self._load()
 
@@ -166,8 +166,8 @@ class MethodRun(RunState):
         self.left_out = left_out
         controlled = self.controlled
         if t is None and self.tol is not None and self.events.set is not None:
-            v, a, lam = self._act_at_start(q, v, a, lam)
-            left_out, self.begun = self.left_out, np.concatenate([q, v, lam])
+            q, v, a, lam = self._act_at_start(q, v, a, lam)
+            left_out = self.left_out
         self.mark_left_out()
         system, t0 = self.system, self.start if t is None else t
         method, largest = modules()[self.method].METHOD, self._largest
@@ -233,15 +233,16 @@ class MethodRun(RunState):
         vectors[L.FORCE0, :n] = self.system.M(t, q) @ a
         return in_charts
 
-    def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
-        """v, a and lam behind the event at the start."""
-        assert self.events.set is not None
+    def _act_at_start(self, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array, Array]:
+        """q, v, a and lam behind the event at the start."""
         events = self.events.set
-        v = events.begin(self.start, self.stop, q, v, self.left_out)
-        self.left_out = events.left_out(self.left_out)
-        if events.acted or events.friction is not None:
+        assert events is not None
+        v = events.begin(self.start, self.stop, q, v, events.left_out(self.left_out), self.tol)
+        q, self.left_out = events.q, events.left_out(self.left_out)
+        if events.acted or events.contacts is not None or events.friction is not None:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
-        return v, a, lam
+            self.begun = q, v, lam
+        return q, v, a, lam
 
     def _rates_at(self, t: float, q: Array, v: Array, a: Array, lam: Array) -> tuple[Array, Array, Array]:
         """Applied forces, jerk and rate of the applied forces; those of the last call are kept."""
@@ -507,6 +508,9 @@ class MethodRun(RunState):
                 steps -= ROOM
             return self._examined(status)
         status = self._advance_by(steps if self.tol is None else min(steps, WINDOW))
+        if status == S.DONE and self.tol is not None and self.events.set is not None:
+            q, v, _ = self.state()
+            self.events.set.end(self.time, q, v, self.left_out)
         return self._examined(S.RUNNING if status == S.FULL else status)
 
     def _examined(self, status: int) -> int:

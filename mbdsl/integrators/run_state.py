@@ -207,6 +207,9 @@ class RunState:
         """Mark the constraints that are left out in ``layout``: redundant ones, and those that hold at times only."""
         m = self.system.m
         self.system.mark_switchable(self.layout, self.left_out)
+        for contact in self.system.scene.contacts:
+            row = self.system.tables.rows[contact.name]
+            self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 0
         for row in self.left_out:
             if row < m:
                 self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 1

@@ -28,7 +28,7 @@ def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
     if symbolic.is_velocity_level(law):
         raise ModelError(f"{what} depends on a velocity, expected a position or an angle", hint=velocity)
     for leaf in found:
-        if leaf.op in ("time", "input"):
+        if leaf.op == "time" or (leaf.op == "input" and not getattr(kind, "unilateral", False)):
             hint = "a function of time is the `offset`" if "offset" in kind.law_parameters else None
             raise ModelError(f"{what} depends on `{text(leaf)}`, expected a function of positions alone", hint=hint)
     if not any(leaf.op == "coordinate" for leaf in found):

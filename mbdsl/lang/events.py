@@ -282,6 +282,12 @@ class EventsOfModel:
                         "write one `when ... elsewhen ...`",
                         notes=notes,
                     )
+            for branch in when.branches:
+                seen: dict[str, Action] = {}
+                for action in (a for a in branch.actions if a.what == "set"):
+                    if (first := seen.setdefault(action.target, action)) is not action:
+                        notes = (("the first time is here", first.span),) if first.span else ()
+                        raise ModelError(f"`{action.target}` is set twice in one event", action.span, notes=notes)
 
 
 def _text(e: s.Expression) -> str:

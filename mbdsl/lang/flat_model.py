@@ -23,7 +23,7 @@ from mbdsl.lang.flat_component import FlatComponent, is_body
 from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts
-from mbdsl.lang.scene_components import components_of
+from mbdsl.lang.scene_components import components_of, latches_of
 from mbdsl.lang.scene_values import values_of
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, placed, span_of
@@ -374,7 +374,7 @@ class Assembly:
             warnings=tuple(self._warnings.values()),
             spatial=self.spatial,
             steady=self._steady is not None,
-            events=self.events.finished(),
+            events=self.events.finished().latching(x for part in self.parts.values() for x in latches_of(part)),
             display=declare(display | declared_display.of_signals(self.parts.values())),
         )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.primitive import potential
 from mbdsl.expressions.symbolic import Expr
@@ -19,11 +21,18 @@ def components_of(part: FlatComponent) -> list[Component]:
     return [_component(part)]
 
 
+def latches_of(part: FlatComponent) -> Iterable[tuple[str, Expr, Expr]]:
+    """The numbers of a component that events set, as of :meth:`mbdsl.mechanism.signals.Formulas.latches`."""
+    return part.formulas.latches() if part.kind.latches else ()
+
+
 def _component(part: FlatComponent) -> Component:
     kind = part.kind
     laws = {name: part.law(name) for name in kind.law_parameters}
     if isinstance(kind, ForceKind) and kind.springs is None:
         laws |= {name: part.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
+    if isinstance(kind, ForceKind) and kind.searched:
+        laws["searched"] = part.formulas.signal(kind.searched)
     ports = {port: part.own_frame(port).name for port in part.nodes}
     return Component(
         part.name,

@@ -24,6 +24,12 @@ class Edge(NamedTuple):
 
     @property
     def rows(self) -> int:
+        """Rows of the constraints that always hold: not those of rigid contacts."""
+        return 0 if getattr(self.component.kind, "unilateral", False) else self.slots
+
+    @property
+    def slots(self) -> int:
+        """Rows among the unknowns of a step."""
         return self.component.kind.rows if isinstance(self.component.kind, JointKind) else 0
 
     @property

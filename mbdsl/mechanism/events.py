@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from mbdsl.errors import Span
-from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.expressions.symbolic import Expr, call, input_signal, leaves
 
 INITIAL, TERMINAL = "initial()", "terminal()"
 
@@ -86,10 +86,20 @@ class Events:
     clocks: tuple[Clock, ...] = ()
     whens: tuple[When, ...] = ()
 
-    initial = INITIAL  #: name of the truth of ``initial()``
+    initial, terminal = INITIAL, TERMINAL  #: names of the truth of ``initial()`` and of ``terminal()``
 
     def __bool__(self) -> bool:
         return bool(self.whens)
+
+    def latching(self, found: Iterable[tuple[str, Expr, Expr]]) -> Events:
+        """These events, before which numbers of components are set, (name, condition, value): where the condition
+        becomes true, and at the start."""
+        variables, whens = dict[str, Discrete](), list[When]()
+        for name, condition, value in found:
+            variables |= {x: Discrete(x) for x in (INITIAL, name)}
+            at_start = call("ne", input_signal(INITIAL), 0.0)
+            whens.append(When((Branch((condition, at_start), (Action("set", name, value),)),)))
+        return Events(variables | self.variables, self.clocks, (*whens, *self.whens)) if whens else self
 
     @property
     def branches(self) -> list[Branch]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from mbdsl.errors import ModelWarning
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.mechanism import checks
 from mbdsl.mechanism.connected_groups import connected
+from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
@@ -82,6 +83,11 @@ class MechanismGraph(GraphAlgorithms):
     def states(self) -> list[str]:
         """Names of the states, which are among the ``bodies``."""
         return [name for name, c in self.bodies.items() if is_state(c)]
+
+    def without_contacts(self) -> MechanismGraph:
+        """The graph while all rigid contacts are open; bodies that only contacts hold are in it."""
+        joints = tuple(e for e in self.joints if not is_contact(e.component))
+        return replace(self, scene=self.scene.without_contacts(), joints=joints)
 
     @cached_property
     def rows(self) -> int:
@@ -180,7 +186,7 @@ class MechanismGraph(GraphAlgorithms):
         parent = {p.body: p.parent for p in self._tree}
         hangs = {p.joint: p.body for p in self._tree if p.joint}
         sizes = {name: _coordinates(c) for name, c in self.bodies.items()}
-        constraining = {e.name: size for e in self.joints if (size := e.rows + e.velocity_rows)}
+        constraining = {e.name: size for e in self.joints if (size := e.slots + e.velocity_rows)}
         sizes |= constraining
         adjacent: dict[str, set[str]] = {name: set() for name in sizes}
         after: dict[str, set[str]] = {}

@@ -17,11 +17,14 @@ from typing import Any, Protocol
 
 from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, PairKind, SensorKind
-from mbdsl.errors import ModelError, ModelWarning, UsageError
+from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import formulas, spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, substitute
+from mbdsl.mechanism import contacts as rigid
+from mbdsl.mechanism import sticking as friction
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
+from mbdsl.mechanism.contacts import Contact, contact_of, is_contact
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.events import Events
 from mbdsl.mechanism.frozen_dict import freeze
@@ -36,7 +39,7 @@ from mbdsl.mechanism.scene_parts import (
     ParameterValue,
 )
 from mbdsl.mechanism.signals import Formulas
-from mbdsl.mechanism.sticking import NUMBERS, Sticking, number, sticks
+from mbdsl.mechanism.sticking import Sticking, sticks
 from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
@@ -172,21 +175,49 @@ class Scene:
         found = (c for c in self.components.values() if sticks(c.kind, c.values) and c.friction is not None)
         return tuple(self._formulas(c).sticking(c.span) for c in found)
 
+    @cached_property
+    def contacts(self) -> tuple[Contact, ...]:
+        """The rigid contacts."""
+        return tuple(contact_of(c) for c in self.components.values() if is_contact(c))
+
     @property
     def has_events(self) -> bool:
-        """Whether something acts at events: when-equations, or friction that sticks."""
-        return bool(self.events or self.sticking)
+        """Whether something acts at events: when-equations, rigid contacts, or friction that sticks."""
+        return bool(self.events or self.contacts or self.sticking)
+
+    @property
+    def first_event(self) -> Span | None:
+        """The place of the first of them, of a scene that has one."""
+        if self.events:
+            return self.events.branches[0].span
+        return self.contacts[0].span if self.contacts else self.sticking[0].span
+
+    @property
+    def kind_of_events(self) -> str:
+        """What acts at events, for messages."""
+        if self.events:
+            return f"the `when` of {self.name}"
+        if self.contacts:
+            return f"the rigid contact `{self.contacts[0].name}`"
+        return f"friction that sticks, of `{self.sticking[0].name}`"
 
     @property
     def conditions(self) -> list[Expr]:
         """The conditions at whose changes something acts."""
-        return [*self.events.conditions, *(x.condition for x in self.sticking)]
+        own = [*(c.condition for c in self.contacts), *(x.condition for x in self.sticking)]
+        return [*self.events.conditions, *own]
+
+    def without_contacts(self) -> Scene:
+        """The scene while all rigid contacts are open."""
+        return replace(self, components={name: c for name, c in self.components.items() if not is_contact(c)})
 
     @property
     def discrete_starts(self) -> dict[str, float]:
-        """Discrete variables and the numbers of joints that stick -> their values at the start."""
+        """Discrete variables, and the numbers of rigid contacts and of joints that stick -> their values at the
+        start."""
         starts = {name: x.start for name, x in self.events.variables.items()}
-        return starts | {number(x.name, what): 0.0 for x in self.sticking for what in NUMBERS}
+        starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in rigid.NUMBERS}
+        return starts | {friction.number(x.name, what): 0.0 for x in self.sticking for what in friction.NUMBERS}
 
     @property
     def number_starts(self) -> dict[str, float]:

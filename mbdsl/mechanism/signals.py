@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Any
 
@@ -11,7 +11,7 @@ from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.errors import Span
 from mbdsl.expressions import formulas
 from mbdsl.expressions.symbolic import Expr, diff, expr, input_signal, multiplier, substitute
-from mbdsl.mechanism import sticking
+from mbdsl.mechanism import contacts, sticking
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
@@ -65,7 +65,7 @@ class Formulas:
         """
         found = self._found.get(name)
         if found is None:
-            formula = self.kind.formulas.get(name)
+            formula = self.kind.formulas.get(name, self.kind.terms.get(name))
             if name == "friction" and self.sticks:
                 found = self._found[name] = self.resistance() + multiplier(sticking.row_name(self.name), 0)
                 return found
@@ -149,12 +149,22 @@ class Formulas:
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
             return multiplier(self.name, index - 1)
-        if name == "number":
-            return input_signal(sticking.number(self.name, sticking.NUMBERS[index - 1]))
+        if name == "number":  # of a rigid contact, or of a joint that sticks
+            of = contacts if isinstance(self.kind, JointKind) and self.kind.unilateral else sticking
+            return input_signal(of.number(self.name, of.NUMBERS[index - 1]))
         if name == "slope" and isinstance(self.kind, JointKind):
             law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]
-        return self.given(name)[index - 1]
+        found = self.given(name)[index - 1]
+        return input_signal(f"{self.name}.{name}[{index}]") if found is None else found
+
+    def latches(self) -> Iterator[tuple[str, Expr, Expr]]:
+        """Of each number that an event sets: its name, the condition, and its value then."""
+        for latch in self.kind.latches:
+            name, _, index = latch.target.rstrip("]").partition("[")
+            if self.given(name)[int(index) - 1] is None:
+                condition, value = (formulas.evaluate(x, self) for x in latch[1:])
+                yield f"{self.name}.{latch.target}", condition, value
 
 
 class _LawsFirst:

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.spatial_coordinates import QUATERNION
-from mbdsl.mechanism import poses
+from mbdsl.mechanism import contacts, poses, sticking
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene_parts import SpatialFrame
-from mbdsl.mechanism.sticking import HELD, number
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
@@ -45,28 +44,9 @@ def motion(
     undetermined : list of float [s]
         Times of the singular poses, at which there is no solution or more than one.
     """
-    if system.scene.sticking:
+    if system.scene.contacts or system.scene.sticking:
         return _by_modes(system, t, q, v, left_out, numbers, least)
     return _with_rows(system, t, q, v, left_out, numbers, least)
-
-
-def _by_modes(
-    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers, least: int | None
-) -> tuple[Array, Array, list[float]]:
-    """As ``motion``, of a scene with joints that stick: each set of joints that are held by itself."""
-    tables, joints = system.tables, system.scene.sticking
-    rows = [tables.rows[x.row] for x in joints]
-    held = np.stack([numbers[tables.inputs[number(x.name, HELD)]] for x in joints], axis=1) != 0.0
-    a, lam, undetermined = np.zeros((len(t), system.n)), np.zeros((len(t), system.m + system.p)), []
-    for modes in np.unique(held, axis=0):
-        at = np.flatnonzero((held == modes).all(axis=1))
-        active = {row for row, is_held in zip(rows, modes, strict=True) if is_held}
-        without = tuple(sorted({*left_out, *rows} - active))
-        system.activate(without)
-        own = {k: x[at] for k, x in numbers.items()}
-        a[at], lam[at], poor = _with_rows(system, t[at], q[at], v[at], without, own, least)
-        undetermined += poor
-    return a, lam, sorted(undetermined)
 
 
 def _with_rows(
@@ -87,6 +67,31 @@ def _with_rows(
             a[i], lam[i] = np.nan, np.nan
             undetermined.append(float(t[i]))
     return a, lam, undetermined
+
+
+def _by_modes(
+    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers, least: int | None
+) -> tuple[Array, Array, list[float]]:
+    """As ``motion``, of a scene with rows that hold at times only: each set of rows that hold by itself."""
+    tables, scene = system.tables, system.scene
+    rows = [tables.rows[c.name] for c in scene.contacts] + [tables.rows[x.row] for x in scene.sticking]
+
+    def known_number(name: str) -> Array:
+        return numbers.get(tables.inputs[name], np.zeros(len(t)))
+
+    modes = [known_number(contacts.number(c.name, contacts.MODE)) == contacts.CLOSED for c in scene.contacts]
+    modes += [known_number(sticking.number(x.name, sticking.HELD)) != 0.0 for x in scene.sticking]
+    holds = np.stack(modes, axis=1)
+    a, lam, undetermined = np.zeros((len(t), system.n)), np.zeros((len(t), system.m + system.p)), []
+    for own in np.unique(holds, axis=0):
+        at = np.flatnonzero((holds == own).all(axis=1))
+        active = {row for row, is_held in zip(rows, own, strict=True) if is_held}
+        without = tuple(sorted({*left_out, *rows} - active))
+        system.activate(without)
+        known = {k: x[at] for k, x in numbers.items()}
+        a[at], lam[at], poor = _with_rows(system, t[at], q[at], v[at], without, known, least)
+        undetermined += poor
+    return a, lam, sorted(undetermined)
 
 
 def residuals(system: System, t: Array, q: Array, v: Array, numbers: Numbers) -> tuple[Array, Array, Array]:

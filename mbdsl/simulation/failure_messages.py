@@ -120,6 +120,10 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
     assert isinstance(integration, MethodRun)
+    if status == S.UNSOLVED:
+        problem = integration.events.unsolved
+        assert problem is not None
+        return failed(trajectory, problem.message, problem.span, problem.hint)
     if status in (S.ASSERTED, S.ENDLESS):
         return _of_events(integration, trajectory)
     t, notes = integration.reals[S.STEP_END], ()

@@ -100,13 +100,9 @@ class Simulation:
     ) -> None:
         asked = RunOptions.of(given)
         scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
-        if scene.sticking:
-            joint = scene.sticking[0]
-            message = f"`{joint.name}`: models with friction that sticks cannot be run step by step"
-            raise UsageError(message, joint.span, "leave `sticks` out")
-        if scene.events:
+        if scene.has_events:
             hint = "run it with `mbdsl.simulate`, or set inputs between the steps of this simulation in their place"
-            raise UsageError("models with `when` cannot be run step by step", scene.events.branches[0].span, hint)
+            raise UsageError(f"{scene.kind_of_events}: it cannot be run step by step", scene.first_event, hint)
         said, step = scene.experiment, asked.step
         self._method = asked.method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self._method).steps or backend(self._method) is not None:

@@ -80,9 +80,8 @@ class PartRun:
     @property
     def first(self) -> Array:
         """The row (1, 2 n + m + p) of outputs at the start, behind the event there."""
-        if isinstance(self.integration, MethodRun) and self.integration.begun is not None:
-            return self.integration.begun[None]
-        return np.concatenate([self.initial.q, self.initial.v, self.initial.lam])[None]
+        begun = self.integration.begun if isinstance(self.integration, MethodRun) else None
+        return np.concatenate(begun or (self.initial.q, self.initial.v, self.initial.lam))[None]
 
     @property
     def last(self) -> Array:

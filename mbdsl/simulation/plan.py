@@ -126,7 +126,7 @@ def check_space(method: str, scene: Scene) -> None:
 
 
 def check_events(method: str, scene: Scene) -> None:
-    """Check that a method knows the events of ``scene``, a model with when-equations or friction that sticks.
+    """Check that a method knows the events of ``scene``: when-equations, rigid contacts, friction that sticks.
 
     Raises
     ------
@@ -134,11 +134,8 @@ def check_events(method: str, scene: Scene) -> None:
         If it is a third-party integrator, or kinematic.
     """
     if method not in modules() or declared(method).order == 0:
-        branches, hint = scene.events.branches, "take one of mbdsl's own methods: hht-si2, ..."
-        if branches:
-            raise UsageError(f"{method} does not know the `when` of {scene.name}", branches[0].span, hint)
-        joint = scene.sticking[0]
-        raise UsageError(f"{method} does not know friction that sticks, of `{joint.name}`", joint.span, hint)
+        hint = "take one of mbdsl's own methods: hht-si2, ..."
+        raise UsageError(f"{method} does not know {scene.kind_of_events}", scene.first_event, hint)
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:

@@ -10,7 +10,7 @@ from os import PathLike
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from mbdsl.errors import Interrupted
+from mbdsl.errors import Interrupted, UsageError
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step
@@ -141,6 +141,8 @@ def _prepared(
     if announce is not None:
         _announce_redundant(motion, announce)
     run.at_start = diagnostics.warnings(run, before=True)
+    if asked.checkpoint is not None and scene.contacts:
+        raise UsageError("checkpoints do not keep rigid contacts", scene.first_event, "run without --checkpoint")
     if asked.checkpoint is not None:
         said, first = asked.repeatable(), asked.initial if rest is None else rest
         if first is not None:

@@ -102,6 +102,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     buffers = Buffers(L.BLOCKS + L.BLOCK * len(tables.blocks))
     layout = buffers.layout
     layout[L.N_Q], layout[L.N_PHI], layout[L.N_ALL] = n, m, n + m + p
+    layout[L.N_STATES] = tables.states
     layout[L.N_FRAMES] = len(frames)
     for row in (L.LAM_ROW, L.LAW_ROW, L.PSI_ROW):
         layout[row] = L.UNKNOWN

@@ -48,7 +48,8 @@ def estimate(tables: Tables, v: Array, a: Array, span: float) -> None:
     scale, bodies = tables.scale, tables.n - tables.states
     pace = float(np.abs(a * scale)[:bodies].max(initial=0.0)) ** 0.5
     rate = max(_fastest(scale[:bodies], v[None, :bodies], span), pace)
-    _set(tables, np.maximum(_largest(tables, v[None]), _given(tables, np.abs(a[bodies:]) / rate)), rate)
+    sizes = np.maximum(np.abs(v[bodies:]), np.abs(a[bodies:]) / rate)
+    _set(tables, _given(tables, np.where(sizes > LEAST, sizes, 1.0)), rate)  # a state that begins at rest and at zero
 
 
 def measured(tables: Tables, v: Array, span: float) -> bool:

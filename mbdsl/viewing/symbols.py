@@ -150,6 +150,31 @@ def _wheel(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Itera
     yield gear_shapes.wheel(c, b, radius, motion)
 
 
+def _surface(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    """The line of a contact, and what touches it: a circle, an edge, a capsule or a rectangle."""
+    v = c.values
+    radius, length, width = (float(v.get(name) or 0.0) for name in ("radius", "length", "width"))
+    low, high, _ = _travel(a, b, motion)
+    reach = radius + float(np.hypot(length, width)) / 2 + unit
+    ends = ((low - reach, 0.0), (high + reach, 0.0))
+    floor = (
+        DrawnPath((a,), metres=ends, hatch=-1)
+        if a.track == GROUND
+        else DrawnPath((a,), metres=ends, width=Size(thin=2.0))
+    )
+    yield Shape("floor", c.name, (a,), (floor,))
+    x, y = length / 2 + radius, width / 2 + radius
+    corners = ((-x, -y), (x, -y), (x, y), (-x, y))
+    own = colour_of(motion, b)
+    if length and y:
+        outline = DrawnPath((b,), metres=corners, closed=True, fill=(own, PAPER, 0.6), stroke=(own, INK, 0.4))
+        yield Shape("block", c.name, (b,), (outline,))
+    elif length:
+        yield Shape("block", c.name, (b,), (DrawnPath((b,), metres=((-x, 0.0), (x, 0.0)), stroke=own),))
+    elif radius:
+        yield gear_shapes.wheel(c, b, radius, motion)
+
+
 def placed(items: Sequence[Item], a: Frame, b: Frame, motion: Tracks) -> tuple[Item, ...]:
     """Items of a template between frames; strokes are from the smallest to the largest distance of the frames."""
     at: dict[Frame, Frame] = {A: a, B: b}
@@ -272,6 +297,7 @@ SYMBOLS: dict[str, Symbol] = {
     "pin in slot": _pin_in_slot,
     "weld": _weld,
     "wheel": _wheel,
+    "surface": _surface,
     "blade": _template("blade", DrawnPath((B,), units=((-1.1, 0.0), (1.1, 0.0)), width=Size(2.5, 0.3))),
     "rod": _template("rod", DrawnPath((A, B), ON, stroke=ROD, width=Size(2.0, 0.22)), pins=True),
     "actuator": _template("actuator", *PISTON, pins=True),

@@ -348,3 +348,48 @@ def test_equations_of_one_event_are_sorted_and_circles_are_errors():
     assert "pre(x)" in problem.value.hint and problem.value.notes
     with pytest.raises(ModelError, match=r"cyclic definition: x -> x"):
         slide(declared, "when time > 1 s then x = x + 1; end when;")
+
+
+def test_arrays_sub_models_and_the_end():
+    counter = """model Counter
+      parameter Time T = 0.1 s;
+      Integer n(start = 0);
+    equation
+      when sample(0, T) then n = pre(n) + 1; end when;
+    end Counter;
+    """
+    declared = (
+        "Counter c[2](T = {0.1 s, 0.25 s}); Integer last(start = 0); Real x[3](each start = 0);"
+        "Force f(b.c, fx = 1 N*c[1].n);"
+    )
+    events = (
+        "when sample(0, 0.5 s) then for i in 1:3 loop x[i] = pre(x[i]) + i*time/(1 s); end for; end when;"
+        "when terminal() then last = c[2].n; end when;"
+    )
+    text = counter + SLIDE.format(angle="", s=0, v=0, stop=1.0, declared=declared, events=events)
+    run = mbdsl.simulate(mbdsl.parse(text), method="hht-si2", step=1e-2, interval=0.5)
+    assert [run[f"c[{k}].n"][-1] for k in (1, 2)] == [11, 5]
+    assert [run[f"x[{k}]"][-1] for k in (1, 2, 3)] == [1.5, 3.0, 4.5]
+    assert list(run["last"]) == [0, 0, 5]
+    with pytest.raises(ModelError, match="set twice in one event"):
+        slide("Integer n(start = 0); Force f(b.c, fx = 0 N);", "when time > 1 s then n = 1; n = 2; end when;")
+
+
+def test_events_in_space():
+    """A rotor that swings against a wall without loss: w'' = -w between impacts at 0.3 rad, phi = sin t."""
+    model = mbdsl.parse("""spatial model M
+      Ground ground;
+      Body b(m = 1 kg, I = {1, 1, 1} kg.m2);
+      Revolute pin(ground, b.c, n = {0, 0, 1});
+      Torque f(pin, tau = -1 N.m*pin.phi);
+      Integer n(start = 0);
+    initial equation
+      pin.phi = 0; pin.w = 1 rad/s;
+    equation
+      when pin.phi > 0.3 then reinit(pin.w, -pin.w); n = pre(n) + 1; end when;
+    end M;""")
+    run = mbdsl.simulate(model, method="hht-si2", step=2e-3, stop=3.0, interval=1.0)
+    to_wall = np.arcsin(0.3)  # then backwards in time: phi = sin(2 to_wall - t), until the next impact
+    period = 2 * to_wall + np.pi
+    assert run["n"][-1] == 1 and period > 3.0
+    assert run["pin.phi"][-1] == pytest.approx(np.sin(2 * to_wall - 3.0), abs=1e-5)

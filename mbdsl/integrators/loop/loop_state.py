@@ -9,7 +9,7 @@ from __future__ import annotations
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY, FULL = range(12)
 STIFF = 12
 #: an assertion of the model does not hold; when-equations act without end at one time
-ASSERTED, ENDLESS = 13, 14
+ASSERTED, ENDLESS, UNSOLVED = 13, 14, 15
 
 # -- reals of the run ----------------------------------------------------------------------------------------
 # times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,

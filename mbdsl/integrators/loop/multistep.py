@@ -215,9 +215,10 @@ def cut(part, h, formulas, run):
 
 @kernel
 def leaps(run):
-    """Whether the unknowns change by more from step to step than any motion worth following."""
+    """Whether the unknowns change by more from step to step than any motion worth following; of states, whose size may
+    not be known, nothing is said."""
     vectors, jump = run.vectors, 0.0
-    for i in range(run.layout[L.N_Q]):
+    for i in range(run.layout[L.N_Q] - run.layout[L.N_STATES]):
         jump = max(jump, abs(vectors[L.UNKNOWN, i] - vectors[L.UNKNOWN0, i]) * vectors[L.SCALE, i])
     return run.reals[S.UNIT] * jump > run.reals[S.WILD]
 

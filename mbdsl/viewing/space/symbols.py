@@ -84,6 +84,17 @@ def _plate(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -
     yield Solid("ball", JOINT, c.name, (b,), (0.4 * unit,) * 3)
 
 
+def _surface(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """The plane of a contact, and the ball that touches it."""
+    radius = float(c.values.get("radius") or 0.0)
+    if "n" in c.values:
+        reach = 2.0 * float(motion.apart(a, b).max()) + 2.0 * unit
+        yield Solid("box", JOINT, c.name, (a,), (reach, reach, 0.02 * unit))
+    if radius and "length" not in c.values:
+        owner = "" if b.track == GROUND else motion.tracks[b.track]
+        yield Solid("ball", BODY, owner, (b,), (radius,) * 3)
+
+
 def _stop(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
     """Walls at the limits on the x axis of frame_a."""
     for name in ("s_min", "s_max"):
@@ -214,6 +225,7 @@ SYMBOLS: dict[str, Symbol] = {
     "belt": _pulleys,
     "rack": _rack,
     "circles": _balls,
+    "surface": _surface,
     "rope": _rope,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,

@@ -30,11 +30,19 @@ TOLERANCE = 1e-9
 T = 0.7  #: time [s]
 #: forces that are linear springs here
 LINEAR = ("SpringDamper", "RotationalSpringDamper")
+#: of contacts at points; the third power has two derivatives at first touch
+TOUCHING = {"e": 0.6, "exponent": 3.0, "mu_s": 1.7}
 #: values whose random choice would not fit; limits within the range of the motion
 CHOSEN = {
+    "CircleContact": {"e": 0.6, "exponent": 1.5},
+    "PointContact": {"radius": 1.5, **TOUCHING},
+    "LineContact": {"radius": 1.5, **TOUCHING},
+    "BoxContact": TOUCHING,
+    "CylinderContact": TOUCHING,
+    **{f"Sphere{x}Contact": {"radius": 1.2, **TOUCHING} for x in ("Box", "Cylinder", "Capsule")},
     "Rope": {"length": 0.3, "drum": 0.0},  # over discs: test_rope.py
-    "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7},
-    "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5},
+    "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7, "exponent": 1.5},
+    "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5, "exponent": 1.0},
 }
 #: another choice of frames, whose axes are farther from parallel: angles have moderate derivatives there
 SEEDS = {"Cam": 7}

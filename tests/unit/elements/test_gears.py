@@ -213,7 +213,6 @@ def test_circles_push_each_other_apart_and_never_pull():
         ("BeltDrive g(a.c, b.c, r_a = 1 m, r_b = 1.0001 m);", "make them equal"),
         ("TranslationalStop g(a.c, b.c, k = 1 N/m);", "give `s_min`, `s_max` or both"),
         ("TranslationalStop g(a.c, b.c, k = 1 N/m, s_min = 1 m, s_max = 0 m);", "is not less than"),
-        ("RotationalStop g(a.c, b.c, k = 1 N.m/rad, phi_min = 0 deg, e = 0.5);", "needs `w_0`"),
         ("RotationalStop g(a.c, b.c, k = 1 N.m/rad, phi_min = 0 deg, e = 2, w_0 = 1 rad/s);", "between 0.05 and 1"),
         ("CircleContact g(a.c, b.c, k = 1 N/m, r_a = 1 m, r_b = 2 m, internal = true);", "has the hole"),
         ("Cam g(a.c, b.c, s = 1 m*sin(2*time));", "function of `phi` alone"),

@@ -159,7 +159,7 @@ def test_changes_are_those_of_direct_runs():
     study = effects(CRANK, "crank.phi", stop=0.5, repeats=1, step=1e-3)
     whole = mbdsl.simulate(CRANK, stop=0.5, step=1e-3)["crank.phi"]
     assert [row.effects for row in study.rows] == [("damping",), ("gravity",)]
-    assert study.absent == ("friction", "flexibility")
+    assert study.absent == ("friction", "flexibility", "contact")
     for row in study.rows:
         other = mbdsl.simulate(CRANK, stop=0.5, step=1e-3, without=row.effects)["crank.phi"]
         assert row.change == np.abs(other - whole).max() > 0.0
@@ -259,7 +259,7 @@ def test_study_from_a_shell(say):
     code, out, _ = say("study", "effects", CRANK, "--signal", "B.s", "--tol", "1mm", "--repeats", 1, "--stop", "0.1s")
     assert code == 0
     assert out.startswith("SliderCrank: B.s from ")
-    assert "\nnot in the scene: friction, flexibility\n" in out
+    assert "\nnot in the scene: friction, flexibility, contact\n" in out
     assert "within 0.001 m, the result needs: " in out
     for argv, message in (
         (["--signal", "B.x"], "there is no signal `B.x`"),

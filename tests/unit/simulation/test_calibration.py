@@ -20,7 +20,7 @@ class Sine:
 
     def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=S.TOO_SMALL):
         self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
-        self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1)), difference=np.subtract)
+        self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1), n=1, states=0), difference=np.subtract)
         self.fails, self.few, self.steps, self.trial_steps, self.failed = fails, steps, steps, 0, 0
         self.error, self.status, self.tried, self.parts = error, status, [], ()
 

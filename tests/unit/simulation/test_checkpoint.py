@@ -91,6 +91,23 @@ def test_stopped_and_resumed(model, method, steps):
         assert written(resume(copy), "resumed.npz") == expected
 
 
+@pytest.mark.parametrize(
+    ("method", "size"), [("hht-si2", {"step": 1e-3}), ("nstiff", {"tol": 1e-4}), ("radau5", {"tol": 1e-4})]
+)
+def test_states(model, method, size):
+    """A pressure, whose size is that of the first run of a calibration, and a steady state."""
+    states = "  Pressure p(start = 1 bar); Real z;\n  Force push2(ball.c, fy = 1e-5 m2*p + 1 N*z);\n"
+    rates = "  der(p) = (3 bar - 1e5 Pa/m*ball.x - p)/(0.02 s);\n  der(z) = (ball.vx/(1 m/s) - z)/(0.01 s);\n"
+    text = TEXT.replace("initial equation\n", f"{states}initial equation\n  der(z) = 0;\n")
+    with open(model, "w") as stream:
+        stream.write(text.replace("  annotation(", f"equation\n{rates}  annotation("))
+    whole = simulate(model, method=method, **size)
+    assert whole["p"].max() > 1e5
+    part(simulate, model, method=method, **size, progress=Until(2), checkpoint=Checkpoint("run.cp", every=0.0))
+    part(resume, "run.cp", progress=Until(2))
+    assert written(resume("run.cp"), "resumed.npz") == written(whole, "whole.npz")
+
+
 def test_every_step_and_a_body_that_deforms(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     b = Builder("Strip")

@@ -1,0 +1,163 @@
+"""Contact of two bodies at points: common to all kinds of contact with friction, in the plane and in space.
+
+Each point i has formulas of its gap g_i, of the unit normal n_i, from the body of frame_a to that of frame_b, and of
+its arm p_i, from the origin of frame_b to the point; vectors are in world axes. They depend on positions only. At the
+point
+
+    N = k d^n max(0, 1 + alpha d'),  d = -g > 0,  d' = -n . u              see contact_law.py
+    f = N n - N mu(u_t) u_t/|u_t|                                          see friction.py, sliding_friction.py
+
+act on the body of frame_b, with the velocity u of its point there relative to that of the body of frame_a, and its part
+u_t = u - (n . u) n along the surface; the opposite force acts on the body of frame_a, at the same point. The sum of the
+forces, and their moment about the origin of frame_b, are the laws of the rows
+
+    r_b' - r_a' - w_a x (r_b - r_a),   w_b - w_a
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from mbdsl.elements import contact_law, friction, sliding_friction
+from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements.kind import ForceKind
+from mbdsl.elements.row import Row
+from mbdsl.elements.vectors import Vector, W, cross, dot, slip
+
+#: velocity of the origin of frame_b relative to the point of frame_a's body there, and relative angular velocity
+SLIP = (
+    "(frame_b.vx - frame_a.vx + frame_a.w*(frame_b.y - frame_a.y))",
+    "(frame_b.vy - frame_a.vy - frame_a.w*(frame_b.x - frame_a.x))",
+)
+SPIN = "(frame_b.w - frame_a.w)"
+ROWS = (*map(Row, slip(), (*SLIP, "")), *map(Row, W, ("", "", SPIN)))
+PARAMETERS = (*contact_law.parameters("N/m", "v_0", "m/s"), *friction.parameters("v", "m/s", 1e-3))
+
+
+class Point(NamedTuple):
+    """Formulas of a point at which two bodies touch: gap [m], unit normal, and arm [m] from the origin of frame_b."""
+
+    gap: str
+    normal: Sequence[str]
+    arm: Sequence[str]
+
+
+def contact(
+    name: str,
+    doc: str,
+    parameters: tuple[Parameter, ...],
+    points: Sequence[Point],
+    spatial: bool = False,
+    terms: Mapping[str, str] = {},
+    check: Callable[[Mapping], str | None] = lambda values: None,
+    **more: object,
+) -> ForceKind:
+    """The declaration of a kind; ``terms`` are formulas that those of the points contain."""
+    count = len(points)
+    each, own = dict(terms), {}
+    for i, point in enumerate(points, 1):
+        each |= _in_space(i, point) if spatial else _in_plane(i, point)
+        own |= _law(i)
+    loads, total = _total(count, spatial)
+    if count == 1:
+        visible = (Signal("gap", "m", "gap_1", "distance of the surfaces; negative: depth"),)
+        visible += (Signal("slip", "m/s", "slip_1", "velocity of frame_b's body along the surface, there"),)
+        forces = (Signal("force", "N", "force_1", "normal force"),)
+        forces += (Signal("friction_force", "N", "drag_1", "friction, against the slip"),)
+    else:
+        visible = tuple(Signal(f"gap_{i}", "m", each.pop(f"gap_{i}"), f"gap of point {i}") for i in _of(count))
+        least = _least([f"gap_{i}" for i in _of(count)])
+        visible = (Signal("gap", "m", least, "least distance of the surfaces; negative: depth"), *visible)
+        forces = tuple(
+            Signal(f"force_{i}", "N", own.pop(f"force_{i}"), f"normal force at point {i}") for i in _of(count)
+        )
+        forces = (Signal("force", "N", _sum(f"force_{i}" for i in _of(count)), "sum of the normal forces"), *forces)
+    active = Signal("active", "1", _sum(f"lt(gap_{i}, 0)" for i in _of(count)), "number of points that touch")
+    return ForceKind(
+        name,
+        doc=doc,
+        g=ROWS,
+        parameters=(*parameters, *PARAMETERS),
+        signals=(*visible, *forces, active),
+        results=(*loads, power(total)),
+        exerts={x.name: x.name for x in loads},
+        laws=tuple(x.name for x in loads),
+        sign=1.0,
+        energy=_sum(contact_law.energy(f"(-gap_{i})") for i in _of(count)),
+        terms={**each, **own, "overlap": _sum(f"max(0, -gap_{i})" for i in _of(count))},
+        searched="overlap",
+        latches=tuple(contact_law.latch(i, f"lt(gap_{i}, 0)", f"-rate_{i}", "v_0") for i in _of(count)),
+        check=lambda v: check(v) or contact_law.check(v, "v_0") or friction.check(v),
+        derive=lambda v: {**contact_law.derive(v, "v_0", count), **friction.derive(v)},
+        effects={**contact_law.EFFECTS, **friction.EFFECTS},
+        spatial=spatial,
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def _of(count: int) -> range:
+    return range(1, count + 1)
+
+
+def _sum(terms: Iterable[str]) -> str:
+    return " + ".join(terms)
+
+
+def _least(of: list[str]) -> str:
+    found, *others = of
+    for x in others:
+        found = f"min({found}, {x})"
+    return found
+
+
+def _law(i: int) -> dict[str, str]:
+    """The normal force and the friction of a point from its gap, the rate of it, and the speed of sliding."""
+    normal = f"{contact_law.spring(f'(-gap_{i})')}*max(0, 1 - alpha[{i}]*rate_{i})"
+    return {f"force_{i}": normal, f"drag_{i}": friction.formula(f"force_{i}", f"slip_{i}", "v")}
+
+
+def _in_plane(i: int, point: Point) -> dict[str, str]:
+    """The formulas of a point: n, p, the velocities along n and along the tangent t = (n_y, -n_x), and f."""
+    n, p, u = ([f"{letter}{axis}_{i}" for axis in "xy"] for letter in "npu")
+    return {
+        f"gap_{i}": point.gap,
+        **dict(zip(n, point.normal, strict=True)),
+        **dict(zip(p, point.arm, strict=True)),
+        u[0]: f"{SLIP[0]} - {SPIN}*{p[1]}",
+        u[1]: f"{SLIP[1]} + {SPIN}*{p[0]}",
+        f"rate_{i}": f"{n[0]}*{u[0]} + {n[1]}*{u[1]}",
+        f"slip_{i}": f"{n[1]}*{u[0]} - {n[0]}*{u[1]}",
+        f"fx_{i}": f"force_{i}*{n[0]} - drag_{i}*{n[1]}",
+        f"fy_{i}": f"force_{i}*{n[1]} + drag_{i}*{n[0]}",
+        f"tau_{i}": f"{p[0]}*fy_{i} - {p[1]}*fx_{i}",
+    }
+
+
+def _in_space(i: int, point: Point) -> dict[str, str]:
+    """The formulas of a point: n, p, u, the velocity v along the surface, and f."""
+    n, p, u, v, f = (_vector(letter, i) for letter in "npuvf")
+    own: dict[str, str] = {f"gap_{i}": point.gap}
+    own |= dict(zip(n, point.normal, strict=True)) | dict(zip(p, point.arm, strict=True))
+    own |= {x: f"{a} + {b}" for x, a, b in zip(u, slip(), cross(W, p), strict=True)}
+    own[f"rate_{i}"] = dot(n, u)
+    own |= {x: f"{a} - rate_{i}*{b}" for x, a, b in zip(v, u, n, strict=True)}
+    own[f"slip_{i}"] = sliding_friction.speed("v", *v)
+    own |= {x: f"force_{i}*{a} - drag_{i}*{b}/slip_{i}" for x, a, b in zip(f, n, v, strict=True)}
+    return own | dict(zip((f"t{axis}_{i}" for axis in "xyz"), cross(p, f), strict=True))
+
+
+def _vector(letter: str, i: int) -> Vector:
+    return f"{letter}x_{i}", f"{letter}y_{i}", f"{letter}z_{i}"
+
+
+def _total(count: int, spatial: bool) -> tuple[tuple[Signal, ...], str]:
+    """The wrench on frame_b, and its power."""
+    names = [f"f{x}" for x in "xyz"] + [f"t{x}" for x in "xyz"] if spatial else ["fx", "fy", "tau"]
+    rates = (*slip(), *W) if spatial else (*SLIP, SPIN)
+    loads = []
+    for name in names:
+        what, unit = ("force", "N") if name[0] == "f" else ("torque", "N.m")
+        doc = f"{what} on frame_b" + (f", along {name[1]}" if name != "tau" else "")
+        loads.append(Signal(name, unit, _sum(f"{name}_{i}" for i in _of(count)), doc))
+    return tuple(loads), _sum(f"{name}*{rate}" for name, rate in zip(names, rates, strict=True))

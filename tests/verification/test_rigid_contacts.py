@@ -1,0 +1,214 @@
+"""Rigid contacts against closed forms: bouncing, rest, lift-off, cradle, valve train and verge clock."""
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.errors import InitialisationError, IntegrationError, ModelError, UsageError
+
+BALL = """
+model Ball
+  Ground ground;
+  PointMass ball(m = 2 kg);
+  Contact floor(gap = ball.{up}, e = {e});
+initial equation
+  {start}
+  annotation(experiment(StopTime = 5 s));
+end Ball;
+"""
+IN_PLANE = "ball.x = 0 m; ball.y = {h} m; ball.vx = 0 m/s; ball.vy = 0 m/s;"
+IN_SPACE = "ball.x = 0 m; ball.y = {h} m; ball.z = 0 m; ball.vx = 0 m/s; ball.vy = 0 m/s; ball.vz = 0 m/s;"
+G = 9.81
+
+
+def ball(e=0.8, h=1.0, spatial=False):
+    text = BALL.format(e=e, up="y", start=(IN_SPACE if spatial else IN_PLANE).format(h=h))
+    return mbdsl.parse(text.replace("model Ball", "spatial model Ball") if spatial else text)
+
+
+def height(t, e=0.8, h=1.0):
+    """The height of a bouncing ball."""
+    v, start = np.sqrt(2 * G * h), np.sqrt(2 * h / G)
+    if t < start:
+        return h - G * t * t / 2
+    while v > 1e-12:
+        v *= e
+        if t < start + 2 * v / G:
+            return v * (t - start) - G * (t - start) ** 2 / 2
+        start += 2 * v / G
+    return 0.0
+
+
+@pytest.mark.parametrize("options", [{"step": 5e-3}, {"tol": 1e-6, "method": "dop853"}])
+def test_a_ball_bounces_and_rests(options):
+    """It rests from t1 (1 + e)/(1 - e) = 4.0637 s on; impacts with flight times below 1e-8 of the run are left out."""
+    found = mbdsl.simulate(ball(), **options)
+    np.testing.assert_allclose(found["ball.y"], [height(t) for t in found.t], atol=1e-9)
+    rest = found.t > np.sqrt(2 / G) * 9
+    np.testing.assert_array_equal(found["floor.active"][rest], 1.0)
+    np.testing.assert_allclose(found["floor.force"][rest], 2 * G, rtol=1e-9)
+    np.testing.assert_allclose(found["ball.ay"][rest], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found["ball.ay"][~rest], -G, rtol=1e-9)
+    assert not found["floor.force"][~rest].any()
+    assert found["floor.impacts"][found.t < 1.5].max() == 2
+    assert found["floor.impulse"][60] == pytest.approx(2 * 1.8 * np.sqrt(2 * G))
+
+
+def test_a_ball_at_rest_stays():
+    found = mbdsl.simulate(ball(h=0.0), step=0.01, stop=0.1)
+    np.testing.assert_array_equal(found["ball.y"], 0.0)
+    np.testing.assert_allclose(found["floor.force"], 2 * G)
+    assert found["floor.impacts"][-1] == 0
+
+
+def test_elastic_impacts_keep_the_energy():
+    found = mbdsl.simulate(ball(e=1.0), step=0.02, stop=5.0)
+    np.testing.assert_allclose(found["ball.y"], [height(t, 1.0 - 1e-16) for t in found.t], atol=1e-8)
+    np.testing.assert_allclose(found["energy.total"], 2 * G, rtol=1e-10)
+
+
+DOME = """
+model Dome
+  Ground ground;
+  PointMass p(m = 1 kg);
+  Contact dome(gap = sqrt(p.x^2 + p.y^2) - 1 m, e = 0);
+initial equation
+  p.x = 0 m; p.y = 1 m; p.vx = 0.5 m/s; p.vy = 0 m/s;
+  annotation(experiment(StopTime = 1.2 s));
+end Dome;
+"""
+
+
+@pytest.mark.parametrize("method", ["hht-i3", "hht-si2", "nstiff-si2"])
+def test_a_particle_leaves_a_dome(method):
+    """cos = 2/3 + v0^2/(3 g R)."""
+    found = mbdsl.simulate(mbdsl.parse(DOME), method=method, step=2e-3, interval=1e-4)
+    k = int(np.flatnonzero(found["dome.active"] == 0)[0])
+    assert 0 < k < len(found.t) - 1
+    angle = np.arctan2(found["p.x"], found["p.y"])
+    expected = np.arccos(2 / 3 + 0.25 / (3 * G))
+    assert angle[k - 1] - 1e-3 < expected < angle[k] + 1e-3
+    assert found["dome.force"][:k].min() > -1e-3
+
+
+CRADLE = """
+model Cradle
+  Ground ground(g = 0);
+  Frame rail(ground);
+  Body b[{n}](each m = 1 kg, each I = 1 kg.m2);
+  Prismatic s[{n}](each frame_a = rail, frame_b = b.c);
+  Contact c[{m}](gap = {{s[i + 1].s - s[i].s - 0.1 m for i in 1:{m}}}, each e = {e}, each impacts = "{law}");
+initial equation
+  {start}
+  annotation(experiment(StopTime = 1 s));
+end Cradle;
+"""
+
+
+def cradle(n, e, moving, law="sequential"):
+    start = " ".join(
+        f"s[{i}].s = {0.1 * i - (0.2 if i <= moving else 0.0)} m; s[{i}].v = {1.0 if i <= moving else 0.0} m/s;"
+        for i in range(1, n + 1)
+    )
+    return mbdsl.parse(CRADLE.format(n=n, m=n - 1, e=e, law=law, start=start))
+
+
+@pytest.mark.parametrize(
+    ("n", "e", "moving", "law", "after"),
+    [
+        (3, 1.0, 1, "sequential", (0, 0, 1)),
+        (5, 1.0, 2, "sequential", (0, 0, 0, 1, 1)),
+        (3, 0.9, 1, "sequential", (0.047625, 0.049875, 0.9025)),
+        (3, 1.0, 1, "simultaneous", (-1 / 3, 2 / 3, 2 / 3)),
+    ],
+)
+def test_cradle(n, e, moving, law, after):
+    found = mbdsl.simulate(cradle(n, e, moving, law), step=0.05)
+    v = [found[f"s[{i}].v"][-1] for i in range(1, n + 1)]
+    np.testing.assert_allclose(v, after, atol=1e-9)
+
+
+VALVE_TRAIN = """
+model ValveTrain
+  Ground ground(g = 0 m/s2);
+  Frame up(ground, phi = 90 deg);
+  Body cam(m = 1 kg, I = 1e-3 kg.m2), valve(m = 0.1 kg, I = 1e-5 kg.m2);
+  Revolute axis(ground, cam.c);
+  RotationalDriver engine(axis, phi = 4000 rpm*time - 60 deg);
+  Prismatic guide(up, valve.c);
+  TranslationalSpringDamper spring(guide, k = 40 N/mm, s0 = -5 mm);
+  Angle x = mod(axis.phi + pi, 2*pi) - pi;
+  Length lift = if abs(x) < 60 deg then 4 mm*(1 + cos(3*x)) else 0 m;
+  Contact tappet(gap = guide.s - lift, e = 0);
+initial equation
+  guide.s = 0 m; guide.v = 0 m/s;
+end ValveTrain;
+"""
+
+
+def test_a_valve_lifts_off():
+    """The closed form of ../shared/spec/machines.md: 13.4155 deg before the nose, up to 0.70836 mm, lands 40.2216 deg
+    after it at 2.69637 m/s."""
+    found = mbdsl.simulate(mbdsl.parse(VALVE_TRAIN), stop=4.4e-3, step=2e-6, interval=4e-6)
+    changes = np.flatnonzero(np.diff(found["tappet.active"]))
+    w = 4000 * np.pi / 30
+    angle = np.degrees(w * found.t) - 60
+    assert len(changes) == 2
+    for k, expected in zip(changes, (-13.4155, 40.2216), strict=True):
+        assert angle[k] - 0.01 < expected < angle[k + 1] + 0.01
+    assert found["tappet.gap"].max() == pytest.approx(0.70836e-3, rel=1e-4)
+    assert found["tappet.impulse"][-1] / 0.1 == pytest.approx(2.69637, rel=1e-4)
+
+
+def test_energy_and_laws_of_many_impacts():
+    """Two walls, 1 mm apart, 1 m/s, e = 1: an impact each millisecond."""
+    text = """
+model Walls
+  Ground ground(g = 0);
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Prismatic s(ground, b.c);
+  Contact left(gap = s.s, e = 1), right(gap = 1 mm - s.s, e = 1);
+initial equation
+  s.s = 0.5 mm; s.v = 1 m/s;
+end Walls;
+"""
+    found = mbdsl.simulate(mbdsl.parse(text), step=1e-3, stop=0.05)
+    assert abs(found["s.v"][-1]) == pytest.approx(1.0, abs=1e-9)
+    assert found["left.impacts"][-1] + found["right.impacts"][-1] == 50
+
+
+def test_bad_contacts():
+    with pytest.raises(ModelError, match=r"e = 1.2 is larger than 1"):
+        ball(e=1.2)
+    with pytest.raises(InitialisationError, match=r"the gap of `floor` is -0.1 m at the start: the bodies overlap"):
+        mbdsl.simulate(ball(h=-0.1), step=0.01, stop=0.1)
+    with pytest.raises(ModelError, match="found a velocity"):
+        mbdsl.parse(BALL.format(e=0.5, up="vy", start=IN_PLANE.format(h=1)))
+
+
+def test_what_does_not_know_contacts():
+    with pytest.raises(UsageError, match="scipy-radau does not know the rigid contact `floor`"):
+        mbdsl.simulate(ball(), method="scipy-radau", stop=0.1, tol=1e-6)
+    with pytest.raises(InitialisationError, match="equilibria and linear models with rigid contacts"):
+        mbdsl.static(ball())
+
+
+def test_a_jammed_body():
+    """A driver presses a block against a wall: no reaction can hold both."""
+    text = """
+model Jammed
+  Ground ground;
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Prismatic s(ground, b.c);
+  TranslationalDriver d(s, s = 1 m/s*time);
+  Contact wall(gap = 0.1 m - s.s, e = 0.5);
+end Jammed;
+"""
+    with pytest.raises(IntegrationError, match=r"no impulses satisfy the laws of the contacts `wall` at t = 0.1") as e:
+        mbdsl.simulate(mbdsl.parse(text), step=0.01, stop=0.5)
+    assert e.value.span is not None
+
+
+def test_in_space():
+    found = mbdsl.simulate(ball(spatial=True), step=5e-3, stop=1.5)
+    np.testing.assert_allclose(found["ball.y"], [height(t) for t in found.t], atol=1e-9)
