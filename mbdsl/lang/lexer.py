@@ -39,7 +39,7 @@ TOKEN = re.compile(
 )
 _BLANK = re.compile(f"[{BLANKS}]*")
 MODEL_FOLLOWS = re.compile(r"\s+(?:partial\s+)?model\b")
-EMPTY = re.compile(r"\s*\(\s*\)")  #: of `initial()`, a function
+EMPTY = re.compile(r"\s*\(\s*\)(?!\s*;)")  #: of `initial()`, a function within an expression
 #: `guess` and `fixed` are words of the initial section if a name follows; `Frame fixed annotation(...)` declares a name
 A_NAME_FOLLOWS = re.compile(rf"[{BLANKS}]+(?!(?:{'|'.join(sorted(KEYWORDS))})\b)[A-Za-z_]")
 _NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")

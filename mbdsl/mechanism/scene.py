@@ -208,7 +208,13 @@ class Scene:
         return [*self.events.conditions, *own]
 
     def without_contacts(self) -> Scene:
-        """The scene while all rigid contacts are open."""
+        """The scene while all rigid contacts are open.
+
+        Returns
+        -------
+        Scene
+            This scene without them.
+        """
         return replace(self, components={name: c for name, c in self.components.items() if not is_contact(c)})
 
     @property

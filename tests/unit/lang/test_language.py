@@ -386,6 +386,8 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
 
         def call(self, e):
             """angle(y, x, rate), a function of formulas only: that of the direction (x, y), with its turns."""
+            if len(e.arguments) == 2:  # lt(gap, 0), also of formulas only
+                return Quantity(1.0)
             y, x, rate = (evaluate(argument.value, self) for argument in e.arguments)
             assert y.dimension == x.dimension
             assert rate.dimension == units.dimension("rad/s")
