@@ -447,7 +447,7 @@ class EventSet:
 
     def happened(self) -> list[Happened]:
         """All that happened, in the order of time."""
-        found = [Happened(x.t, kind(b, self.events), b.span) for x in self.acted for b in x.branches]
+        found = [Happened(float(x.t), kind(b, self.events), b.span) for x in self.acted for b in x.branches]
         for branch, times in self._of_ticks():
             what = kind(branch, self.events)
             found += [Happened(t, what, branch.span) for t in times.tolist()]
@@ -463,10 +463,13 @@ class EventSet:
 
 
 def kind(branch: Branch, events: Events) -> str:
-    """The kind of an event: "terminate" or "reinit" by what it does, else "sample", "initial" or "when"."""
+    """The kind of an event: "terminate" or "reinit" by what it does, "touch" of a component that keeps the speed of a
+    touch, else "sample", "initial" or "when"."""
     does = {action.what for action in branch.actions}
     if found := does & {"terminate", "reinit"}:
         return min(found, key=("terminate", "reinit").index)
+    if any(a.what == "set" and not events.variables[a.target].type for a in branch.actions):
+        return "touch"
     read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
     if read & {clock.name for clock in events.clocks}:
         return "sample"

@@ -91,14 +91,15 @@ class Events:
     def __bool__(self) -> bool:
         return bool(self.whens)
 
-    def latching(self, found: Iterable[tuple[str, Expr, Expr]]) -> Events:
-        """These events, before which numbers of components are set, (name, condition, value): where the condition
-        becomes true, and at the start."""
+    def latching(self, found: Iterable[tuple[str, Expr, Expr, Span | None]]) -> Events:
+        """These events, before which numbers of components are set, (name, condition, value, place of the component):
+        where the condition becomes true, and at the start."""
         variables, whens = dict[str, Discrete](), list[When]()
-        for name, condition, value in found:
+        for name, condition, value, span in found:
             variables |= {x: Discrete(x) for x in (INITIAL, name)}
             at_start = call("ne", input_signal(INITIAL), 0.0)
-            whens.append(When((Branch((condition, at_start), (Action("set", name, value),)),)))
+            action = Action("set", name, value, span=span)
+            whens.append(When((Branch((condition, at_start), (action,), span),)))
         return Events(variables | self.variables, self.clocks, (*whens, *self.whens)) if whens else self
 
     @property
