@@ -70,7 +70,7 @@ CHOSEN = {
     "LineContact": {"radius": 1.5, **TOUCHING},
     "BoxContact": TOUCHING,
     "Rope": {"length": 0.4, "turns": 1.0, **dict.fromkeys(("radius", "mu", "drum"))},
-    "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7, "exponent": 1.25},
+    "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7, "exponent": 2.0},
     "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5, "exponent": 1.5},
 }
 #: parameters of ropes over discs, which test_rope.py draws
