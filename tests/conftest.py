@@ -104,7 +104,6 @@ unit/simulation/test_hostile_states.py::test_no_integer*
 unit/studies/test_accuracy.py*
 !unit/studies/test_accuracy.py::test_the_error_is_what_was_asked_for*
 unit/studies/test_budget.py*
-unit/studies/test_fingerprint.py::test_every_number_of_a_shipped_model_is_in_its_key?hoist?
 unit/studies/test_own_steps.py*
 unit/studies/test_reference.py::test_runs_that_pass_over_a_pulse*
 unit/studies/test_report.py*
