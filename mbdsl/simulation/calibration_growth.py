@@ -6,6 +6,7 @@ tolerance, it is computed again at the steps, until two spacings of samples agre
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -26,7 +27,7 @@ Array = NDArray[np.float64]
 AMPLIFIED = "the motion amplifies errors, rounding included,"
 
 
-class AmplifiedRounding:
+class AmplifiedRounding(ABC):
     """The part of the calibration runs that examines the growth of errors; its attributes are those of the runs."""
 
     motion: MechanismRun
@@ -39,8 +40,9 @@ class AmplifiedRounding:
     lost: int
     interrupted: bool
 
+    @abstractmethod
     def _held_to(self, eps: float) -> Plan:
-        raise NotImplementedError
+        """The plan of a run whose steps are held to ``eps``."""
 
     @property
     def rounds(self) -> bool:

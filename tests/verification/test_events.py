@@ -77,11 +77,11 @@ def test_relay_with_hysteresis_keeps_the_order(method):
         x, v, t = force + r * np.cos(phase + step), -r * np.sin(phase + step), t + step
         force = -force if step == turn else force
     errors = []
-    for h in (2e-2, 1e-2, 5e-3):
+    for h in (5e-3, 2.5e-3, 1.25e-3):
         run = mbdsl.simulate(model, method=method, step=h, interval=4.0)
         errors.append(np.hypot(run["rail.s"][-1] - x, run["rail.v"][-1] - v))
     assert errors[-1] < 1e-3
-    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.25)
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.1)
 
 
 #: a pendulum whose motor has a relay with hysteresis, between stops with e = 0.7 on one side: two unknowns, no closed
@@ -252,7 +252,12 @@ def test_events_are_listed_with_kinds_and_lines(tmp_path, capsys):
     run = mbdsl.simulate(model, method="hht-si2", step=1e-3)
     assert run.stats["kinds of events"] == {"sample": 11, "reinit": 1}
     reinit = next(x for x in run.events if x.kind == "reinit")
-    assert reinit.t == pytest.approx(0.05, rel=1e-2) and reinit.span.line == 9
+    x, v, t, u = 0.0, 1.0, 0.0, 0.0  # exact: u is constant between samples
+    while x + 0.01 * v + 5e-5 * u < 0.05:
+        x, v, t = x + 0.01 * v + 5e-5 * u, v + 0.01 * u, t + 0.01
+        u = -4 * x
+    at = t + (v - np.sqrt(v * v + 2 * u * (0.05 - x))) / -u
+    assert reinit.t == pytest.approx(at, abs=1e-9) and reinit.span.line == 9
     assert [x.t for x in run.events if x.kind == "sample"] == [k / 100 for k in range(11)]
     (tmp_path / "m.mbd").write_text(SLIDE.format(angle="", declared=CLOCKED[0], events=CLOCKED[1], s=0, v=1, stop=0.1))
     words = ["simulate", "m.mbd", "--step", "1ms", "--method", "hht-si2", "--events", "e.csv", "--output", "o.csv"]
