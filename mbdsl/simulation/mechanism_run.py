@@ -143,8 +143,7 @@ class MechanismRun:
         mechanism = mechanism if mechanism is not None else graph.build(scene)
         if scene.has_events:
             check_events(plan.method, scene)
-        whole = plan.general or scene.has_events
-        self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if whole else reduce(mechanism)
+        self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if plan.general else reduce(mechanism)
         if any(part.scene.spatial for part in self.reduction.parts):
             check_space(plan.method, scene)
         self.system = build(scene, mechanism, plan.general)

@@ -398,3 +398,18 @@ def test_events_in_space():
     period = 2 * to_wall + np.pi
     assert run["n"][-1] == 1 and period > 3.0
     assert run["pin.phi"][-1] == pytest.approx(np.sin(2 * to_wall - 3.0), abs=1e-5)
+
+
+def test_a_model_of_parts_with_events_is_checked(tmp_path, capsys):
+    """A state beside a mechanism, which nothing joins to it: conditions read bodies of any part."""
+    model = slide(
+        "Current i(start = 0 A);", "der(i) = 1 A/s; when rail.s > 0.5 m then reinit(i, 0 A); end when;", v=1.0
+    )
+    path = tmp_path / "m.mbd"
+    path.write_text(next(iter(model.files.values())))
+    from mbdsl import cli
+
+    cli.main(["check", str(path)])
+    assert "internal error" not in capsys.readouterr().err
+    run = mbdsl.simulate(model, stop=1.0, interval=1.0)
+    assert run["i"][-1] == pytest.approx(0.5)

@@ -80,7 +80,10 @@ class Reduction:
 
 def reduce(graph: MechanismGraph, planar: bool = True) -> Reduction:
     """The parts of the mechanism of ``graph``; with ``planar`` those of a model in space that can only move in a plane
-    are planar, and the others may have gyrostats. Sensors are left out."""
+    are planar, and the others may have gyrostats. Sensors are left out. A scene with events is one part: conditions and
+    what they change may belong to any bodies."""
+    if graph.scene.has_events:
+        return Reduction(graph, graph.scene, (Part(graph),))
     sensors = {c.name for c in graph.scene.components.values() if isinstance(c.kind, SensorKind)}
     if not sensors:
         return _reduce(graph, planar)
