@@ -54,6 +54,7 @@ SAME = 1e-13  #: relative change of velocities that is rounding
 #: a contact rests if its impacts end within this part of the tolerance, and of a run, or within this part of a run
 OF_TOLERANCE, LEAST = 1e-3, 2e-14
 LOOSEST = 1e-5  #: tolerance that counts, of runs with fixed steps too
+VANISHED = 1e-7  #: acceleration by a reaction, relative to the largest of gaps and slips, at which a contact opens
 DEPENDS = 1e-10  #: relative pivot below which a row depends on others
 #: speed of slip that counts as rest: this part of the size of the mechanism over the run, and of its largest velocity
 SLIP_OF_SIZE, SLIP_OF_SPEED = 1e-9, 1e-10
@@ -261,6 +262,7 @@ class ContactSet:
         if found is None:
             raise self._unsolvable("reactions", t, own.which)
         P, modes = found
+        modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         w = turn @ b + laws.G @ P
         active = self._active(laws, P, modes)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
@@ -277,6 +279,17 @@ class ContactSet:
         J, rate = turn[active] @ own.W, turn[active] @ u
         X = own.X @ turn[active].T
         return v - X @ least_squares(J @ X, rate, DEPENDS)
+
+    def _opening(
+        self, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, size: float, before: dict[str, float]
+    ) -> contact_modes.Modes:
+        """The modes in which closed contacts are open whose reaction has become zero, but for rounding."""
+        found = list(modes)
+        for i, (k, n) in enumerate(zip(own.which, laws.first, strict=True)):
+            was_closed = before[number(self.contacts[k].name, MODE)] == CLOSED
+            if was_closed and laws.G[n, n] * P[n] <= VANISHED * size:
+                found[i] = contact_modes.OPEN
+        return tuple(found)
 
     def _slow_slip(self, v: Array) -> float:
         """The speed of slip that counts as rest [m/s]."""

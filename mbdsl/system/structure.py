@@ -134,7 +134,7 @@ def _every_key(module: Declared) -> list[tuple]:
     if not isinstance(kind, JointKind):
         return []
     keys: list[tuple] = [(1, "joint", name, kind.driver is not None)] if kind.rows else [_GAMMA]
-    return [*keys, (4, "law", _along(kind), False)] if kind.friction else keys
+    return [*keys, (4, "law", _along(kind), False)] if kind.friction_along else keys
 
 
 def by_law(c: Component) -> bool:
