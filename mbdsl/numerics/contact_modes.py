@@ -75,15 +75,19 @@ class Contacts:
         return Contacts(self.G[np.ix_(rows, rows)], tuple(self.sizes[i] for i in which), self.mu[list(which)], slips)
 
 
-def solve(contacts: Contacts, b: Array, last: Modes | None = None) -> tuple[Array, Modes] | None:
+def solve(
+    contacts: Contacts, b: Array, last: Modes | None = None, guess: Array | None = None
+) -> tuple[Array, Modes] | None:
     """P (r,) and the mode of each contact; None if there is no solution.
 
-    ``last``: the present modes, which are tried first.
+    ``last``: the present modes, which are tried first; with the P (r,) of them as a ``guess``, also of many contacts.
     """
     few, plane = len(contacts.sizes) <= FEW, max(contacts.sizes, default=1) < 3
     if few and plane:
         return _tried(contacts, b, _in_order(contacts, last), None)
-    P = _gauss_seidel(contacts, b)
+    if last is not None and guess is not None and (found := _tried(contacts, b, [last], guess)) is not None:
+        return found
+    P = _gauss_seidel(contacts, b, guess)
     if P is None:
         return None
     modes = tuple(_mode(contacts, b, P, i) for i in range(len(contacts.sizes)))
@@ -197,10 +201,10 @@ def _error(contacts: Contacts, b: Array, P: Array, modes: Modes) -> float:
     return wrong / (float(np.abs(b).max(initial=0.0)) or 1.0)
 
 
-def _gauss_seidel(contacts: Contacts, b: Array) -> Array | None:
-    """P by projected Gauss-Seidel: the normals onto P_N >= 0, the tangents onto the disc |P_T| <= mu P_N; None if P
-    grows without bound."""
-    G, P = contacts.G, np.zeros(len(b))
+def _gauss_seidel(contacts: Contacts, b: Array, guess: Array | None = None) -> Array | None:
+    """P by projected Gauss-Seidel, from ``guess``: the normals onto P_N >= 0, the tangents onto the disc
+    |P_T| <= mu P_N; None if P grows without bound."""
+    G, P = contacts.G, np.zeros(len(b)) if guess is None else guess.copy()
     normal = [G[n, n] for n in contacts.first]
     tangent = [np.linalg.eigvalsh(G[T, T]).max(initial=0.0) for T in map(contacts.tangents, range(len(normal)))]
     mass = np.where(G.diagonal() > 0.0, G.diagonal(), 1.0)
