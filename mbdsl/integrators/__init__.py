@@ -46,6 +46,11 @@ def _words_and_numbers(name: str) -> list[str | int]:
     return [int(part) if part.isdecimal() else part for part in re.split(r"([0-9]+)", name)]
 
 
+def _solves(module: ModuleType) -> bool:
+    """Whether a method has a function ``solve`` of its own, in place of kernels."""
+    return getattr(getattr(module, "solve", None), "__module__", "") == module.__name__
+
+
 class _Modules(MutableMapping[str, ModuleType]):
     """Method name -> module, by name.
 
@@ -88,7 +93,7 @@ class _Modules(MutableMapping[str, ModuleType]):
             return False
         module = importlib.import_module(f"{methods.__name__}.{file}")
         method = getattr(module, "METHOD", None)
-        if not (isinstance(method, Method) and method.name == name) or hasattr(module, "solve"):
+        if not (isinstance(method, Method) and method.name == name) or _solves(module):
             return False
         _check_kernels(name, module)
         self._imported[name] = module
@@ -100,7 +105,7 @@ class _Modules(MutableMapping[str, ModuleType]):
         if self._complete:
             return
         every = _found(methods.__name__, methods.__path__)
-        found = {name: module for name, module in every.items() if not hasattr(module, "solve")}
+        found = {name: module for name, module in every.items() if not _solves(module)}
         for name in found.keys() - self._imported.keys():
             _check_kernels(name, found[name])
         self._imported, self._complete = found, True
@@ -135,7 +140,7 @@ def uncompiled() -> dict[str, ModuleType]:
     from mbdsl.integrators import methods
 
     every = _found(methods.__name__, methods.__path__)
-    return {name: module for name, module in every.items() if hasattr(module, "solve")}
+    return {name: module for name, module in every.items() if _solves(module)}
 
 
 @cache

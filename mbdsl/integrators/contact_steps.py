@@ -149,10 +149,11 @@ class ContactSteps:
         which = np.flatnonzero(phi[self.normals] <= NEAR * system.tables.size)
         rows = [row for i in which for row in self.rows[i]]
         touching = Touching(which, rows, matrix[[system.n + row for row in rows], : system.n], rate[rows])
-        linear, found = self._forced(start, linear, touching, h * f, -rate[self.kept])
-        q, v = self._end(start, found.x)
+        s, c = h * f, -rate[self.kept]
         if len(self.kept):
-            q, v, found = self._constrained(start, linear, touching, found)
+            linear, c = self._constrained(start, linear, self._struck(t + h, linear, touching, s, c))
+        linear, found = self._forced(start, linear, touching, s, c)
+        q, v = self._projected(start, linear, found)
         self.lam[self.kept] = self._multipliers(found.x, h)
         self._keep(t + h, touching, found)
         return q, v
@@ -199,12 +200,12 @@ class ContactSteps:
         except np.linalg.LinAlgError:
             found = np.full_like(K, np.nan)
         if not np.isfinite(found).all():
-            raise IntegrationError(SINGULAR, hint="a body without mass or inertia moves freely, or the pose is singular")
+            raise IntegrationError(
+                SINGULAR, hint="a body without mass or inertia moves freely, or the pose is singular"
+            )
         return found
 
-    def _forced(
-        self, start: Start, linear: Linear, touching: Touching, s: Array, c: Array
-    ) -> tuple[Linear, Solution]:
+    def _forced(self, start: Start, linear: Linear, touching: Touching, s: Array, c: Array) -> tuple[Linear, Solution]:
         """The solution with the forces of the step's own motion, and the equations that gave it."""
         (t, q, v, h), n = start, self.system.n
         at, lam = t + self.theta * h, None
@@ -225,6 +226,7 @@ class ContactSteps:
             self.problem.counts["iterations"] += 1
             if k % FROZEN == 0:
                 former, (_, linear) = linear, self._linear(at, h)
+                linear = self._with_rows(linear, former.J)
                 new += (linear.C - former.C) @ dv
                 if lam is not None:
                     new += (linear.U - former.U) @ found.x[n:]
@@ -234,28 +236,35 @@ class ContactSteps:
     def _largest(self, x: Array) -> float:
         return float(np.abs(x * self.scale).max(initial=0.0))
 
-    def _constrained(
-        self, start: Start, linear: Linear, touching: Touching, found: Solution
-    ) -> tuple[Array, Array, Solution]:
-        """q and v with the constraints at the end of the step, and the solution with their rows J there."""
+    def _constrained(self, start: Start, linear: Linear, first: Solution) -> tuple[Linear, Array]:
+        """The equations with the rows J of the constraints at the end of the step, which a first solution shows, and
+        their right-hand side c."""
         n, t = self.system.n, start.t + start.h
-        holonomic = self.kept < self.system.m
+        _, _, rate = self._at(t, *self._end(start, first.x))
+        J = dense(self.system.matrix(self.system.entries(t, cP=1.0, cV=1.0)))[n + self.kept, :n]
+        c = J @ first.x[:n] - rate[self.kept]
+        return self._with_rows(linear, J), c
+
+    def _with_rows(self, linear: Linear, J: Array) -> Linear:
+        if (J == linear.J).all():
+            return linear
+        return linear._replace(J=J, inverse=self._inverse(linear.A, linear.U, J))
+
+    def _projected(self, start: Start, linear: Linear, found: Solution) -> tuple[Array, Array]:
+        """q and v at the end of the step, on the constraints."""
+        n, m, t = self.system.n, self.system.m, start.t + start.h
         q, v = self._end(start, found.x)
-        for k in range(MOST):
+        if not len(self.kept):
+            return q, v
+        holonomic = self.kept < m
+        for _ in range(MOST):
             _, phi, rate = self._at(t, q, v)
             c = np.zeros((len(self.kept), 2))
             c[holonomic, 0], c[:, 1] = -phi[self.kept[holonomic]], -rate[self.kept]
             dq, dv = (linear.inverse[:n, n:] @ c).T
             if self._largest(dq) <= ARRIVED and self._largest(dv) <= ARRIVED * (self._largest(v) + self._largest(dv)):
-                return q, v, found
-            if k == 0:
-                matrix = dense(self.system.matrix(self.system.entries(t, cP=1.0, cV=1.0)))
-                J = matrix[n + self.kept, :n]
-                linear = linear._replace(J=J, inverse=self._inverse(linear.A, linear.U, J))
-                found = self._struck(t, linear, touching, found.s, J @ found.x[:n] + c[:, 1])
-                q, v = self._end(start, found.x)
-            else:
-                q, v = self.system.moved(q, dq), v + dv
+                return q, v
+            q, v = self.system.moved(q, dq), v + dv
         raise IntegrationError("the constraints cannot be satisfied at the end of a step", hint="try a shorter step")
 
     # -- contacts ------------------------------------------------------------------------------------------------------
