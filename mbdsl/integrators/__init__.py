@@ -2,9 +2,9 @@
 
 A compiled method is a module of :mod:`mbdsl.integrators.methods` with a ``METHOD`` and the kernels that
 :mod:`mbdsl.integrators.method` lists. A method of that folder whose steps are not compiled, and a backend (a
-third-party integrator), have a ``METHOD`` and a function ``solve``, see :mod:`mbdsl.integrators.backends`. A backend is
-a module of :mod:`mbdsl.integrators.external`, or is passed to ``register``, or belongs to another distribution that declares an
-entry point of the group "mbdsl.integrators":
+third-party integrator), have a ``METHOD`` and a function ``solve``, see :mod:`mbdsl.integrators.backends`. A backend
+is a module of :mod:`mbdsl.integrators.external`, or is passed to ``register``, or belongs to another distribution that
+declares an entry point of the group "mbdsl.integrators":
 
     [project.entry-points."mbdsl.integrators"]
     name = "package.module"

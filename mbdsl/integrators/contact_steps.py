@@ -21,25 +21,37 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.numerics.contact_modes import OPEN, Contacts, Modes
+from mbdsl.numerics.contact_modes import OPEN, SENSE, STICK, Contacts, Modes
 from mbdsl.numerics.impact import UnsolvableError, at_once, in_sequence
 from mbdsl.numerics.saddle_point import dense
-from mbdsl.system import System
 from mbdsl.system.accelerations import balance
-from mbdsl.system.contact_numbers import CLOSED, COUNT, IMPULSE, MODE, number
+from mbdsl.system.contact_numbers import (
+    ALONG,
+    ALONG_2,
+    CLOSED,
+    COEFFICIENT,
+    COUNT,
+    HELD,
+    IMPULSE,
+    MODE,
+    SLIDING,
+    SLOW,
+    number,
+)
 from mbdsl.system.contact_numbers import OPEN as NO_CONTACT
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 NEAR = 1e-9  #: gap, relative to the mechanism's size, below which a contact is closed
-SLOW = 1e-9  #: speed of a gap, relative to the largest of the step, that is rounding
+RESTS = 1e-9  #: speed of a gap, relative to the largest of the step, that is rounding
 AGREED = 1e-8  #: change of the velocities by the last iteration for forces, relative to that within the step
 ROUNDING = 1e-13  #: this change relative to the velocities
 ARRIVED = 1e-12  #: last correction of positions and velocities by the constraints, relative to size and speed
 FROZEN, MOST = 8, 40  #: iterations with the same matrix; most iterations of a step
 NOT_FINITE = "the forces have values that are not finite"
 SINGULAR = "the equations of motion are singular"
+OF_SINGULAR = "a body without mass or inertia moves freely, or the pose is singular"
 DIVERGES = "the iteration for the forces of a step does not converge"
 
 
@@ -88,10 +100,10 @@ class ContactSteps:
         system, theta = problem.system, problem.options["theta"]
         self.theta = 0.5 if theta is None else theta
         self.contacts = system.scene.contacts
-        self.rows = [contact_rows(system, c.name) for c in self.contacts]
+        self.rows = system.tables.contact_rows
         self.normals = np.array([rows[0] for rows in self.rows], int)
         self.e = np.array([c.e for c in self.contacts])
-        self.mu = np.array([getattr(c, "mu", 0.0) for c in self.contacts])
+        self.mu, self.mu_s = (np.array([getattr(c, x) for c in self.contacts]) for x in ("mu", "mu_s"))
         self.sequential = bool(self.contacts) and self.contacts[0].sequential
         out = {*problem.left_out, *(row for rows in self.rows for row in rows)}
         self.kept = np.array([row for row in range(system.m + system.p) if row not in out], int)
@@ -100,6 +112,7 @@ class ContactSteps:
         self.P = np.zeros(system.m + system.p)  #: impulses of contacts in the last step, at their rows
         self.scale = system.tables.scale
         self._balance: Array | None = None
+        self._begin()
 
     def states(self) -> Iterator[tuple[float, Array, Array, Array]]:
         """Yield t, q, v and lam at the ends of all steps."""
@@ -200,9 +213,7 @@ class ContactSteps:
         except np.linalg.LinAlgError:
             found = np.full_like(K, np.nan)
         if not np.isfinite(found).all():
-            raise IntegrationError(
-                SINGULAR, hint="a body without mass or inertia moves freely, or the pose is singular"
-            )
+            raise IntegrationError(SINGULAR, hint=OF_SINGULAR)
         return found
 
     def _forced(self, start: Start, linear: Linear, touching: Touching, s: Array, c: Array) -> tuple[Linear, Solution]:
@@ -282,7 +293,8 @@ class ContactSteps:
     def _impulses(self, t: float, touching: Touching, G: Array, free: Array) -> tuple[Array, Modes]:
         """Impulses and modes; ``free``: the velocities that the forces alone give."""
         which, rows, _, u = touching
-        laws = Contacts(G, tuple(len(self.rows[i]) for i in which), self.mu[which])
+        mu = np.where(self.modes[which] == STICK, self.mu_s[which], self.mu[which])
+        laws = Contacts(G, tuple(len(self.rows[i]) for i in which), mu)
         before = np.where(np.abs(u) <= _slow(u, free), 0.0, u)
         last = tuple(self.modes[which].tolist()), self.P[rows]
         try:
@@ -300,6 +312,20 @@ class ContactSteps:
                 "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
             ) from None
 
+    def _begin(self) -> None:
+        """Take over the contacts of the event at the start. Their numbers get no friction that is a force: that of the
+        steps is an impulse."""
+        for k, contact in enumerate(self.contacts):
+            assert self.events is not None
+            values = self.events.values
+            if contact.slips:
+                held, rest = values[number(contact.name, HELD)], values[number(contact.name, SLIDING)] == 0.0
+                self.modes[k] = STICK if held and rest else OPEN
+                values |= {number(contact.name, x): 0.0 for x in (COEFFICIENT, HELD, ALONG_2)}
+                values |= {number(contact.name, SLOW): np.finfo(float).tiny, number(contact.name, ALONG): 1.0}
+        if self.contacts and self.events is not None:
+            self.events.note(self.problem.start)
+
     def _keep(self, t: float, touching: Touching, found: Solution) -> None:
         """Enter what the contacts did in the step to time t."""
         self.P[:], self.modes[:] = 0.0, OPEN
@@ -308,33 +334,26 @@ class ContactSteps:
         which, rows, W, u = touching
         self.P[rows], self.modes[which] = found.P, found.modes
         behind = u + W @ found.x[: self.system.n]
-        slow, values, first = _slow(u, behind), self.events.values, 0
-        modes, changed = np.full(len(self.contacts), NO_CONTACT), False
+        slow, values, first, done = _slow(u, behind), self.events.values, 0, self._released()
         for i, mode in zip(which.tolist(), found.modes, strict=True):
-            lasts = mode != OPEN and abs(behind[first]) <= slow
-            modes[i] = CLOSED if lasts else NO_CONTACT
-            name = self.contacts[i].name
-            if found.P[first] > 0.0 and values[number(name, MODE)] != CLOSED and u[first] < -slow:
-                values[number(name, COUNT)] += 1.0
-                values[number(name, IMPULSE)] = float(found.P[first])
-                changed = True
+            name, P = self.contacts[i].name, float(found.P[first])
+            if P > 0.0 and values[number(name, MODE)] != CLOSED and u[first] < -slow:
+                done |= {number(name, COUNT): values[number(name, COUNT)] + 1.0, number(name, IMPULSE): P}
+            if mode != OPEN and abs(behind[first]) <= slow:
+                done[number(name, MODE)] = CLOSED
+                if self.contacts[i].slips and mode != STICK:
+                    done[number(name, SLIDING)] = float(SENSE[mode])
             first += len(self.rows[i])
-        for contact, mode in zip(self.contacts, modes.tolist(), strict=True):
-            name = number(contact.name, MODE)
-            changed, values[name] = changed or values[name] != mode, mode
-        if changed:
+        if any(values[name] != x for name, x in done.items()):
+            values |= done
             self.events.note(t)
+
+    def _released(self) -> dict[str, float]:
+        """The numbers of contacts all of which are open."""
+        found = {number(c.name, MODE): NO_CONTACT for c in self.contacts}
+        return found | {number(c.name, SLIDING): 0.0 for c in self.contacts if c.slips}
 
 
 def _slow(u: Array, behind: Array) -> float:
     """The speed that is rounding, of contacts with the velocities u before and ``behind`` a step."""
-    return SLOW * max(float(np.abs(u).max(initial=0.0)), float(np.abs(behind - u).max(initial=0.0)))
-
-
-def contact_rows(system: System, name: str) -> list[int]:
-    """The rows of a contact among all constraints (m + p,): the normal, then its tangents."""
-    rows = [system.tables.rows[name]]
-    if name in system.tables.velocity_rows:
-        first = system.tables.velocity_rows[name]
-        rows += range(first, first + len(system.scene.components[name].velocity_constraints))
-    return rows
+    return RESTS * max(float(np.abs(u).max(initial=0.0)), float(np.abs(behind - u).max(initial=0.0)))

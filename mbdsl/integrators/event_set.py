@@ -290,8 +290,7 @@ class EventSet:
 
     def all_left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
         """``left_out`` and all rows of contacts, for a method that solves the contacts itself."""
-        own = {self.system.tables.rows[contact.name] for contact in self.system.scene.contacts}
-        return tuple(sorted({*left_out, *own}))
+        return tuple(sorted({*left_out, *(row for rows in self.system.tables.contact_rows for row in rows)}))
 
     def _remember(self) -> None:
         """pre(x) <- x of all variables."""

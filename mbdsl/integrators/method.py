@@ -86,8 +86,8 @@ class Method:
     A third-party integrator (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor ``begin``. Its
     ``own_reactions`` is True if it yields multipliers, and ``needs`` names the software to be installed. If its order
     varies, ``order`` is the highest. ``knows`` are the kinds of events that it serves, of "when", "contacts" and
-    "sticking"; compiled methods serve all. ``searches`` is True if its steps end in all ``Problem.zones`` and are searched
-    for peaks of laws that depend on the state (:mod:`mbdsl.system.peaks_along_motion`).
+    "sticking"; compiled methods serve all. ``searches`` is True if its steps end in all ``Problem.zones`` and are
+    searched for peaks of laws that depend on the state (:mod:`mbdsl.system.peaks_along_motion`).
 
     ``relative_step`` is the step size, relative to that of hht-si2, below which errors decrease with the order;
     verification scales its steps by it. ``stable`` is the largest h |lambda| at which steps are stable, lambda an

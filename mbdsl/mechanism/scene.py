@@ -218,7 +218,7 @@ class Scene:
         """Discrete variables, and the numbers of rigid contacts and of joints that stick -> their values at the
         start."""
         starts = {name: x.start for name, x in self.events.variables.items()}
-        starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in rigid.NUMBERS}
+        starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in c.numbers}
         return starts | {friction.number(x.name, what): 0.0 for x in self.sticking for what in friction.NUMBERS}
 
     @property

@@ -65,7 +65,7 @@ def at_once(
     def struck(factor: float) -> tuple[Array, Modes]:
         b = u.copy()
         b[normals] += factor * e * approach
-        found = solve(contacts, b, modes, guess)
+        found = solve(contacts, b, modes, guess=guess)
         if found is None:
             raise UnsolvableError(tuple(range(len(normals))))
         return found
