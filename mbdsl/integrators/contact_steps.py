@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 NEAR = 1e-9  #: gap, relative to the mechanism's size, below which a contact is closed
-RESTS = 1e-9  #: speed of a gap, relative to the largest of the step, that is rounding
+REST = 1e-10  #: speed of a gap, relative to the fastest motion, that counts as rest
 AGREED = 1e-8  #: change of the velocities by the last iteration for forces, relative to that within the step
 ROUNDING = 1e-13  #: this change relative to the velocities
 ARRIVED = 1e-12  #: last correction of positions and velocities by the constraints, relative to size and speed
@@ -75,12 +75,14 @@ class Linear(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Contacts (numbers) that are closed in a step, and their rows: W (r, n), with their velocities u (r,) before."""
+    """Contacts (numbers) that are closed in a step, and their rows: W (r, n), with their velocities u (r,) before; and
+    the speed that counts as rest."""
 
     which: Rows
     rows: list[int]
     W: Array
     u: Array
+    slow: float
 
 
 class Solution(NamedTuple):
@@ -161,8 +163,10 @@ class ContactSteps:
         matrix, linear = self._linear(t + far, h)
         which = np.flatnonzero(phi[self.normals] <= NEAR * system.tables.size)
         rows = [row for i in which for row in self.rows[i]]
-        touching = Touching(which, rows, matrix[[system.n + row for row in rows], : system.n], rate[rows])
         s, c = h * f, -rate[self.kept]
+        fastest = self._largest(v) + self._largest(linear.inverse[: system.n] @ np.concatenate([s, c]))
+        W, slow = matrix[[system.n + row for row in rows], : system.n], REST * fastest * system.tables.size
+        touching = Touching(which, rows, W, rate[rows], slow)
         if len(self.kept):
             linear, c = self._constrained(start, linear, self._struck(t + h, linear, touching, s, c))
         linear, found = self._forced(start, linear, touching, s, c)
@@ -292,10 +296,10 @@ class ContactSteps:
 
     def _impulses(self, t: float, touching: Touching, G: Array, free: Array) -> tuple[Array, Modes]:
         """Impulses and modes; ``free``: the velocities that the forces alone give."""
-        which, rows, _, u = touching
+        which, rows, _, u, slow = touching
         mu = np.where(self.modes[which] == STICK, self.mu_s[which], self.mu[which])
         laws = Contacts(G, tuple(len(self.rows[i]) for i in which), mu)
-        before = np.where(np.abs(u) <= _slow(u, free), 0.0, u)
+        before = np.where(np.abs(u) <= slow, 0.0, u)
         last = tuple(self.modes[which].tolist()), self.P[rows]
         try:
             if not (self.sequential and (before[laws.first] < 0.0).any()):
@@ -331,10 +335,10 @@ class ContactSteps:
         self.P[:], self.modes[:] = 0.0, OPEN
         if self.events is None or not self.contacts:
             return
-        which, rows, W, u = touching
+        which, rows, W, u, slow = touching
         self.P[rows], self.modes[which] = found.P, found.modes
         behind = u + W @ found.x[: self.system.n]
-        slow, values, first, done = _slow(u, behind), self.events.values, 0, self._released()
+        values, first, done = self.events.values, 0, self._released()
         for i, mode in zip(which.tolist(), found.modes, strict=True):
             name, P = self.contacts[i].name, float(found.P[first])
             if P > 0.0 and values[number(name, MODE)] != CLOSED and u[first] < -slow:
@@ -352,8 +356,3 @@ class ContactSteps:
         """The numbers of contacts all of which are open."""
         found = {number(c.name, MODE): NO_CONTACT for c in self.contacts}
         return found | {number(c.name, SLIDING): 0.0 for c in self.contacts if c.slips}
-
-
-def _slow(u: Array, behind: Array) -> float:
-    """The speed that is rounding, of contacts with the velocities u before and ``behind`` a step."""
-    return RESTS * max(float(np.abs(u).max(initial=0.0)), float(np.abs(behind - u).max(initial=0.0)))
