@@ -97,13 +97,14 @@ class Contacts:
 
 
 def solve(
-    contacts: Contacts, b: Array, last: Modes | None = None, independent: bool = False
+    contacts: Contacts, b: Array, last: Modes | None = None, independent: bool = False, guess: Array | None = None
 ) -> tuple[Array, Modes] | None:
     """P (r,) and the mode of each contact; None if there is no solution.
 
-    ``last``: the present modes, which are tried first. ``independent``: modes whose rows that are zero do not depend on
-    each other are preferred, of few contacts in the plane: their reactions are unique. There are such modes wherever
-    there is a solution, as a basis of a linear programme.
+    ``last``: the present modes, which are tried first; with the P (r,) of them as a ``guess``, also of many contacts.
+    ``independent``: modes whose rows that are zero do not depend on each other are preferred, of few contacts in the
+    plane: their reactions are unique. There are such modes wherever there is a solution, as a basis of a linear
+    programme.
     """
     few, plane = len(contacts.sizes) <= FEW, max(contacts.sizes, default=1) < 3
     if few and plane:
@@ -111,7 +112,9 @@ def solve(
         unique = [x for x in ordered if independent_rows(contacts.G, contacts.held(x)).all()] if independent else []
         found = _tried(contacts, b, unique, None)
         return found if found is not None else _tried(contacts, b, ordered, None)
-    P = _gauss_seidel(contacts, b)
+    if last is not None and guess is not None and (found := _tried(contacts, b, [last], guess)) is not None:
+        return found
+    P = _gauss_seidel(contacts, b, guess)
     if P is None:
         return None
     modes = tuple(_mode(contacts, b, P, i) for i in range(len(contacts.sizes)))
@@ -240,10 +243,10 @@ def independent_rows(G: Array, rows: Sequence[int]) -> NDArray[np.bool_]:
     return found
 
 
-def _gauss_seidel(contacts: Contacts, b: Array) -> Array | None:
-    """P by projected Gauss-Seidel: the normals onto P_N >= 0, the tangents onto the disc |P_T| <= mu P_N; None if P
-    grows without bound."""
-    G, P = contacts.G, np.zeros(len(b))
+def _gauss_seidel(contacts: Contacts, b: Array, guess: Array | None = None) -> Array | None:
+    """P by projected Gauss-Seidel, from ``guess``: the normals onto P_N >= 0, the tangents onto the disc
+    |P_T| <= mu P_N; None if P grows without bound."""
+    G, P = contacts.G, np.zeros(len(b)) if guess is None else guess.copy()
     normal = [G[n, n] for n in contacts.first]
     tangent = [np.linalg.eigvalsh(G[T, T]).max(initial=0.0) for T in map(contacts.tangents, range(len(normal)))]
     mass = np.where(G.diagonal() > 0.0, G.diagonal(), 1.0)

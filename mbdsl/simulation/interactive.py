@@ -102,7 +102,8 @@ class Simulation:
         scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
         if scene.has_events:
             hint = "run it with `mbdsl.simulate`, or set inputs between the steps of this simulation in their place"
-            raise UsageError(f"{scene.kind_of_events}: it cannot be run step by step", scene.first_event, hint)
+            what, span = next(iter(scene.kinds_of_events.values()))
+            raise UsageError(f"{what}: it cannot be run step by step", span, hint)
         said, step = scene.experiment, asked.step
         self._method = asked.method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self._method).steps or backend(self._method) is not None:

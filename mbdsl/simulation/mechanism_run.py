@@ -80,7 +80,7 @@ class PartRun:
     @property
     def first(self) -> Array:
         """The row (1, 2 n + m + p) of outputs at the start, behind the event there."""
-        begun = self.integration.begun if isinstance(self.integration, MethodRun) else None
+        begun = getattr(self.integration, "begun", None)
         return np.concatenate(begun or (self.initial.q, self.initial.v, self.initial.lam))[None]
 
     @property
@@ -524,7 +524,7 @@ class MechanismRun:
     def event_set(self) -> EventSet | None:
         """The events of the present run; None of a model without when-equations."""
         run = self.parts[0].integration if self.parts and self.system.scene.has_events else None
-        return run.events.set if isinstance(run, MethodRun) else None
+        return run.events.set if isinstance(run, MethodRun) else getattr(run, "event_set", None)
 
     # -- from the parts to the scene ---------------------------------------------------------------------------
     def present(self) -> tuple[Array, Array, Array]:

@@ -142,7 +142,7 @@ def _prepared(
         _announce_redundant(motion, announce)
     run.at_start = diagnostics.warnings(run, before=True)
     if asked.checkpoint is not None and scene.contacts:
-        raise UsageError("checkpoints do not keep rigid contacts", scene.first_event, "run without --checkpoint")
+        raise UsageError("checkpoints do not keep rigid contacts", scene.contacts[0].span, "run without --checkpoint")
     if asked.checkpoint is not None:
         said, first = asked.repeatable(), asked.initial if rest is None else rest
         if first is not None:
