@@ -300,7 +300,7 @@ class External:
     def synchronise(self) -> None:
         """Nothing: inputs and counted turns of the run are those of the system."""
 
-    def change_inputs(self, inputs: Mapping[str, float]) -> None:
+    def change_inputs(self, inputs: Mapping[str, float]) -> int:
         raise UsageError(f"{self.method} cannot change inputs during a run", hint="take a method with fixed steps")
 
 

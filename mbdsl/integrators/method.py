@@ -195,5 +195,5 @@ class Run(Protocol):
     def synchronise(self) -> None:
         """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""
 
-    def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        """Set inputs to new values from the present time on."""
+    def change_inputs(self, inputs: Mapping[str, float]) -> int:
+        """Set inputs to new values from the present time on; a status."""

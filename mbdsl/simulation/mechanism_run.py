@@ -25,7 +25,9 @@ from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import controls_locally, has_own_step, loop_name
 from mbdsl.integrators.run import MethodRun
+from mbdsl.integrators.saved_runs import SETTINGS
 from mbdsl.integrators.scheduled_jumps import Jumps
+from mbdsl.integrators.single_steps import STEPS
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Flattened, Note, Part, Reduction, reduce
 from mbdsl.mechanism.reduction.gyrostats import Gyrostats
@@ -414,6 +416,12 @@ class MechanismRun:
             status = S.DONE if self._taken == self._steps else S.RUNNING
         return status
 
+    def ended(self, status: int) -> int:
+        """A status of the only part, which has failed if it is not RUNNING or DONE."""
+        if status not in (S.RUNNING, S.DONE):
+            self.failed, self._failure = self.parts[0], status
+        return status
+
     def _advance_to(self, most: int, parts: Sequence[PartRun], status: int) -> int:
         """Advance ``parts`` to step ``most`` or, if one fails, those behind it to its last step; a status."""
         for p in parts:
@@ -443,9 +451,11 @@ class MechanismRun:
             run = p.integration
             assert isinstance(run, MethodRun)
             own = run.anew(run.times, run.tol, run.every, run.longest)
-            own.memory = run.memory.copy()
+            own.memory, own.integers[SETTINGS] = run.memory.copy(), run.integers[SETTINGS]
             if hasattr(run, "jumps"):  # it is in the middle of a search
                 own.jumps = Jumps(run.system, run.start, run.stop, run.h)
+            if run.tol is not None and run.events.set is not None and own.events.set is not None:
+                own.events.set.like(run.events.set)
             other.parts.append(replace(p, integration=own))
         return other
 
@@ -516,9 +526,10 @@ class MechanismRun:
                     return True
         return False
 
-    def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        for p in self.parts:
-            p.integration.change_inputs(inputs)
+    def change_inputs(self, inputs: Mapping[str, float]) -> int:
+        """Set inputs from the present time on; a status."""
+        statuses = [p.integration.change_inputs(inputs) for p in self.parts]
+        return next((x for x in statuses if x not in (S.RUNNING, None)), S.RUNNING)
 
     @property
     def event_set(self) -> EventSet | None:
@@ -676,9 +687,11 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     tol, grid, longest = plan.tol, 0.0, plan.longest
+    span = STEPS * plan.h if plan.single else 0.0
     if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten
         if controls_locally(method):
             tol, grid = NOMINAL, plan.h
         else:
             tol, longest = LOOSE, min(longest, plan.h)
-    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, grid=grid, rows=plan.rows, keeps=keeps)
+    own = partial(MethodRun, *arguments, tol=tol, every=plan.every, longest=longest)
+    return own(grid=grid, span=span, rows=plan.rows, keeps=keeps)

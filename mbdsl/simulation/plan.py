@@ -46,6 +46,7 @@ class Plan:
     shown: NDArray[np.bool_] | None = None  #: which of ``times`` were requested; None: all
     streamed: bool = False  #: rows are taken from the run while it goes on; only a window of them is in memory
     open: bool = False  #: whether the method is only the default, and the runs may choose another one
+    single: bool = False  #: steps are taken one by one, and no stop time is known
     rows: OutputTimes | None = None  #: with ``streamed``: the output times, unless every step is output
 
     @property
