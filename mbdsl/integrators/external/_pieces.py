@@ -246,12 +246,12 @@ class _Peaks:
             if self._system.of_multipliers:
                 lam = np.array([self._f.motion(*x)[1] for x in states])
             turns = Turns(0, self._system.counted_angles())
-            if found := self._peaks.first(t, q, v, lam, self._inputs, self._least, self._seen, self._searched, turns):
+            if found := self._peaks.first((t, q, v, lam), self._inputs, self._least, self._seen, self._searched, turns):
                 last = int(np.searchsorted(t, found[0].start, side="right")) - 1
                 if last:  # update self._seen by the steps that are kept
                     kept = slice(last + 1)
                     part = t[kept], q[kept], v[kept], lam[kept]
-                    self._peaks.first(*part, self._inputs, self._least, self._seen, self._searched, turns)
+                    self._peaks.first(part, self._inputs, self._least, self._seen, self._searched, turns)
                 self._ahead += found
                 self._tries, self._from = (self._tries + 1 if self._from == t[last] else 0), t[last]
                 if self._tries > TRIES:
