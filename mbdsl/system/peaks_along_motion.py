@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.expressions.derivatives import der
 from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, der, leaves, rebuild, walk
+from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, leaves, rebuild, walk
 from mbdsl.system.interval_tape import TINY
 from mbdsl.system.paths import Looks, Paths, Program, Work
 from mbdsl.system.peaks_in_time import Zone, hiding, terms, zones
