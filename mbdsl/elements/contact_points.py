@@ -51,9 +51,11 @@ def contact(
     spatial: bool = False,
     terms: Mapping[str, str] = {},
     check: Callable[[Mapping], str | None] = lambda values: None,
+    derive: Callable[[Mapping], dict] = lambda values: {},
+    signals: tuple[Signal, ...] = (),
     **more: object,
 ) -> ForceKind:
-    """The declaration of a kind; ``terms`` are formulas that those of the points contain."""
+    """The declaration of a kind; ``terms`` are formulas that those of the points contain, ``signals`` further ones."""
     count = len(points)
     each, own = dict(terms), {}
     for i, point in enumerate(points, 1):
@@ -79,7 +81,7 @@ def contact(
         doc=doc,
         g=ROWS,
         parameters=(*parameters, *PARAMETERS),
-        signals=(*visible, *forces, active),
+        signals=(*signals, *visible, *forces, active),
         results=(*loads, power(total)),
         exerts={x.name: x.name for x in loads},
         laws=tuple(x.name for x in loads),
@@ -89,7 +91,7 @@ def contact(
         searched="overlap",
         latches=tuple(contact_law.latch(i, f"lt(gap_{i}, 0)", f"-rate_{i}", "v_0") for i in _of(count)),
         check=lambda v: check(v) or contact_law.check(v, "v_0") or friction.check(v),
-        derive=lambda v: {**contact_law.derive(v, "v_0", count), **friction.derive(v)},
+        derive=lambda v: {**contact_law.derive(v, "v_0", count), **friction.derive(v), **derive(v)},
         effects={**contact_law.EFFECTS, **friction.EFFECTS},
         spatial=spatial,
         **more,  # type: ignore[arg-type]
