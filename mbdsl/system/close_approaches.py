@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import TIME, Expr, const, leaves, walk
+from mbdsl.expressions.symbolic import TIME, Expr, const, is_const, leaves, walk
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import gradients, values
 
@@ -42,6 +42,8 @@ POSITIONS = ("x", "y", "phi")
 MOST_RATES, APART, AT_SWITCH = 32, 1e-2, 1e-9
 #: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
 NARROW, MOST_KNOTS = 1e-2, 32
+#: comparisons in a condition that are examined
+MOST_COMPARED = 16
 
 
 class Approach(NamedTuple):
@@ -62,7 +64,7 @@ def arguments(system: System) -> list[Expr]:
     """The arguments whose signs determine the forces: differences of what is compared."""
     found: dict[Expr, None] = {}
     for switch in system.tables.switches:
-        nodes = [n for n in walk(switch.node) if n.op in COMPARISONS]
+        nodes = _compared(switch.node)
         nodes += [switch.node] if switch.node.op in (*CORNERS, "abs", "sign") else []
         compared = [n.args[0] - n.args[1] if len(n.args) == 2 else n.args[0] for n in nodes]
         for g in [*compared, *_corners(switch.node)]:
@@ -75,6 +77,16 @@ def arguments(system: System) -> list[Expr]:
             if moves and not apart and not mixed and all(x.op != "input" for x in variables):
                 found[g] = None
     return list(found)
+
+
+def _compared(node: Expr) -> list[Expr]:
+    """The comparisons in a switch; of the choice among many, as of the nearest feature of a profile, the outermost one,
+    if its arguments vary."""
+    nodes = [n for n in walk(node) if n.op in COMPARISONS]
+    if len(nodes) <= MOST_COMPARED:
+        return nodes
+    varies = node.op in COMPARISONS and any(not is_const(x) for x in diff(node.args[0], *leaves(node)))
+    return [node] if varies else []
 
 
 def _corners(node: Expr) -> list[Expr]:
@@ -133,7 +145,9 @@ class Approaches:
     def __init__(self, system: System) -> None:
         self.system = system
         self.arguments = arguments(system)
-        self._roots = self.arguments + [der(g) if of_positions(g) else const(np.nan) for g in self.arguments]
+        self._still = [of_positions(g) for g in self.arguments]  # whether they depend on no velocities
+        rates = [der(g) if still else const(np.nan) for g, still in zip(self.arguments, self._still, strict=True)]
+        self._roots = self.arguments + rates
         self._most = max(16, min(MOST, NUMBERS // max(1, system.n)))
 
     def add(
@@ -165,7 +179,7 @@ class Approaches:
         with np.errstate(all="ignore"):
             for k, (y, rate) in enumerate(zip(known[:count], known[count:], strict=True)):
                 largest = max(past[4, k], float(np.abs(y).max()))
-                if not of_positions(self.arguments[k]):
+                if not self._still[k]:
                     for i in _turning(np.append(past[0, k], y), CLOSE * largest).tolist():
                         rate[i] = self._rate(k, APART * h[min(i, len(h) - 1)], t[i], q[i], v[i], inputs, left_out)
                 before = past[:, k].copy()
@@ -180,7 +194,7 @@ class Approaches:
 
     def _turns(self, found: list[Approach], k: int, on: _Course, third: float, largest: float) -> None:
         """Add the turning points within steps that do not cross; ``third`` is the last third derivative before."""
-        positions, h, y = of_positions(self.arguments[k]), on.h, on.y
+        positions, h, y = self._still[k], on.h, on.y
         least = 0.0 if positions else AT_SWITCH * largest
         change = np.abs(np.diff(on.third, prepend=third))
         error = h**3 / 384.0 * np.fmin(np.fmin(change, np.append(change[1:], np.inf)), np.abs(on.third))
@@ -203,7 +217,7 @@ class Approaches:
     def _crossings(self, found: list[Approach], k: int, on: _Course, before: Array, largest: float) -> None:
         """Add crossings between consecutive rows, beginning with the last row of the previous call: ``before`` is its
         column of ``past``."""
-        y, positions = on.y, of_positions(self.arguments[k])
+        y, positions = on.y, self._still[k]
         value, slope = np.append(before[0], y[:-1]), np.append(before[1], on.rate[:-1])
         bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((before[2], on.bend), (before[3], on.third)))
         side = np.sign(value)
