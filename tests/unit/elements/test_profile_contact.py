@@ -1,5 +1,7 @@
 """Contact of a circle with a closed profile, against distances from many points of the profile and forces by hand."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -219,3 +221,14 @@ def test_wrong_values(points, more, message):
 def test_points_of_another_shape():
     with pytest.raises(mbdsl.ModelError, match="expected an array of n x 2 values"):
         mbdsl.parse(TEXT % f"ProfileContact c(ground.p, a.c, points = {{1, 2, 3}} m, k = {K} N/m);")
+
+
+def test_a_scene_is_pickled():
+    scene = mbdsl.parse(TEXT % given(L_SHAPE))
+    assert pickle.loads(pickle.dumps(scene)) == scene
+    assert pickle.loads(pickle.dumps(scene)).components["c"].kind is scene.components["c"].kind
+
+
+def test_models_in_space_have_none():
+    with pytest.raises(mbdsl.ModelError, match="no ProfileContact in models in space"):
+        mbdsl.parse(TEXT.replace("model M", "spatial model M", 1).replace("I = 1", "I = {1, 1, 1}") % given(L_SHAPE))
