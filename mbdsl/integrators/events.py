@@ -64,6 +64,8 @@ SLIDING_HINT = (
 #: the same if the condition depends on a reaction
 #: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
 SHORT = 1e-6
+#: the same, in which an event that acts is searched behind a step that was cut short
+TINY = 1e-9
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -232,9 +234,11 @@ class Events:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
                 most = self._left(cut) * reals[S.LAST_H]
+                if self.set is not None:  # rounding may keep a gap from closing
+                    most = max(most, TINY * run.span)
                 if at_once:  # reactions of shorter steps have larger errors, of rounding
                     short = SHORT * run.span if self._of_reactions else 0.0
-                    most = max(4 * least, 1.01 * run.sliver * run.grid, short)
+                    most = max(4 * least, 1.01 * run.sliver * run.grid, short, TINY * run.span * (self.set is not None))
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
                 if found is None:
@@ -266,6 +270,8 @@ class Events:
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
+        if struck:
+            self._cut = []
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
