@@ -98,6 +98,7 @@ class ContactSet:
         self.e = np.array([c.e for c in self.contacts])
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
         self.shortest, self.struck, self.span = 0.0, False, 1.0
+        self._opened: tuple[float, set[int]] = -np.inf, set()  #: time of the last event, and what opened there
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: dict[str, float]) -> None:
         """Start a run of ``span`` [s] with this tolerance.
@@ -262,7 +263,7 @@ class ContactSet:
         if found is None:
             raise self._unsolvable("reactions", t, own.which)
         P, modes = found
-        modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
+        modes = self._opening(t, own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         w = turn @ b + laws.G @ P
         active = self._active(laws, P, modes)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
@@ -281,14 +282,24 @@ class ContactSet:
         return v - X @ least_squares(J @ X, rate, DEPENDS)
 
     def _opening(
-        self, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, size: float, before: dict[str, float]
+        self,
+        t: float,
+        own: Touching,
+        laws: Contacts,
+        P: Array,
+        modes: contact_modes.Modes,
+        size: float,
+        before: dict[str, float],
     ) -> contact_modes.Modes:
-        """The modes in which closed contacts are open whose reaction has become zero, but for rounding."""
-        found = list(modes)
+        """The modes in which closed contacts are open whose reaction has become zero, but for rounding. They stay open
+        in further rounds of the same event."""
+        found, opened = list(modes), self._opened[1] if self._opened[0] == t else set()
         for i, (k, n) in enumerate(zip(own.which, laws.first, strict=True)):
             was_closed = before[number(self.contacts[k].name, MODE)] == CLOSED
-            if was_closed and laws.G[n, n] * P[n] <= VANISHED * size:
+            if (was_closed or k in opened) and laws.G[n, n] * P[n] <= VANISHED * size:
                 found[i] = contact_modes.OPEN
+                opened.add(int(k))
+        self._opened = t, opened
         return tuple(found)
 
     def _slow_slip(self, v: Array) -> float:
