@@ -127,35 +127,32 @@ class Problem:
         return self.tol / scale, self.tol * max(speed, slow, np.sqrt(pace * slow)) / scale
 
 
+@dataclass(eq=False)
 class External:
     """A run by a backend; see :class:`mbdsl.integrators.Run`. With ``every``, all states and their times are kept.
 
     After a failure, ``reason`` and ``hint`` are its reason and remedy, and ``cause`` is the exception of the backend.
     """
 
-    def __init__(
-        self,
-        system: System,
-        method: str,
-        h: float,
-        start: float,
-        stop: float,
-        times: Array,
-        options: Mapping[str, float | None],
-        tol: float | None = None,
-        every: bool = False,
-        longest: float = np.inf,
-    ) -> None:
-        self.system, self.method = system, method
-        if every:
-            times = np.array([stop] if stop > start else [])
-        self._backend = backend(method)
-        due = times if tol is not None else _ends_of_steps(start, stop, h)
-        self._given: dict[str, Any] = {"start": start, "stop": stop, "times": due, "h": h, "tol": tol}
-        self._given["longest"] = longest
-        self._given["options"] = dict(options)
-        self.times, self._every = times.copy(), every
-        self.out = np.zeros((len(times), system.n + system.unknowns))
+    system: System
+    method: str
+    h: float
+    start: float
+    stop: float
+    times: Array
+    options: Mapping[str, float | None]
+    tol: float | None = None
+    every: bool = False
+    longest: float = np.inf
+
+    def __post_init__(self) -> None:
+        start, stop = self.start, self.stop
+        self.times = np.array([stop] if stop > start else []) if self.every else self.times.copy()
+        self._backend = backend(self.method)
+        due = self.times.copy() if self.tol is not None else _ends_of_steps(start, stop, self.h)
+        self._given: dict[str, Any] = {"start": start, "stop": stop, "times": due, "h": self.h, "tol": self.tol}
+        self._given |= {"longest": self.longest, "options": dict(self.options)}
+        self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
         self.pivoting_from: float | None = None
         self.written = 0
         self.time = start
@@ -164,13 +161,13 @@ class External:
         self.approaches: list[Approach] = []
         self.searched = not_searched()
         self._counts: Counter[str] = Counter()
-        system.kernels(self._backend.METHOD.sets)
+        self.system.kernels(self._backend.METHOD.sets)
         self.event_set: EventSet | None = None
         self.begun: tuple[Array, Array, Array] | None = None  #: q, v, lam behind an event at the start
-        if self._backend.METHOD.knows and system.scene.has_events:
+        if self._backend.METHOD.knows and self.system.scene.has_events:
             from mbdsl.integrators.event_set import EventSet
 
-            self.event_set = EventSet(system)
+            self.event_set = EventSet(self.system)
 
     @property
     def steps(self) -> int:
@@ -265,7 +262,7 @@ class External:
         before = self.time, self._q, self._v, self._lam
         self.time = due if on_time else max(self.time, float(t))  # no output is written twice
         self._q, self._v, self._lam = q, v, given
-        if self._every:
+        if self.every:
             if on_time or moved:
                 self._write(np.concatenate([q, v, given]))
         elif on_time:

@@ -11,7 +11,8 @@ from typing import Any
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.errors import Span
 from mbdsl.expressions import formulas
-from mbdsl.expressions.symbolic import Expr, diff, expr, input_signal, multiplier, substitute
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import Expr, expr, input_signal, multiplier, substitute
 from mbdsl.mechanism import contacts, sticking
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
