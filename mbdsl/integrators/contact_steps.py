@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
-from mbdsl.integrators.methods.moreau_jean import METHOD
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.contact_modes import OPEN, SENSE, STICK, Contacts, Modes
 from mbdsl.numerics.impact import UnsolvableError, in_sequence, separating
@@ -33,6 +32,7 @@ from mbdsl.system.contact_numbers import (
     CLOSED,
     COEFFICIENT,
     COUNT,
+    FRICTION,
     HELD,
     IMPULSE,
     MODE,
@@ -124,9 +124,9 @@ class ContactSteps:
         for c in scene.components.values():
             laws = [x for p in c.kind.parameters if p.law and isinstance(x := c.values[p.name], Expr)]
             read = {leaf.value[0] for leaf in leaves(*laws) if leaf.op == "multiplier"} & own
-            if read and c.kind.name != "ContactFriction":
+            if read and c.kind.name != FRICTION:
                 raise UsageError(
-                    f"{METHOD.name} solves the reaction of `{min(read)}` as an impulse: {c.kind.name} `{c.name}` "
+                    f"time stepping solves the reaction of `{min(read)}` as an impulse: {c.kind.name} `{c.name}` "
                     "cannot read it",
                     c.span,
                     "take another method, such as hht-si2",

@@ -25,7 +25,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import MethodRun
-from mbdsl.mechanism.contacts import is_contact
+from mbdsl.mechanism.contacts import FRICTION, is_contact
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.large_rotations import LargeRotations
@@ -142,10 +142,11 @@ def _not_searched(motion: MechanismRun) -> str | None:
         looks = InFixedSteps(p.system, h)
         if not isinstance(p.integration, External):
             continue
+        own = {x for c in p.system.scene.contacts for x in (c.condition, *c.slips)}
         for root in looks.roots:
             law = _law_within([motion.system.scene, p.system.scene], root)
-            if law is not None and is_contact(law):  # its friction is an impulse
-                continue
+            if root in own or (law is not None and (is_contact(law) or law.kind.name == FRICTION)):
+                continue  # the method solves them
             where, what = _words(law)
             return (
                 f"{where}{plan.method} does not search its steps for peaks of laws: a peak of {what} between the ends "
