@@ -98,7 +98,7 @@ class ContactSet:
         self.e = np.array([c.e for c in self.contacts])
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
         self.shortest, self.struck, self.span = 0.0, False, 1.0
-        self._opened: tuple[float, set[int]] = -np.inf, set()  #: time of the last event, and what opened there
+        self._before: tuple[float, dict[str, float]] = np.nan, {}  # time of the last event, and values before it
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: dict[str, float]) -> None:
         """Start a run of ``span`` [s] with this tolerance.
@@ -108,7 +108,7 @@ class ContactSet:
         InitialisationError
             If bodies overlap.
         """
-        size = self.system.tables.size
+        size, self._before = self.system.tables.size, (np.nan, {})
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             values[number(contact.name, EDGE)] = -ROUNDING * size
@@ -147,7 +147,10 @@ class ContactSet:
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
         gaps = self._gaps(t, q)
         which = np.flatnonzero(gaps < np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size)
-        given, before = v, dict(values)
+        given = v
+        if t != self._before[0]:
+            self._before = t, dict(values)
+        before = self._before[1]
         self._release(values)
         if len(which):
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))
@@ -263,7 +266,7 @@ class ContactSet:
         if found is None:
             raise self._unsolvable("reactions", t, own.which)
         P, modes = found
-        modes = self._opening(t, own, laws, P, modes, np.abs(b).max(initial=0.0), before)
+        modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         w = turn @ b + laws.G @ P
         active = self._active(laws, P, modes)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
@@ -282,24 +285,14 @@ class ContactSet:
         return v - X @ least_squares(J @ X, rate, DEPENDS)
 
     def _opening(
-        self,
-        t: float,
-        own: Touching,
-        laws: Contacts,
-        P: Array,
-        modes: contact_modes.Modes,
-        size: float,
-        before: dict[str, float],
+        self, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, size: float, before: dict[str, float]
     ) -> contact_modes.Modes:
-        """The modes in which closed contacts are open whose reaction has become zero, but for rounding. They stay open
-        in further rounds of the same event."""
-        found, opened = list(modes), self._opened[1] if self._opened[0] == t else set()
+        """The modes in which closed contacts are open whose reaction has become zero, but for rounding."""
+        found = list(modes)
         for i, (k, n) in enumerate(zip(own.which, laws.first, strict=True)):
             was_closed = before[number(self.contacts[k].name, MODE)] == CLOSED
-            if (was_closed or k in opened) and laws.G[n, n] * P[n] <= VANISHED * size:
+            if was_closed and laws.G[n, n] * P[n] <= VANISHED * size:
                 found[i] = contact_modes.OPEN
-                opened.add(int(k))
-        self._opened = t, opened
         return tuple(found)
 
     def _slow_slip(self, v: Array) -> float:

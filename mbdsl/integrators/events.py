@@ -29,7 +29,7 @@ from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
-from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS
+from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
@@ -62,6 +62,8 @@ SLIDING_HINT = (
     "if only rounding decides the condition, it reads the wrong quantity"
 )
 #: the same if the condition depends on a reaction
+#: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
+SHORT = 1e-6
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -209,7 +211,7 @@ class Events:
         """
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
-        known, cut = t >= reals[S.NEXT_EVENT], integers[S.CUT] > 0
+        known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
         at_once = not (known or cut)  # the switch is so close that no step was possible
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
@@ -229,7 +231,10 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = max(4 * least, 1.01 * run.sliver * run.grid) if at_once else LEFT * reals[S.LAST_H]
+                most = self._left(cut) * reals[S.LAST_H]
+                if at_once:  # reactions of shorter steps have larger errors, of rounding
+                    short = SHORT * run.span if self._of_reactions else 0.0
+                    most = max(4 * least, 1.01 * run.sliver * run.grid, short)
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
                 if found is None:
@@ -308,6 +313,11 @@ class Events:
         q, v, a, lam = acted
         run.integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         return self.set.status, Restart(t, q, v, a, lam, run.longest)
+
+    def _left(self, cut: int) -> float:
+        """The largest remaining time to a switch at which it is an event, by the last step, which was cut ``cut``
+        times. Where reactions decide, their errors let steps end earlier."""
+        return max(LEFT, min(1.0, 2.0 * SHORT_OF * 10.0 ** (cut - 1))) if self._of_reactions else LEFT
 
     def _ticked(self, t: float, q: Array, v: Array, lam: Array) -> bool:
         """Whether a clock has ticked that changes discrete variables only; the jump of forces is then in the history.
