@@ -200,9 +200,14 @@ class Ladder(AmplifiedRounding):
     def _undecided(self, last: Trial, before: Trial, speed: float) -> Array:
         """The effect (N,) of contacts that the runs leave undecided, up to each time."""
         effect = np.zeros(len(last.t))
+
+        def apart(t: float) -> float:
+            at = int(np.searchsorted(last.t, t))  # the first output behind it, which a difference there has reached
+            return float(last.difference[at]) if at < len(last.difference) else np.inf
+
         present, former = last.kept.integrations, before.kept.integrations
         for p, run, other in zip(self.motion.parts, present, former, strict=True):
-            for x in undecided(run, other, p.initial.redundant, speed, self.span):
+            for x in undecided(run, other, p.initial.redundant, speed, self.span, apart):
                 later = last.t >= x.time
                 effect[later] = np.maximum(effect[later], x.effect)
         return effect
