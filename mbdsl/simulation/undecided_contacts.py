@@ -3,7 +3,8 @@
 If a path turns back at a distance from a stop that is smaller than its error, runs with different tolerances may agree
 with each other and all miss a stop that the motion touches. The distance d of each close approach
 (:mod:`mbdsl.system.close_approaches`) is compared with that in the run before; the difference e estimates its error. An
-approach that the run before does not have is at most as uncertain as the states of the two runs differ. If d is not larger, the contact is undecided, and the change of velocity that it can cause bounds the error:
+approach that the run before does not have is at most as uncertain as the states of the two runs differ. If d is not
+larger, the contact is undecided, and the change of velocity that it can cause bounds the error:
 
     min(|da| T, |da|/|dg| 2 sqrt(2 c p)),   T = 2 sqrt(2 p/c), p = |d| + e,
 
@@ -94,6 +95,8 @@ def undecided(
 
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:
     """The largest scaled change of a velocity that a contact of this depth causes [1/s]."""
+    if x.number in system.kept(Approaches).of_events:
+        return np.inf  # what a when-equation does has no bound
     scale, (q, v), argument = system.tables.scale, np.array(x.state).reshape(2, -1), _argument(system, x)
     positions = of_positions(argument)
     g_q = np.zeros(system.n)

@@ -66,10 +66,7 @@ def arguments(system: System) -> list[Expr]:
     """The arguments whose signs determine the forces: differences of what is compared."""
     found: dict[Expr, None] = {}
     for switch in system.tables.switches:
-        nodes = [n for n in walk(switch.node) if n.op in COMPARISONS]
-        nodes += [switch.node] if switch.node.op in (*CORNERS, "abs", "sign") else []
-        compared = [n.args[0] - n.args[1] if len(n.args) == 2 else n.args[0] for n in nodes]
-        for g in [*compared, *_corners(switch.node)]:
+        for g in _compared(switch.node):
             variables = leaves(g)
             moves = any(x.op in ("coordinate", "multiplier") for x in variables)
             # in space, positions are searched between steps; angles count turns, which states do not contain
@@ -79,6 +76,20 @@ def arguments(system: System) -> list[Expr]:
             if moves and not apart and not mixed and all(x.op != "input" for x in variables):
                 found[g] = None
     return list(found)
+
+
+def of_events(system: System) -> set[Expr]:
+    """The arguments of conditions of when-equations: what these do is not bounded by a change of forces."""
+    events = system.scene.events
+    conditions = [c for branch in events.branches if not events.of_component(branch) for c in branch.conditions]
+    return {g for c in conditions for g in _compared(c)}
+
+
+def _compared(node: Expr) -> list[Expr]:
+    """The differences of what is compared in a node."""
+    nodes = [n for n in walk(node) if n.op in COMPARISONS]
+    nodes += [node] if node.op in (*CORNERS, "abs", "sign") else []
+    return [*(n.args[0] - n.args[1] if len(n.args) == 2 else n.args[0] for n in nodes), *_corners(node)]
 
 
 def _corners(node: Expr) -> list[Expr]:
@@ -144,6 +155,8 @@ class Approaches:
     def __init__(self, system: System) -> None:
         self.system = system
         self.arguments = arguments(system)
+        own = of_events(system)
+        self.of_events = frozenset(k for k, g in enumerate(self.arguments) if g in own)  #: numbers of their arguments
         self._of_velocities = [k for k, g in enumerate(self.arguments) if not of_positions(g)]
         self._roots = self.arguments + [der(g) if of_positions(g) else const(np.nan) for g in self.arguments]
         self._most = max(16, min(MOST, NUMBERS // max(1, system.n)))
