@@ -55,6 +55,8 @@ MANY_KNOWN = 10_000
 #: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
 #: rounding of many steps
 UNDECIDED = 1e-9
+#: the same of one step
+ROUNDED = 16 * EPS
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
@@ -241,6 +243,8 @@ class Events:
                     most = max(4 * least, 1.01 * run.sliver * run.grid, short, TINY * run.span * (self.set is not None))
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
+                if found is None and not at_once:
+                    found = self._within_rounding(t, q, v, way, lam, old)
                 if found is None:
                     return self._progress(t, old) if at_once else S.RUNNING, None
                 if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
@@ -401,6 +405,19 @@ class Events:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high
+
+    def _within_rounding(self, t: float, q: Array, v: Array, way: Way, lam: Array, old: States) -> float | None:
+        """The time until just behind a change of a switch that the rounding error of q and v could hide; None if there
+        is none. Where a motion begins on the threshold of a switch, steps up to it do not change q."""
+        s = self._distance(t, way, lam, old, 2.0 * self.run.reals[S.LAST_H])
+        if not s:
+            return None
+        (q1, v1), scale = way(s), self.system.tables.scale
+        far, fast = ROUNDED / scale, ROUNDED * np.abs(v * scale).max(initial=0.0) / scale
+        q1 = self.system.moved(q, np.clip(q1 - q, -far, far))
+        v1 = v + np.clip(v1 - v, -fast, fast)
+        near = self.system.switches(t, q1, v1, self._reactions(t, q1, v1, lam))
+        return s if (near != old).any() else None
 
     def _reactions(self, t: float, q: Array, v: Array, lam: Array) -> Array:
         """The multipliers at a state; ``lam``, those of a state nearby, if no switch depends on them."""
