@@ -21,7 +21,6 @@ from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions import formulas, spatial_coordinates
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, coordinate, der, substitute
 from mbdsl.mechanism import contacts as rigid
-from mbdsl.mechanism import sticking as friction
 from mbdsl.mechanism import wrenches
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.contacts import Contact, contact_of, is_contact
@@ -173,7 +172,7 @@ class Scene:
     def sticking(self) -> tuple[Sticking, ...]:
         """The joints whose friction sticks."""
         found = (c for c in self.components.values() if sticks(c.kind, c.values) and c.friction is not None)
-        return tuple(self._formulas(c).sticking(c.span) for c in found)
+        return tuple(self._formulas(c).sticking._replace(span=c.span) for c in found)
 
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
@@ -223,7 +222,7 @@ class Scene:
         start."""
         starts = {name: x.start for name, x in self.events.variables.items()}
         starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in rigid.NUMBERS}
-        return starts | {friction.number(x.name, what): 0.0 for x in self.sticking for what in friction.NUMBERS}
+        return starts | {name: start for x in self.sticking for name, start in x.starts.items()}
 
     @property
     def number_starts(self) -> dict[str, float]:

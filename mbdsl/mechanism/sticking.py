@@ -1,52 +1,107 @@
 """Joints whose friction sticks: their numbers, the rows that hold them, and when they start and stop to slide.
 
 While a joint slides, friction is mu N against the sliding. Where the speed becomes zero the joint is held, if friction
-can: its coordinate s keeps the value that it has there, by the row s - place = 0, whose multiplier is the friction. The
-row is left out while the joint slides.
+can: its coordinates keep the values that they have there, by rows such as s - place = 0, whose multipliers are the
+friction. The rows are left out while the joint slides.
+
+Joints that slide in several directions r have friction mu N w/|w|, w = r + e d. The unit vector d is the direction of
+sliding at the last event, and e is below all speeds that count: d is the direction where sliding begins. Where r has
+turned by 60 degrees from d there is an event: the joint has stopped, or d becomes the present direction.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from typing import NamedTuple
 
-from mbdsl.elements import find
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import Span
-from mbdsl.expressions.symbolic import Expr, call, input_signal, multiplier
+from mbdsl.expressions.symbolic import Expr, call, const, input_signal
 
-#: numbers of a joint, as of discrete variables: the sense of sliding (0: at rest), whether its row holds it, where, and
-#: the speed against that sense at which it has stopped, which is more than rounding
-SLIDING, HELD, PLACE, EDGE = "sliding", "held", "place", "edge"
-NUMBERS = (SLIDING, HELD, PLACE, EDGE)
+#: numbers of a joint, as of discrete variables: the sense of sliding, or 1 of joints that slide in several directions
+#: (0: at rest), and the speed against it at which it has stopped, which is more than rounding
+SLIDING, EDGE = "sliding", "edge"
+NUMBERS = (SLIDING, EDGE)
+#: the value of EDGE before the first event, and e relative to it
+LEAST_EDGE, EDGES = 1e-12, 4.0
+TURN = 0.5  #: cosine of the angle by which the direction of sliding turns between two events
 #: part of the largest friction by which a sticking joint exceeds it before it slides: more than rounding
 MARGIN = 1e-9
-#: kind along whose coordinate friction acts -> the joint that holds this coordinate, and its law
-HOLDS = {
-    "translational_spring_damper": ("TranslationalDriver", "s"),
-    "rotational_spring_damper": ("RotationalDriver", "phi"),
-}
 
 
 class Sticking(NamedTuple):
-    """A joint whose friction sticks: its coordinate and rate, the normal force (or its torque) as expressions."""
+    """A joint whose friction sticks, as expressions: rates of sliding, positions that it keeps, the rows that hold it,
+    friction along the rates while it is held, and the normal force (or its torque)."""
 
     name: str
-    row: str  #: the component whose row holds the joint
     mu_s: float
-    coordinate: Expr
-    rate: Expr
+    rates: tuple[Expr, ...]
+    places: tuple[Expr, ...]
+    holds: tuple[Expr, ...]
+    grips: tuple[Expr, ...]
     normal: Expr
-    span: Span | None
+    span: Span | None = None
+
+    @property
+    def rows(self) -> list[str]:
+        """The components whose rows hold the joint."""
+        return [row_name(self.name, k) for k in range(len(self.holds))]
+
+    @property
+    def by_coordinates(self) -> bool:
+        """Whether a row is a coordinate less its place."""
+        return len(self.places) == len(self.holds)
+
+    @property
+    def held(self) -> list[str]:
+        """The numbers that say which of its rows hold it."""
+        return [number(self.name, f"held[{k + 1}]") for k in range(len(self.holds))]
+
+    @property
+    def directions(self) -> list[str]:
+        """The numbers that are the direction of sliding."""
+        if len(self.rates) == 1:
+            return [number(self.name, SLIDING)]
+        return [number(self.name, f"direction[{k + 1}]") for k in range(len(self.rates))]
+
+    @property
+    def kept(self) -> list[str]:
+        """The numbers that are the place where it is held."""
+        return [number(self.name, f"place[{k + 1}]") for k in range(len(self.places))]
+
+    @property
+    def starts(self) -> dict[str, float]:
+        """Its numbers and their values before the first event."""
+        names = [*self.directions, *self.held, *self.kept, *(number(self.name, x) for x in NUMBERS)]
+        first = {number(self.name, EDGE): LEAST_EDGE}
+        return dict.fromkeys(names, 0.0) | ({self.directions[0]: 1.0} if len(self.rates) > 1 else {}) | first
 
     @property
     def condition(self) -> Expr:
         """Becomes true where the joint stops, and where friction can no longer hold it."""
-        sliding, held, edge = (input_signal(number(self.name, x)) for x in (SLIDING, HELD, EDGE))
-        stops = call("and", call("ne", sliding, 0.0), call("lt", sliding * self.rate, -edge))
+        sliding, edge = (input_signal(number(self.name, x)) for x in (SLIDING, EDGE))
+        along = [input_signal(d) * rate for d, rate in zip(self.directions, self.rates, strict=True)]
+        turned = -edge if len(along) == 1 else TURN * size(self.rates) - edge
+        stops = call("and", call("ne", sliding, 0.0), call("lt", sum(along[1:], along[0]), turned))
         most = self.mu_s * (1.0 + MARGIN) * self.normal
-        slips = call("and", call("ne", held, 0.0), call("lt", most, call("abs", multiplier(self.row, 0))))
+        largest = call("abs", self.grips[0]) if len(self.grips) == 1 else size(self.grips)
+        slips = call("and", call("eq", sliding, 0.0), call("lt", most, largest))
         return call("or", stops, slips)
+
+
+def size(vector: Sequence[Expr]) -> Expr:
+    """The length of a vector; a single number itself, with its sign."""
+    return reduce(lambda a, b: call("hypot", a, b), vector)
+
+
+def direction(joint: Sticking) -> Sequence[Expr]:
+    """The direction w/|w| of sliding; 1 of a joint that slides along one coordinate only."""
+    if len(joint.rates) == 1:
+        return (const(1.0),)
+    e = EDGES * input_signal(number(joint.name, EDGE))
+    w = [rate + e * input_signal(d) for rate, d in zip(joint.rates, joint.directions, strict=True)]
+    return [x / size(w) for x in w]
 
 
 def number(joint: str, what: str) -> str:
@@ -54,21 +109,11 @@ def number(joint: str, what: str) -> str:
     return f"{joint}.{what}"
 
 
-def row_name(joint: str) -> str:
-    """The name of the component whose row holds a joint."""
-    return f"{joint}.stick"
+def row_name(joint: str, k: int) -> str:
+    """The name of the component whose row is the k-th, from 0, of those that hold a joint."""
+    return f"{joint}.stick[{k + 1}]"
 
 
 def sticks(kind: object, values: Mapping) -> bool:
     """Whether a component is a joint whose friction sticks."""
     return isinstance(kind, JointKind) and bool(values.get("sticks") and values.get("mu_s"))
-
-
-def holding(joint: Any) -> tuple[JointKind, dict]:
-    """Kind and values of the row that holds a joint, a component."""
-    assert isinstance(joint.kind, JointKind)
-    name, law = HOLDS[joint.kind.friction_along]
-    kind = find(name, joint.kind.spatial)
-    assert isinstance(kind, JointKind)
-    given = {p.name: joint.values.get(p.name, p.default) for p in kind.parameters}
-    return kind, {**given, law: input_signal(number(joint.name, PLACE))}

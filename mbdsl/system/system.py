@@ -26,7 +26,6 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.sticking import row_name
 from mbdsl.messages import few
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.rotation import BASE
@@ -548,6 +547,7 @@ class System:
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""
         order: list[int] = []
+        holding = {joint.name: joint.rows for joint in self.scene.sticking}
         for name in self.graph.elimination_order():
             component = self.scene.components[name]
             if name in self.tables.coordinates:
@@ -555,8 +555,7 @@ class System:
             if name in self.tables.rows:
                 first = self.n + self.tables.rows[name]
                 order.extend(range(first, first + component.kind.rows))
-            if (row := row_name(name)) in self.tables.holding:
-                order.append(self.n + self.tables.rows[row])
+            order.extend(self.n + self.tables.rows[row] for row in holding.get(name, ()))
             if name in self.tables.velocity_rows:
                 first = self.n + self.tables.velocity_rows[name]
                 order.extend(range(first, first + len(component.velocity_constraints)))

@@ -33,8 +33,8 @@ LEFT = 1e-3
 #: way to a switch
 MIDDLE, EARLIER = 0.5, 0.25
 #: value of WATCHING if reactions decide events: the last correction of a step may change them more than a little, and
-#: switches are evaluated behind it
-REACTIONS = 2
+#: switches are evaluated behind it; and value if, besides, joints stick that slide in several directions
+REACTIONS, TURNING = 2, 3
 #: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
 ON, BETWEEN = 0, 1
 
