@@ -56,7 +56,11 @@ IN_SPACE = JointKind(
     ),
     signals=SIGNALS,
     **sliding_friction.against(
-        "hypot(hypot(fx, fy), fz)", "v", "sliding_in_space", ("vx", "vy", "vz"), (X_A, Y_A, Z_A),
+        "hypot(hypot(fx, fy), fz)",
+        "v",
+        "sliding_in_space",
+        ("vx", "vy", "vz"),
+        (X_A, Y_A, Z_A),
         ("x", "y", "z", *TANGENTS[0], *TANGENTS[1]),
     ),
     holds=(held(4), held(7)),

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators.shared_friction import Held, independent, shares
+from mbdsl.integrators.shared_friction import At, RowsHeld, independent, share
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.mechanism.sticking import EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
@@ -45,17 +44,6 @@ TURNS, TURNED = 300, 1e-13
 
 class UndecidedFrictionError(InitialisationError):
     """No modes of joints at rest fit."""
-
-
-class At(NamedTuple):
-    """The state at an event, the rows that are left out, the numbers, and the joints at rest by their numbers."""
-
-    t: float
-    q: Array
-    v: Array
-    left_out: tuple[int, ...]
-    numbers: Numbers
-    resting: list[int]
 
 
 class FrictionSet:
@@ -155,7 +143,7 @@ class FrictionSet:
         for k, mode in zip(at.resting, modes, strict=True):
             at.numbers[number(self.joints[k].name, SLIDING)] = float(mode)
         held = [k for k, mode in zip(at.resting, modes, strict=True) if not mode]
-        kept, dropped = self._hold(at, held)
+        rows_held = self._hold(at, held)
         rows = self.left_out(at.left_out, at.numbers)
         try:
             if free:
@@ -163,11 +151,19 @@ class FrictionSet:
             a, lam = self.motion(at, rows)
         except InitialisationError:
             return False
-        if dropped:
-            a_few = [self._held(k) for k in held]
-            if not shares(self.system, at, a_few, kept, lam):
+        if rows_held is not None:
+            given = share(self.system, at, [(self.joints[k], self.rows[k]) for k in held], rows_held, lam)
+            if given is None:
                 return False
-        return self._agree(at, modes, a, lam)
+            at.numbers.update(given)
+        fits = self._agree(at, modes, a, lam)
+
+        if fits and rows_held is not None:
+            which = np.flatnonzero(np.abs(rows_held.Z).max(axis=1, initial=0.0))
+            names = tuple(self.joints[k].name for k in held if set(self.rows[k]) & set(which.tolist()))
+            if len(names) > 1 and (not self.shared or self.shared[-1][1] != names):
+                self.shared.append((at.t, names))
+        return fits
 
     def _agree(self, at: At, modes: Modes, a: Array, lam: Array) -> bool:
         """Whether accelerations a (n,) and multipliers agree with modes; else notes which mode differs most."""
@@ -195,23 +191,21 @@ class FrictionSet:
         self._advice = advice if worst > 0.0 else None
         return worst <= 0.0
 
-    def _hold(self, at: At, held: list[int]) -> tuple[list[int], list[int]]:
-        """Let those rows of the joints ``held`` act that are independent of all others and of those before them; the
-        rows that act, and those that depend on them."""
+    def _hold(self, at: At, held: list[int]) -> RowsHeld | None:
+        """Let those rows of the joints ``held`` act that are independent of all others and of those before them; None
+        if all are."""
         rows = [row for k in held for row in self.rows[k]]
         for row, name in self.held.items():
             at.numbers[name] = float(row in rows)
+        at.numbers.update({name: x for joint in self.joints for name, x in joint.alone.items()})
         if not rows:
-            return [], []
+            return None
         without = self.left_out(at.left_out, at.numbers)
         self.put(at.numbers, without)
-        kept = independent(self.system, at.t, at.q, at.v, without, rows)
+        found = independent(self.system, at, without, rows)
         for row in rows:
-            at.numbers[self.held[row]] = float(row in kept)
-        return kept, [row for row in rows if row not in kept]
-
-    def _held(self, k: int) -> Held:
-        return Held(self.joints[k], self.rows[k])
+            at.numbers[self.held[row]] = float(row in found.kept)
+        return found if len(found.kept) < len(rows) else None
 
     def _direct(self, at: At, left_out: tuple[int, ...], free: list[int]) -> None:
         """Set the directions in which the joints ``free`` begin to slide.

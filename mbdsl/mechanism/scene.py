@@ -38,7 +38,7 @@ from mbdsl.mechanism.scene_parts import (
     ParameterValue,
 )
 from mbdsl.mechanism.signals import Formulas
-from mbdsl.mechanism.sticking import Sticking, sticks
+from mbdsl.mechanism.sticking import Sticking, in_loops, sticks
 from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
@@ -171,8 +171,11 @@ class Scene:
     @cached_property
     def sticking(self) -> tuple[Sticking, ...]:
         """The joints whose friction sticks."""
-        found = (c for c in self.components.values() if sticks(c.kind, c.values) and c.friction is not None)
-        return tuple(self._formulas(c).sticking._replace(span=c.span) for c in found)
+        own = [c for c in self.components.values() if sticks(c.kind, c.values) and c.friction is not None]
+        found = [self._formulas_alone(c).sticking._replace(span=c.span) for c in own]
+        looped = in_loops(self, [c.name for c in own]) if sum(len(x.holds) for x in found) > 1 else ()
+        rows = tuple(row for x in found if x.name in looped for row in x.rows)
+        return tuple(x.sharing(rows) if x.name in looped and len(rows) > 1 else x for x in found)
 
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
@@ -508,6 +511,12 @@ class Scene:
         return wrenches.in_axes(force, torque, lambda key: self._moved(self._coordinate(frame, key)))
 
     def _formulas(self, c: Component) -> Formulas:
+        found = self._formulas_alone(c)
+        if found.sticks:
+            found.share(self.sticking)
+        return found
+
+    def _formulas_alone(self, c: Component) -> Formulas:
         def frame_coordinate(port: str, key: str) -> Expr:
             # of frames that drivers move: as in laws, so that a law contains the nodes of the signals that it uses
             return self._moved(self._coordinate(f"{c.name}.c" if port == "c" else c.ports[port], key))

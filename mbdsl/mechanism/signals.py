@@ -11,6 +11,7 @@ from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
 from mbdsl.expressions.symbolic import Expr, const, diff, expr, input_signal, is_const, multiplier, substitute
 from mbdsl.mechanism import contacts, sticking
+from mbdsl.mechanism.sticking import Sticking
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
@@ -44,7 +45,7 @@ class Formulas:
     ) -> None:
         self.kind, self.name, self.given, self.coordinate = kind, name, value, coordinate
         self._found: dict[str, Expr] = {}
-        self._sticking: sticking.Sticking | None = None
+        self._sticking: Sticking | None = None
 
     def signal(self, name: str) -> Expr:
         """One signal.
@@ -112,20 +113,24 @@ class Formulas:
         return sense * formulas.evaluate(f"mu*({self.kind.normal})", self)
 
     @property
-    def sticking(self) -> sticking.Sticking:
+    def sticking(self) -> Sticking:
         """What events need of a joint whose friction sticks."""
         if self._sticking is None:
             self._sticking = self._holding()
         return self._sticking
 
-    def _holding(self) -> sticking.Sticking:
+    def share(self, joints: Iterable[Sticking]) -> None:
+        """Let the friction be that of this joint among ``joints``, which may hold the same motion."""
+        self._sticking = next((x for x in joints if x.name == self.name), self.sticking)
+
+    def _holding(self) -> Sticking:
         kind = self.kind
         assert isinstance(kind, JointKind)
         normal = expr(formulas.evaluate(kind.normal, self))
         rates = [formulas.evaluate(x, self) for x in kind.slides]
         used = [k for k, rate in enumerate(rates) if not is_const(rate, 0.0)]  # all but of shafts without a radius
         holds = kind.holds or [f"{kind.places[k]} - place[{k + 1}]" for k in used]
-        return sticking.Sticking(
+        return Sticking(
             self.name,
             float(self.given("mu_s")),
             tuple(rates[k] for k in used),

@@ -13,11 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import Span
-from mbdsl.expressions.symbolic import Expr, call, const, input_signal
+from mbdsl.expressions.frame_derivatives import frames_in
+from mbdsl.expressions.symbolic import Expr, call, const, input_signal, multiplier, substitute
+from mbdsl.mechanism.connected_groups import connected
+
+if TYPE_CHECKING:
+    from mbdsl.mechanism.scene import Scene
 
 #: numbers of a joint, as of discrete variables: the sense of sliding, or 1 of joints that slide in several directions
 #: (0: at rest), and the speed against it at which it has stopped, which is more than rounding
@@ -42,6 +47,8 @@ class Sticking(NamedTuple):
     grips: tuple[Expr, ...]
     normal: Expr
     span: Span | None = None
+    #: the rows that hold all joints in loops of the mechanism, which may hold the same motion; see ``sharing``
+    among: tuple[str, ...] = ()
 
     @property
     def rows(self) -> list[str]:
@@ -75,7 +82,32 @@ class Sticking(NamedTuple):
         """Its numbers and their values before the first event."""
         names = [*self.directions, *self.held, *self.kept, *(number(self.name, x) for x in NUMBERS)]
         first = {number(self.name, EDGE): LEAST_EDGE}
-        return dict.fromkeys(names, 0.0) | ({self.directions[0]: 1.0} if len(self.rates) > 1 else {}) | first
+        return (
+            dict.fromkeys(names, 0.0) | self.alone | ({self.directions[0]: 1.0} if len(self.rates) > 1 else {}) | first
+        )
+
+    @property
+    def alone(self) -> dict[str, float]:
+        """The numbers of ``share`` while each row carries its own multiplier."""
+        own = enumerate(self.rows)
+        return {self.share(k, row): float(row == name) for k, name in own for row in self.among}
+
+    def share(self, k: int, row: str) -> str:
+        """The number that is the part of the multiplier of ``row`` that the k-th row of this joint carries."""
+        return number(self.name, f"share[{k + 1}]({row})")
+
+    def sharing(self, rows: tuple[str, ...]) -> Sticking:
+        """The joint in a loop with others, of which ``rows`` hold all: rows that depend on others have no multiplier,
+        and the friction of each joint is a part of what the others carry together."""
+
+        def carried(leaf: Expr) -> Expr | None:
+            if leaf.op != "multiplier" or leaf.value[0] not in self.rows:
+                return None
+            k = self.rows.index(leaf.value[0])
+            parts = [input_signal(self.share(k, row)) * multiplier(row, 0) for row in rows]
+            return sum(parts[1:], parts[0])
+
+        return self._replace(grips=tuple(substitute(x, carried) for x in self.grips), among=rows)
 
     @property
     def condition(self) -> Expr:
@@ -88,6 +120,26 @@ class Sticking(NamedTuple):
         largest = call("abs", self.grips[0]) if len(self.grips) == 1 else size(self.grips)
         slips = call("and", call("eq", sliding, 0.0), call("lt", most, largest))
         return call("or", stops, slips)
+
+
+def in_loops(scene: Scene, names: Sequence[str]) -> set[str]:
+    """Those of the joints ``names`` that are in loops of the mechanism."""
+    bodies = {c.name for c in scene.with_coordinates()}
+    links: dict[str, list[str]] = {}
+    for c in scene.components.values():
+        if isinstance(c.kind, JointKind):
+            frames = [
+                *c.ports.values(),
+                *(x for row in (*c.relations, *c.velocity_constraints) for x in frames_in(row)),
+            ]
+            ends = [scene.frames[name].body for name in frames]
+            links[c.name] = [body if body in bodies else "" for body in ends] + [""] * (not c.ports)
+    found = set()
+    for name in names:
+        a, b = links[name]
+        others = [ends for other, ends in links.items() if other != name]
+        found |= {name for group in connected(("", *bodies), others) if a in group and b in group}
+    return found
 
 
 def size(vector: Sequence[Expr]) -> Expr:

@@ -136,20 +136,58 @@ end Incline;
     assert run["slide.friction"][-1] == pytest.approx(pull)
 
 
-def test_joints_that_hold_the_same_motion_are_refused():
+FEET = """
+model Feet "a block on two feet that carry 0.9 N and 0.1 N"
+  parameter Real first = 0.6, second = 0.6;
+  Ground ground(g = 1 m/s2);
+  Body block(m = 1 kg, I = 0.1 kg.m2, frames(left = {-0.1 m, 0}, right = {0.9 m, 0}));
+  PointOnLine left(ground, block.left, mu = first, sticks = true);
+  PointOnLine right(ground, block.right, mu = second, sticks = true);
+  Force load(block.c, fx = LOAD);
+initial equation
+  block.x = 0 m; block.vx = 0 m/s;
+end Feet;
+"""
+
+
+def test_friction_of_two_feet_is_shared_in_proportion_to_their_loads():
+    run = mbdsl.simulate(mbdsl.parse(FEET.replace("LOAD", "0.5 N")), stop=1.0, step=0.1, method="hht-si2")
+    assert any("friction of left, right is not unique from t = 0 s on" in x for x in run.stats["warnings"])
+    assert run["left.friction"] == pytest.approx(np.full(len(run.t), 0.45))
+    assert run["right.friction"] == pytest.approx(np.full(len(run.t), 0.05))
+    assert np.abs(run["block.x"]).max() < 1e-30
+
+
+def test_two_feet_slide_where_all_of_their_friction_is_used():
+    scene = mbdsl.parse(FEET.replace("LOAD", "0.7 N/s*time"))
+    # with 0.9 of the load and other coefficients: shares in proportion to mu N reach the limits at the same time
+    for first, second in ((0.6, 0.6), (0.5, 0.2)):
+        run = mbdsl.simulate(scene.with_parameters(first=first, second=second), stop=1.0, step=0.01, method="hht-si2")
+        start = (0.9 * first + 0.1 * second) / 0.7
+        moving = run["left.sliding"] != 0.0
+        assert run.t[moving][0] == pytest.approx(start, abs=0.0101)
+        assert (moving == (run["right.sliding"] != 0.0)).all()
+        assert run["block.x"][-1] == pytest.approx(0.7 * (1.0 - start) ** 3 / 6, rel=5e-3)
+
+
+@pytest.mark.parametrize("speed", ["0 m/s", "0.1 m/s"])
+def test_joints_that_hold_the_same_motion_stop_together(speed):
     text = """
 model Two
   Ground ground(g = 10 m/s2);
-  Body a(m = 1 kg, I = 1 kg.m2), b(m = 1 kg, I = 1 kg.m2);
+  Body a(m = 1 kg, I = 1 kg.m2), b(m = 3 kg, I = 1 kg.m2);
   Prismatic p(ground, a.c, mu = 0.5, sticks = true), q(ground, b.c, mu = 0.5, sticks = true);
   Distance rod(a.c, b.c, length = 1 m);
+  Force pull(a.c, fx = if time < 0.5 s then 0 N else 4 N);
 initial equation
   p.s = 0 m; p.v = V; guess q.s = 1 m;
 end Two;
 """
-    for speed in ("0 m/s", "0.1 m/s"):  # at the start, and where they stop
-        with pytest.raises(mbdsl.InitialisationError, match=r"friction of `p`, `q` .* is not unique"):
-            mbdsl.simulate(mbdsl.parse(text.replace("V", speed)), stop=1, step=0.01, method="hht-si2")
+    run = mbdsl.simulate(mbdsl.parse(text.replace("V", speed)), stop=1, step=0.01, method="hht-si2", interval=0.01)
+    stopped = float(speed.split()[0]) / 5.0
+    assert ((run["p.sliding"] != 0.0) == (run.t < stopped + 1e-9))[1:].all()
+    assert run["p.friction"][-1] == pytest.approx(1.0)
+    assert run["q.friction"][-1] == pytest.approx(3.0)
 
 
 def test_backends_are_refused():

@@ -38,7 +38,10 @@ end Slope;
 def slid(mu: float) -> tuple[float, float, float]:
     """Where and when the block stops: with psi from the line of slope, v = v0 tan(psi/2)^k/sin(psi)."""
     k, a = mu / tan(SLOPE), G * sin(SLOPE)
-    square = lambda p: (2.0 * tan(p / 2) ** k / sin(p)) ** 2 / a
+
+    def square(p: float) -> float:
+        return (2.0 * tan(p / 2) ** k / sin(p)) ** 2 / a
+
     x, _ = quad(lambda p: square(p) / tan(p), 0, pi / 2, epsabs=1e-13)
     y, _ = quad(square, 0, pi / 2, epsabs=1e-13)
     return x, y, k * 2.0 / (a * (k * k - 1))
@@ -91,7 +94,9 @@ def test_a_block_begins_to_slide_where_pull_and_weight_exceed_friction(joint):
     # it begins to slide along the pull, with what mu_s exceeds mu by
     after = int(np.flatnonzero(found.t == sliding[0])[0])
     pull = np.array([weight, 4.0 * start]) / most
-    assert found["block.ay"][after] / found["block.ax"][after] * cos(SLOPE) == pytest.approx(pull[1] / pull[0], rel=0.02)
+    assert found["block.ay"][after] / found["block.ax"][after] * cos(SLOPE) == pytest.approx(
+        pull[1] / pull[0], rel=0.02
+    )
 
 
 def test_a_hinge_runs_down_and_holds():
@@ -156,7 +161,8 @@ def test_a_thread_holds_its_load_and_starts_at_the_torque_of_the_wedge(pitch):
 spatial model Jack
   Ground ground(n = {{0, 0, -1}});
   Body nut(m = 100 kg, I = {{1, 1, 0.01}} kg.m2);
-  Screw thread(ground, nut.c, n = {{0, 0, 1}}, pitch = {pitch} mm, radius = 10 mm, mu = 0.1, mu_s = 0.15, sticks = true);
+  Screw thread(ground, nut.c, n = {{0, 0, 1}}, pitch = {pitch} mm, radius = 10 mm,
+    mu = 0.1, mu_s = 0.15, sticks = true);
   Torque motor(thread, tau = {"-" if pitch < 0 else ""}1 N.m/s*time);
 initial equation
   thread.s = 0 m; thread.v = 0 m/s;
