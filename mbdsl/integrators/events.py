@@ -280,6 +280,8 @@ class Events:
             return end.s, lambda s: (end.q, end.v)
         most = max(4 * least, 1.01 * run.sliver * run.grid) if at_once else LEFT * run.reals[S.LAST_H]
         way = self._way(q, v, a)
+        if not declared(run.method).own_reactions and combined(old) != run.integers[S.SIGNATURE]:
+            return self._missed(t, way, lam), way
         found = self._distance(t, way, lam, old, most)
         if found is None:
             return None
@@ -288,6 +290,23 @@ class Events:
             found = self._distance(t, way, lam, old, most) or found
         # behind an event, rounding may leave a condition on its former side
         return 2 * least if found == 0.0 and at_once and self.set is not None else found, way
+
+    def _missed(self, t: float, way: Way, lam: Array) -> float:
+        """The time from t back to just behind the change of a switch, which the reactions of the last step have not
+        shown because they are less accurate than the motion; 0 if it changes here."""
+        low, high = -self.run.reals[S.LAST_H], 0.0
+
+        def same(s: float) -> bool:
+            q, v = way(s)
+            states = self.system.switches(t + s, q, v, self._reactions(t + s, q, v, lam))
+            return combined(states) == self.run.integers[S.SIGNATURE]
+
+        if not same(low):
+            return 0.0
+        while high - low > 0.01 * self.run.reals[S.LEAST_H] - 1e-9 * low:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if same(middle) else (low, middle)
+        return high
 
     def _end_of_slide(self, t: float, q: Array, v: Array) -> End | None:
         """Where a joint stops that slides in several directions, if this is near."""
