@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
@@ -9,7 +10,8 @@ from typing import Any
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
-from mbdsl.expressions.symbolic import Expr, const, diff, expr, input_signal, is_const, multiplier, substitute
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import Expr, const, expr, input_signal, is_const, multiplier, substitute
 from mbdsl.mechanism import contacts, sticking
 from mbdsl.mechanism.sticking import Sticking
 
@@ -94,6 +96,13 @@ class Formulas:
 
         assert isinstance(self.kind, JointKind)
         return substitute(row_derivatives.reactions(self.kind)[name], own)
+
+    @property
+    def _multipliers(self) -> int | float:
+        """How many multipliers it has, of a contact in space, whose slip may have one direction."""
+        if not getattr(self.kind, "unilateral", False):
+            return math.inf
+        return 1 + sum(self.law(name) is not None for name in ("slip", "slip_2"))
 
     def row(self, formula: str) -> Expr:
         """One of the kind's ``relations`` or ``velocity_rows``; a name of both a law and a signal denotes the law."""
@@ -184,7 +193,7 @@ class Formulas:
 
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
-            return multiplier(self.name, index - 1)
+            return multiplier(self.name, index - 1) if index <= self._multipliers else 0.0
         if name == "grip":
             return multiplier(sticking.row_name(self.name, index - 1), 0)
         if name == "place":

@@ -8,6 +8,7 @@ name and no number of the model is part of it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,8 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES
 from mbdsl.bodies.gyrostat_kernels import ANGLES
 from mbdsl.expressions.array_operations import table_value
-from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, rebuild, substitute, walk
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, rebuild, substitute, walk
 from mbdsl.initial.shared_loads import shares
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
@@ -25,7 +27,8 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation import BASE
 from mbdsl.numerics.rotation_arrays import cross_matrix
 from mbdsl.simulation.gyrostat_states import Placed
-from mbdsl.simulation.mechanism_run import KINEMATIC, MechanismRun
+from mbdsl.simulation.mechanism_run import MechanismRun
+from mbdsl.simulation.part_run import KINEMATIC
 from mbdsl.simulation.planar_states import PlanarBody, PlanarStates
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.simulation.turn_counters import TurnCounter
@@ -86,7 +89,7 @@ class PresentSignals:
             self._names[f"v{k}"] = vectors[L.VELOCITY0, :n].data
             self._names[f"l{k}"] = vectors[L.UNKNOWN0].data
             self._names[f"n{k}"] = run.numbers.data
-            self._names[f"i{k}"] = run.integers.data
+            self._names[f"i{k}"], self._names[f"r{k}"] = run.integers.data, run.reals.data
         self._states: dict[str, tuple[Vector, list[Vector], Vector, Vector]] = {}
 
     def _root(self, name: str) -> Expr | None:
@@ -170,8 +173,13 @@ class PresentSignals:
                 new[n] = n if all(new[a] is a for a in n.args) else rebuild(n, [new[a] for a in n.args])
         return new[root]
 
-    @staticmethod
-    def _text(node: Expr, args: list[str], number: int, names: dict[str, object]) -> str:
+    def _discrete(self, name: str) -> float:
+        """The present value of a discrete variable."""
+        events = self._motion.event_set
+        assert events is not None
+        return events.values[name]
+
+    def _text(self, node: Expr, args: list[str], number: int, names: dict[str, object]) -> str:
         """The text of one operation; its constants are added to the ``names`` of the function."""
         if node.op == "buffer":
             buffer, index = node.value
@@ -182,6 +190,9 @@ class PresentSignals:
         if node.op == "table":
             names[f"t{number}"], order = node.value
             return f"table(t{number}, {int(order)}, {args[0]})"
+        if node.op == "held":
+            names[f"f{number}"] = partial(self._discrete, node.value)
+            return f"f{number}()"
         if node.op == "turns":
             names[f"f{number}"] = node.value
             return f"f{number}({', '.join(args)})"
@@ -198,7 +209,8 @@ class PresentSignals:
         if leaf.op == "start":
             return const(self._motion.system.tables.first_angles.get(leaf, 0.0))
         if leaf.op == "input":
-            return _buffer("u", self._input[str(leaf.value)])
+            name = str(leaf.value)
+            return _buffer("u", self._input[name]) if name in self._input else Expr("held", (), name)
         if leaf.op == "multiplier":
             return self._multiplier(leaf.value)
         if leaf.op == "coordinate":
@@ -210,6 +222,8 @@ class PresentSignals:
         if not self._motion.parts:
             raise _NotHere
         plan = self._motion.plan
+        if self._motion.event_set is not None:
+            return _buffer("r0", S.STOP)  # the end of the last step
         return plan.start + _buffer("i0", S.STEP) * plan.h
 
     def _multiplier(self, key: tuple[str, int]) -> Expr:

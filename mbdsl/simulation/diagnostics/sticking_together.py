@@ -15,7 +15,7 @@ def warnings(run: ExaminedRun) -> list[str]:
         return []
     t, names = events.friction.shared[0]
     return [
-        f"friction of {few(names, 4)} is not unique from t = {t:.9g} s on: they hold the same motion, and how "
-        "much each of them carries does not follow from the equations of motion; the results have shares in proportion to mu_s "
+        f"friction of {few(names, 4)} is not unique from t = {t:.9g} s on: they hold the same motion, so that the "
+        "equations of motion do not say how much each of them carries; the results have shares in proportion to mu_s "
         "times the normal force, or others that hold if these do not"
     ]

@@ -1,4 +1,4 @@
-"""The matrices of joints whose friction sticks against central differences, while they slide and while they are held."""
+"""The matrices of joints whose friction sticks against central differences, while they slide and are held."""
 
 import numpy as np
 import pytest
