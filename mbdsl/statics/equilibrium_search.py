@@ -91,7 +91,7 @@ def _searched(system: System, t: float, q: Array) -> Found:
     if (bend := first_bend(system, q[None])) is not None:
         span = system.scene.components[bend.name].span
         raise EquilibriumError(f"{bend.name} bends by {bend.angle:.2g} rad: {SMALL}", span, hint=REMEDY)
-    names = [system.constraint_names()[k] for k in left_out]
+    names = [system.constraint_names()[k] for k in left_out if k not in system.tables.switchable]
     if names:
         notes.append(
             f"redundant: {few(names)} {'follows' if len(names) == 1 else 'follow'} from the other constraints; "
