@@ -13,16 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import Span
 from mbdsl.expressions.frame_derivatives import frames_in
 from mbdsl.expressions.symbolic import Expr, call, const, input_signal, multiplier, substitute
 from mbdsl.mechanism.connected_groups import connected
-
-if TYPE_CHECKING:
-    from mbdsl.mechanism.scene import Scene
 
 #: numbers of a joint, as of discrete variables: the sense of sliding, or 1 of joints that slide in several directions
 #: (0: at rest), and the speed against it at which it has stopped, which is more than rounding
@@ -122,8 +119,8 @@ class Sticking(NamedTuple):
         return call("or", stops, slips)
 
 
-def in_loops(scene: Scene, names: Sequence[str]) -> set[str]:
-    """Those of the joints ``names`` that are in loops of the mechanism."""
+def in_loops(scene: Any, names: Sequence[str]) -> set[str]:
+    """Those of the joints ``names`` that are in loops of a Scene."""
     bodies = {c.name for c in scene.with_coordinates()}
     links: dict[str, list[str]] = {}
     for c in scene.components.values():

@@ -97,6 +97,8 @@ def _searched(system: System, t: float, q: Array) -> Found:
             f"redundant: {few(names)} {'follows' if len(names) == 1 else 'follow'} from the other constraints; "
             "how the reactions share the load there is not determined"
         )
+    if joints := system.scene.sticking:
+        notes.append(f"friction of {few([x.name for x in joints], 4)} is left out: it can hold other poses as well")
     return Found(q, lam, search.iterations, stability, stiffness, names, notes, left_out, np.zeros(system.n))
 
 
