@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.simulation.checkpoint import Checkpoint
+from mbdsl.simulation.resume import resume
 
 ROOT = Path(__file__).parents[2]
 OSCILLATOR = """
@@ -210,3 +212,70 @@ def test_backends_are_refused():
 def test_a_stribeck_speed_is_refused():
     with pytest.raises(mbdsl.ModelError, match="leave the Stribeck speed out"):
         mbdsl.parse(OSCILLATOR.replace("sticks = true", "sticks = true, v_st = 1 mm/s"))
+
+
+class Until:
+    """Lets a run advance for some slices of steps."""
+
+    def __init__(self, count):
+        self.count = count
+
+    def __call__(self, progress):
+        self.count -= 1
+        if self.count == 0:
+            raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("slices", [3, 9, 15])  # while it is held, slips, and is held again
+@pytest.mark.parametrize("name", ["belt", "feet"])
+def test_a_run_that_is_resumed_knows_what_sticks(tmp_path, monkeypatch, name, slices):
+    monkeypatch.setattr("mbdsl.simulation.simulate.SLICE", 20)
+    (tmp_path / "belt.mbd").write_text(
+        (ROOT / "models" / "stick_slip_belt.mbd").read_text().replace("v_s = v_s, v_st = v_st", "sticks = true")
+    )
+    (tmp_path / "feet.mbd").write_text(FEET.replace("LOAD", "0.9 N*sin(4*time/(1 s))"))
+    given = {"stop": 2.0, "step": 0.005, "method": "hht-si2", "interval": 0.01}
+    whole = mbdsl.simulate(tmp_path / f"{name}.mbd", **given)
+    kept = tmp_path / "run.cp"
+    with pytest.raises(mbdsl.Interrupted):
+        mbdsl.simulate(
+            tmp_path / f"{name}.mbd", **given, checkpoint=Checkpoint(kept, every=0.0), progress=Until(slices)
+        )
+    resumed = resume(kept)
+    assert len(set(whole[f"{'contact' if name == 'belt' else 'left'}.sliding"])) > 1
+    for signal in whole.default_names:
+        assert np.array_equal(whole[signal], resumed[signal])
+    for signal in ("contact.friction",) if name == "belt" else ("left.friction", "right.friction"):
+        assert np.array_equal(whole[signal], resumed[signal])
+    assert whole.stats["warnings"] == resumed.stats["warnings"]
+
+
+def test_a_simulation_goes_on_step_by_step_and_is_copied():
+    run = mbdsl.Simulation(belt(), step=0.005, method="hht-si2")
+    run.step(120)  # it slips
+    other = run.copy()
+    run.step(280)
+    other.step(280)
+    assert run["block.x"] == other["block.x"] == pytest.approx(on_belt(2.0), abs=3e-5)
+    assert run["contact.sliding"] == 0.0
+    assert run["contact.friction"] == pytest.approx(-100 * run["block.x"])
+
+
+def test_statics_leave_friction_out_and_states_of_a_motion_have_it():
+    text = OSCILLATOR.replace("0.25 m", "0.01 m").replace(
+        "(m = 1 kg, I = 1 kg.m2)", "(m = 1 kg, I = 1 kg.m2), free(m = 1 kg, I = 1 kg.m2)"
+    )
+    text = text.replace(
+        "  SpringDamper",
+        "  Prismatic other(ground, free.c);\n  SpringDamper link(block.c, free.c, k = 100 N/m, s0 = 1 m);\n  SpringDamper",
+    )
+    text = text.replace("  slide.s", "  other.s = 1 m; other.v = 0 m/s; slide.s")
+    scene = mbdsl.parse(text)
+    rest = mbdsl.static(scene)
+    assert "friction of slide is left out: it can hold other poses as well" in rest.notes
+    assert rest["slide.s"] == pytest.approx(0.0, abs=1e-9)
+    held = mbdsl.eigen(scene, at="start")
+    assert [mode.frequency for mode in held.modes] == pytest.approx([10 / (2 * pi)])
+    with pytest.raises(mbdsl.EquilibriumError, match="keeps moving") as caught:
+        mbdsl.static(mbdsl.load(ROOT / "tests" / "data" / "machines" / "incline.mbd"))
+    assert "friction of slide is left out, mbdsl simulate shows whether it holds" in caught.value.hint
