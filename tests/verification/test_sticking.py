@@ -265,10 +265,8 @@ def test_statics_leave_friction_out_and_states_of_a_motion_have_it():
     text = OSCILLATOR.replace("0.25 m", "0.01 m").replace(
         "(m = 1 kg, I = 1 kg.m2)", "(m = 1 kg, I = 1 kg.m2), free(m = 1 kg, I = 1 kg.m2)"
     )
-    text = text.replace(
-        "  SpringDamper",
-        "  Prismatic other(ground, free.c);\n  SpringDamper link(block.c, free.c, k = 100 N/m, s0 = 1 m);\n  SpringDamper",
-    )
+    more = "  Prismatic other(ground, free.c);\n  SpringDamper link(block.c, free.c, k = 100 N/m, s0 = 1 m);\n"
+    text = text.replace("  SpringDamper", f"{more}  SpringDamper")
     text = text.replace("  slide.s", "  other.s = 1 m; other.v = 0 m/s; slide.s")
     scene = mbdsl.parse(text)
     rest = mbdsl.static(scene)

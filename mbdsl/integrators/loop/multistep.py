@@ -208,6 +208,8 @@ def cut(part, h, formulas, run):
     """The next attempt ends shortly before a switch changes; RETRY, or EVENT if that leaves no room for a step."""
     new = length_before_switch(part, h, run)
     if new == 0.0:
+        if run.reals[S.GRID] > 0.0:
+            run.integers[S.CUT] = 0  # no step was done: the switch is at a distance that is left to the event
         return S.EVENT
     change(new, formulas, run)
     return S.RETRY
