@@ -23,6 +23,7 @@ from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.mechanism.sticking import EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.paradox import paradox
 from mbdsl.system.signals import gradients, values
 
 Array = NDArray[np.float64]
@@ -113,10 +114,17 @@ class FrictionSet:
 
     def _undecided(self, at: At) -> UndecidedFrictionError:
         names = ", ".join(f"`{self.joints[k].name}`" for k in at.resting)
+        for k in at.resting:
+            at.numbers[number(self.joints[k].name, SLIDING)] = 1.0
+            at.numbers.update(dict.fromkeys(self.joints[k].held, 0.0))
+        rows = self.left_out(at.left_out, at.numbers)
+        self.put(at.numbers, rows)
+        near = paradox(self.system, at.t, at.q, at.v, np.ones(self.system.m + self.system.p), rows)
         return UndecidedFrictionError(
-            f"friction of {names} at t = {at.t:.9g} s: neither rest nor sliding agrees with the reactions",
+            f"friction of {names} at t = {at.t:.9g} s: neither rest nor sliding agrees with the reactions"
+            + (f"; {near.text}" if near else ""),
             self.joints[at.resting[0]].span,
-            "with large coefficients of friction there may be no solution (Painleve's paradox)",
+            "take smaller coefficients of friction",
         )
 
     def _tried(self, past: list[int]) -> Iterator[Modes]:

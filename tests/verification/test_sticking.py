@@ -277,3 +277,32 @@ def test_statics_leave_friction_out_and_states_of_a_motion_have_it():
     with pytest.raises(mbdsl.EquilibriumError, match="keeps moving") as caught:
         mbdsl.static(mbdsl.load(ROOT / "tests" / "data" / "machines" / "incline.mbd"))
     assert "friction of slide is left out, mbdsl simulate shows whether it holds" in caught.value.hint
+
+
+ROD = """
+model Rod "a uniform rod whose tip slides in a slot: no solution from mu = 4/3 on where its slope is 2"
+  Ground ground;
+  Rod rod(m = 1 kg, length = 2 m);
+  PointOnLine tip(ground, rod.a, mu = MU, sticks = true);
+initial equation
+  tip.s = 0 m; tip.v = SPEED; rod.phi = PHI; rod.w = TURN;
+end Rod;
+"""
+
+
+def rod(mu, speed, phi, turn):
+    text = ROD.replace("MU", str(mu)).replace("SPEED", speed).replace("PHI", phi).replace("TURN", turn)
+    return mbdsl.simulate(mbdsl.parse(text), stop=1.0, step=1e-3, method="hht-si2")
+
+
+def test_painleves_paradox_is_named_with_the_least_coefficient():
+    expected = r"reactions of `tip` do not exist or are not unique from mu = 1\.33333 on \(Painleve's paradox\)"
+    with pytest.raises(mbdsl.InitialisationError, match=expected) as caught:
+        rod(1.4, "1 m/s", "180 deg - atan(2)", "0 rad/s")
+    assert caught.value.span.line == 5
+    rod(1.3, "1 m/s", "180 deg - atan(2)", "0 rad/s")
+
+
+def test_a_rod_that_slides_into_painleves_paradox():
+    with pytest.raises(mbdsl.IntegrationError, match=r"from mu = 1\.4[89]\d* on \(Painleve's paradox\)"):
+        rod(1.5, "10 m/s", "140 deg", "-4 rad/s")
