@@ -280,13 +280,13 @@ def test_statics_leave_friction_out_and_states_of_a_motion_have_it():
 
 
 ROD = """
-model Rod "a uniform rod whose tip slides in a slot: no solution from mu = 4/3 on where its slope is 2"
+model Jam "a uniform rod whose tip slides in a slot: no solution from mu = 4/3 on where its slope is 2"
   Ground ground;
   Rod rod(m = 1 kg, length = 2 m);
   PointOnLine tip(ground, rod.a, mu = MU, sticks = true);
 initial equation
   tip.s = 0 m; tip.v = SPEED; rod.phi = PHI; rod.w = TURN;
-end Rod;
+end Jam;
 """
 
 
