@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators.shared_friction import At, RowsHeld, independent, share
 from mbdsl.integrators.start_values import onto_constraints
-from mbdsl.mechanism.sticking import EDGE, MARGIN, SLIDING, Sticking, number
+from mbdsl.mechanism.sticking import DRIVEN, EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.paradox import paradox
@@ -37,8 +37,8 @@ OF_SIZE, OF_SPEED = 1e-9, 1e-10
 #: part of it that is left by rounding where joints were stopped, and multiple of it at which a joint that slides in
 #: several directions may stop
 ROUNDED, NEAR = 1e-3, 10.0
-#: acceleration against the sliding, relative to the largest, that is rounding
-ROUNDING = 1e-9
+#: acceleration against the sliding, relative to the largest, that is rounding; and of a joint that is held
+ROUNDING, MOVED = 1e-9, 1e-6
 #: iterations for the direction in which a joint begins to slide, and their last change
 TURNS, TURNED = 300, 1e-13
 
@@ -88,7 +88,7 @@ class FrictionSet:
         rates, slow = self._rates(t, q, v), self._slow(v)
         before = [int(numbers[number(x.name, SLIDING)]) for x in self.joints]
         along = [float(np.dot([numbers[d] for d in x.directions], r)) for x, r in zip(self.joints, rates, strict=True)]
-        resting = [k for k, s in enumerate(before) if s == 0 or self._may_stop(k, along[k], rates[k], slow)]
+        resting = [k for k in range(len(before)) if self._may_rest(k, before[k], along[k], rates[k], numbers, slow)]
         for k, x in enumerate(self.joints):
             numbers[number(x.name, EDGE)] = slow
             if k not in resting:
@@ -106,11 +106,12 @@ class FrictionSet:
                 return at.v
         raise self._undecided(at)
 
-    def _may_stop(self, k: int, along: float, rate: Array, slow: float) -> bool:
-        """Whether a joint that slides is so slow that it may be held."""
-        if len(rate) == 1:
-            return along <= slow
-        return float(np.linalg.norm(rate)) <= NEAR * slow
+    def _may_rest(self, k: int, before: int, along: float, rate: Array, numbers: Numbers, slow: float) -> bool:
+        """Whether a joint is held, or so slow that it may be."""
+        speed = float(np.linalg.norm(rate))
+        if before == 0:
+            return all(numbers[name] for name in self.joints[k].held) or speed <= DRIVEN * slow
+        return along <= slow if len(rate) == 1 else speed <= NEAR * slow
 
     def _undecided(self, at: At) -> UndecidedFrictionError:
         names = ", ".join(f"`{self.joints[k].name}`" for k in at.resting)
@@ -181,7 +182,7 @@ class FrictionSet:
         found = iter(values(self.system, roots, np.array([at.t]), at.q[None], at.v[None], lam[None], inputs))
         change = self._accelerations(at, a)
         tiny = float(np.finfo(float).tiny)
-        largest = max(float(np.abs(a * self.system.tables.scale).max(initial=0.0)) * self.system.tables.size, tiny)
+        largest, fastest = self._largest(a), self._largest(a, self._free(at))
         advice, worst = list(modes), 0.0
         for i, (k, mode, x) in enumerate(zip(at.resting, modes, own, strict=True)):
             normal = float(next(found)[0])
@@ -192,12 +193,24 @@ class FrictionSet:
             else:
                 force, most = float(np.linalg.norm(grip)), x.mu_s * normal
                 over = (force - most * (1.0 + 0.5 * MARGIN)) / max(most, force, tiny)
-                other = 1 if len(grip) > 1 else int(np.sign(grip[0]))
+                over = max(over, float(np.linalg.norm(change[k])) / fastest - MOVED)  # others move it
+                other = 1 if len(grip) > 1 else int(np.sign(grip[0] or change[k][0]))
             if over > worst:
                 worst, advice = over, list(modes)
                 advice[i] = other
         self._advice = advice if worst > 0.0 else None
         return worst <= 0.0
+
+    def _largest(self, *accelerations: Array) -> float:
+        """The largest acceleration [m/s2]."""
+        size, scale = self.system.tables.size, self.system.tables.scale
+        found = max(float(np.abs(a * scale).max(initial=0.0)) for a in accelerations) * size
+        return max(found, float(np.finfo(float).tiny))
+
+    def _free(self, at: At) -> Array:
+        """The accelerations of bodies by applied forces alone, about."""
+        mass = self.system.M(at.t, at.q).diagonal()
+        return np.divide(self.system.Q(at.t, at.q, at.v), mass, out=np.zeros(len(mass)), where=mass > 0.0)
 
     def _hold(self, at: At, held: list[int]) -> RowsHeld | None:
         """Let those rows of the joints ``held`` act that are independent of all others and of those before them; None

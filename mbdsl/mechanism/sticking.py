@@ -27,6 +27,7 @@ SLIDING, EDGE = "sliding", "edge"
 NUMBERS = (SLIDING, EDGE)
 #: the value of EDGE before the first event, and e relative to it
 LEAST_EDGE, EDGES = 1e-12, 4.0
+DRIVEN = 1e4  #: the speed at which others move it, relative to EDGE: velocities have errors in methods of index 3
 TURN = 0.5  #: cosine of the angle by which the direction of sliding turns between two events
 #: part of the largest friction by which a sticking joint exceeds it before it slides: more than rounding
 MARGIN = 1e-9
@@ -108,14 +109,18 @@ class Sticking(NamedTuple):
 
     @property
     def condition(self) -> Expr:
-        """Becomes true where the joint stops, and where friction can no longer hold it."""
+        """Becomes true where the joint stops, where friction can no longer hold it, and where others move it whose
+        constraints leave none to a row that would hold it."""
         sliding, edge = (input_signal(number(self.name, x)) for x in (SLIDING, EDGE))
         along = [input_signal(d) * rate for d, rate in zip(self.directions, self.rates, strict=True)]
         turned = -edge if len(along) == 1 else TURN * size(self.rates) - edge
         stops = call("and", call("ne", sliding, 0.0), call("lt", sum(along[1:], along[0]), turned))
         most = self.mu_s * (1.0 + MARGIN) * self.normal
         largest = call("abs", self.grips[0]) if len(self.grips) == 1 else size(self.grips)
-        slips = call("and", call("eq", sliding, 0.0), call("lt", most, largest))
+        rate = call("abs", self.rates[0]) if len(along) == 1 else size(self.rates)
+        rows = [input_signal(name) for name in self.held]
+        driven = call("and", call("lt", sum(rows[1:], rows[0]), float(len(rows))), call("lt", DRIVEN * edge, rate))
+        slips = call("and", call("eq", sliding, 0.0), call("or", call("lt", most, largest), driven))
         return call("or", stops, slips)
 
 

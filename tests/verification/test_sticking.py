@@ -306,3 +306,23 @@ def test_painleves_paradox_is_named_with_the_least_coefficient():
 def test_a_rod_that_slides_into_painleves_paradox():
     with pytest.raises(mbdsl.IntegrationError, match=r"from mu = 1\.4[89]\d* on \(Painleve's paradox\)"):
         rod(1.5, "10 m/s", "140 deg", "-4 rad/s")
+
+
+def test_a_joint_that_others_drive_slides_at_once_and_rests_where_the_motion_does():
+    text = """
+model Driven "10 N and mu = 0.2: friction of 2 N against the motion, which the drive overcomes"
+  Ground ground(g = 10 m/s2);
+  Body block(m = 1 kg, I = 1 kg.m2);
+  Prismatic slide(ground, block.c, mu = 0.2, sticks = true);
+  TranslationalDriver drive(slide, s = if time < 0.5 s then 0.1 m*sin(2*pi*time/(1 s))^2 else 0 m);
+end Driven;
+"""
+    run = mbdsl.simulate(mbdsl.parse(text), stop=1.0, step=0.01, method="hht-si2", interval=0.01)
+    forth, back, rest = ((t0 + 0.005 < run.t) & (run.t < t1 - 0.005) for t0, t1 in ((0, 0.25), (0.25, 0.5), (0.5, 1.0)))
+    a = 0.1 * 8 * pi**2 * np.cos(4 * pi * run.t)
+    for moving, sense in ((forth, 1.0), (back, -1.0)):
+        assert (run["slide.sliding"][moving] == sense).all()
+        assert run["slide.friction"][moving] == pytest.approx(np.full(moving.sum(), 2.0 * sense))
+        assert run["drive.force"][moving] == pytest.approx(-a[moving] - 2.0 * sense, abs=0.1)
+    assert (run["slide.sliding"][rest] == 0.0).all()
+    assert run["drive.force"][rest] == pytest.approx(np.zeros(rest.sum()), abs=1e-9)
