@@ -202,3 +202,30 @@ end Ball;
     w = ((0.3 - 0.2) * torque * slid + 0.2 * slid**2 / 2) / 8e-3
     speeds = [found[f"ball.w{i}"][-1] for i in "xyz"]
     assert speeds == pytest.approx([w / 3, 2 * w / 3, 2 * w / 3], rel=1e-3)
+
+
+def test_a_bead_on_a_helix_stops_and_is_held():
+    text = """
+spatial model Helix "radius 0.1 m, pitch 20 deg: the incline of 20 deg without the force of the curve"
+  parameter Real h = 0.1*tan(20 deg), mu = 0.5;
+  Ground ground(n = {0, 0, -1});
+  PointMass bead(m = 1 kg);
+  PointOnCurve wire(ground, bead, f1 = wire.x - 0.1 m*cos(wire.z/(h*1 m)), f2 = wire.y - 0.1 m*sin(wire.z/(h*1 m)),
+    mu = mu, sticks = true);
+initial equation
+  bead.z = 0 m; bead.vz = -0.3 m/s; guess bead.x = 0.1 m; guess bead.y = 0 m;
+end Helix;
+"""
+    found = run(text, stop=1.5, step=2e-3)
+    # N^2 = (m g cos)^2 + (m v^2 cos^2/r)^2 with the speed v along the wire: v dv/ds = g sin - mu N
+    speed = 0.3 / sin(SLOPE)
+
+    def braked(v: float) -> float:
+        return 0.5 * hypot(G * cos(SLOPE), (v * cos(SLOPE)) ** 2 / 0.1) - G * sin(SLOPE)
+
+    way, _ = quad(lambda v: v / braked(v), 0.0, speed)
+    time, _ = quad(lambda v: 1.0 / braked(v), 0.0, speed)
+    assert found["bead.z"][-1] == pytest.approx(-way * sin(SLOPE), rel=1e-4)
+    assert of_sliding(found, "wire")[-1] == pytest.approx(time, abs=2.1e-3)
+    assert np.abs(found["wire.friction"][-1]) == pytest.approx(G * sin(SLOPE))
+    assert np.ptp(found["bead.z"][found.t > time + 2e-3]) < 1e-15

@@ -15,6 +15,7 @@ JOINTS = {
     "Screw": "n = {1, 2, 2}, radius = 0.2 m, pitch = 0.3 m",
     "Planar": "n = {1, 2, 2}",
     "PointOnPlane": "n = {1, 2, 2}",
+    "PointOnCurve": "f1 = joint.x^2 + 2*joint.y^2 - 1, f2 = 1 m*joint.z - joint.x*joint.y",
     "PointOnSurface": "f = joint.x^2 + 2*joint.y^2 + 3*joint.z^2 - 1",
     "Spherical": "radius = 0.2 m",
 }
