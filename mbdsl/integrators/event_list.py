@@ -52,6 +52,7 @@ def groups(found: EventSet) -> list[Group]:
     own = [
         Group(kind(b, found.events), b.span, np.sort(np.concatenate([times.get(id(b), []), *ticks.get(id(b), [])])))
         for b in found.events.branches
+        if any(action.what != "assert" for action in b.actions)
     ]
     return [group for group in [*own, *_of_numbers(found)] if len(group.times)]
 

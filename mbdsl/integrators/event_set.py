@@ -40,6 +40,10 @@ ROUNDS = 100  #: most rounds of one event
 MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
 
 
+class ReinitError(InitialisationError):
+    """A jump of velocities that is not possible."""
+
+
 class Acted(NamedTuple):
     """An event: its time [s], and the branches that acted."""
 
@@ -370,8 +374,21 @@ class EventSet:
         return self._jumped(jumps, t, q, v) if jumps else v
 
     def _jumped(self, jumps: list[tuple[Action, float]], t: float, q: Array, v: Array) -> Array:
-        """The velocities after impulses along the signals of reinit."""
+        """The velocities after impulses along the signals of reinit.
+
+        Raises
+        ------
+        ReinitError
+            If one velocity jumps twice, or constraints do not allow it.
+        """
         system = self.system
+        first: dict[Expr | None, Action] = {}
+        for action, _ in jumps:
+            if (other := first.setdefault(action.signal, action)) is not action:
+                notes = (("the first one is here", other.span),) if other.span is not None else ()
+                hint = "write one `when ... elsewhen ...`"
+                message = f"reinit of {action.target} acts twice at t = {t:.9g} s"
+                raise ReinitError(message, action.span, hint, notes)
         signals = [a.signal for a, _ in jumps if a.signal is not None]
         now, _, w = gradients(system, signals, t, q, v)
         rows = [dense(w)]
@@ -386,7 +403,8 @@ class EventSet:
         dv = least_squares(K, change, 1e-13)[:n]
         if np.abs(J @ dv - change[n:]).max(initial=0.0) > 1e-8 * max(1.0, float(np.abs(change).max(initial=0.0))):
             names = ", ".join(a.target for a, _ in jumps)
-            raise InitialisationError(f"reinit of {names} at t = {t:g} s: the constraints do not allow this velocity")
+            message = f"reinit of {names} at t = {t:.9g} s: the constraints do not allow this velocity"
+            raise ReinitError(message, jumps[0][0].span)
         return v + dv
 
     @property

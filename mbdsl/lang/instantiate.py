@@ -398,7 +398,8 @@ class Instance:
                 return
             if not is_assertion(item):
                 raise checks.no_equation(item, equations.variable(item, self.around()))
-            check_assertion(item, scope)
+            if not check_assertion(item, scope):
+                self.assembly.events.watch(item, scope)
         else:
             self._repeat(item, scope, self._equation)
 

@@ -123,7 +123,7 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     if status == S.UNSOLVED:
         problem = integration.events.unsolved
         assert problem is not None
-        return failed(trajectory, problem.message, problem.span, problem.hint)
+        return failed(trajectory, problem.message, problem.span, problem.hint, problem.notes)
     if status in (S.ASSERTED, S.ENDLESS):
         return _of_events(integration, trajectory)
     t, notes = integration.reals[S.STEP_END], ()
