@@ -1,4 +1,4 @@
-"""The events of a run as marks of plots and of time lines: few enough to be told apart."""
+"""The events of a run as marks of plots and of time lines, of which those that are close to each other are one."""
 
 from __future__ import annotations
 
