@@ -12,7 +12,8 @@ import numpy as np
 
 from mbdsl.bodies.contract import POSITIONS
 from mbdsl.elements.kind import ForceKind
-from mbdsl.expressions.symbolic import Expr, coordinate, diff, input_signal, leaves
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import Expr, coordinate, input_signal, leaves
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component
 from mbdsl.numerics import rotation_arrays

@@ -13,7 +13,8 @@ import numpy as np
 
 from mbdsl.analysis.tangent_bases import LEAST, NOTHING, Moving, Released, named_coordinates
 from mbdsl.elements.kind import JointKind
-from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import RATE, Expr, coordinate
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size
 from mbdsl.system import System

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import POSITIONS, Pose
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
-from mbdsl.expressions.symbolic import Expr, coordinate, der, is_velocity_level, leaves
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import Expr, coordinate, is_velocity_level, leaves
 from mbdsl.mechanism.scene import STATE, Component
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size, scaled

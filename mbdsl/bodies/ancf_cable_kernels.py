@@ -260,8 +260,9 @@ def stiffness(block, cK, frames, numbers, layout, matrix):
 
 
 @rare
-def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
+def tangents(block, factors, vectors, numbers, layout, matrix):
     """matrix += -cK Q_q - cD Q_v with the elastic and damping forces Q; M is constant. Uses SCRATCH of numbers."""
+    cK, cD = factors.cK, factors.cD
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         H = numbers[layout[o + SCRATCH] : layout[o + SCRATCH] + 64]

@@ -68,7 +68,7 @@ def kernels(mass: int) -> dict[str, str]:
         # row ``target`` += (M - its constant diagonal) times ``row``, or = M^{-1} times ``row``
         found["inertia"] = "block, task, row, target, vectors, numbers, layout"
         # matrix += cM (M - its constant part) + cA (M a)_q - cK Q_q - cD Q_v with Q of ``forces``
-        found["tangents"] = "block, cM, cK, cD, cA, vectors, numbers, layout, matrix"
+        found["tangents"] = "block, factors, vectors, numbers, layout, matrix"
     if mass > 1:
         # row PAST_FORCE = M M_n^{-1} PAST_FORCE with M_n at the start of the step
         found["carry_over"] = "block, vectors, numbers, layout"
@@ -87,7 +87,7 @@ def optional_kernels(mass: int) -> dict[str, str]:
         # numbers: (B v)_q += the change of B v by that of the velocities due to the chart
         "step_jacobians": "block, cK, cD, vectors, frames, numbers, layout",
         # matrix += cU d(B^T F)/dq at the wrenches of mu, and with cU, the effect of the chart on cM M + cE I
-        "step_tangents": "block, cM, cU, cE, vectors, frames, numbers, layout, matrix",
+        "step_tangents": "block, factors, vectors, frames, numbers, layout, matrix",
         # numbers: with cG, B is replaced by that of the start of the step, in the present axes of the rotation
         "past_jacobians": "block, cG, frames, numbers, layout",
         "keep": "block, numbers, layout",  # numbers: stores the data of the start of the step for ``collect_past``

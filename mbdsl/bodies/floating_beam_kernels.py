@@ -138,9 +138,12 @@ def keep(block, numbers, layout):
 
 
 @kernel
-def gather(block, wrench, lever, columns, row, vectors, frames, numbers, layout):
-    """vectors[row] += B^T F of every frame, with F and l in the columns of frames from ``wrench`` and ``lever`` on, and
-    A u_j at the offset in entry ``columns`` of the frame's record."""
+def gather(block, places, row, vectors, frames, numbers, layout):
+    """vectors[row] += B^T F of every frame.
+
+    ``places``: the first columns of F and l in ``frames``, and the entry of a frame's record with the offset of A u_j.
+    """
+    wrench, lever, columns = places
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d = layout[o + FIRST]
@@ -160,7 +163,7 @@ def gather(block, wrench, lever, columns, row, vectors, frames, numbers, layout)
 @kernel
 def collect(block, vectors, frames, numbers, layout):
     """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, C.WRENCH, C.LEVER, 4, L.FORCE, vectors, frames, numbers, layout)
+    gather(block, (C.WRENCH, C.LEVER, 4), L.FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -189,7 +192,7 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
 @kernel
 def collect_past(block, vectors, frames, numbers, layout):
     """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
-    gather(block, C.PAST_WRENCH, C.PAST_LEVER, 5, L.PAST_FORCE, vectors, frames, numbers, layout)
+    gather(block, (C.PAST_WRENCH, C.PAST_LEVER, 5), L.PAST_FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -334,9 +337,10 @@ def elastic_tangents(o, cK, cD, numbers, layout, matrix):
 
 
 @rare
-def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
+def tangents(block, factors, vectors, numbers, layout, matrix):
     """matrix += cM (M - its constant part) + cA (M a)_q - cK Q_q - cD Q_v, with the forces Q of ``forces``, and with a
     in the row TANGENT_ROW of vectors. Uses SCRATCH of numbers."""
+    cM, cK, cD, cA = factors.cM, factors.cK, factors.cD, factors.cA
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d, k, at, n, x = (

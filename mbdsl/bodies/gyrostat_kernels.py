@@ -253,10 +253,11 @@ def inertia(block, task, row, target, vectors, numbers, layout):
 
 
 @rare
-def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
+def tangents(block, factors, vectors, numbers, layout, matrix):
     """matrix += -cD R h~ T^{-1} R^T with h = sum C theta' n, of rotations; R C (cM n + cD Omega x n) in the columns of
     angles, cM C n^T T^{-1} R^T in their rows; with T as of a rigid body."""
-    rigid.tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix)
+    cM, cK, cD = factors.cM, factors.cK, factors.cD
+    rigid.tangents(block, factors, vectors, numbers, layout, matrix)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         d, own, r = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :], layout[o + ROTORS]
@@ -313,9 +314,10 @@ def add_in_rows(cM, r, own, T, numbers, layout, slots, matrix):
 
 
 @rare
-def step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix):
+def step_tangents(block, factors, vectors, frames, numbers, layout, matrix):
     """As of a rigid body, with the angles' rows cM C n^T (T^{-1} - I) R^T."""
-    rigid.step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix)
+    cM, cU = factors.cM, factors.cU
+    rigid.step_tangents(block, factors, vectors, frames, numbers, layout, matrix)
     if cU == 0.0:
         return
     add_stiffness_on_rotors(block, -cU, SPACE.MU_WRENCH, frames, numbers, layout, matrix)

@@ -325,13 +325,14 @@ def inertia(block, task, row, target, vectors, numbers, layout):
 
 
 @rare
-def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
+def tangents(block, factors, vectors, numbers, layout, matrix):
     """matrix += R [cM J + cD (Omega~ J - (J Omega)~)] T^{-1} R^T - cM diag(J), of rotations in world axes.
 
     T(psi), the tangent of the exponential, relates the rotation to the change of psi. In matrices without forces (cK
     and cD are zero), which have to be symmetric, outside of a step, and for methods with accelerations psi'' instead of
     Omega', T is the unit matrix.
     """
+    cM, cK, cD = factors.cM, factors.cK, factors.cD
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         d, own = layout[o + FIRST] + 3, numbers[layout[o + ROTATION] :]
@@ -361,9 +362,10 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
 
 
 @rare
-def step_tangents(block, cM, cU, cE, vectors, frames, numbers, layout, matrix):
+def step_tangents(block, factors, vectors, frames, numbers, layout, matrix):
     """matrix += cU (tau~ + l~ F~) with the wrenches F of Phi_q^T mu, and R (cM J + cE I) (T^{-1} - I) R^T, in matrices
     with cU."""
+    cM, cU, cE = factors.cM, factors.cU, factors.cE
     if cU == 0.0:
         return
     add_stiffness(block, -cU, SPACE.MU_WRENCH, frames, layout, matrix)

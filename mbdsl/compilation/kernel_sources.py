@@ -31,6 +31,7 @@ _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 _WRITERS = (
     *("mbdsl.system.emit", "mbdsl.system.row_kernels", "mbdsl.elements.row", "mbdsl.elements.row_derivatives"),
     *("mbdsl.expressions.formulas", "mbdsl.expressions.spatial_coordinates", "mbdsl.expressions.symbolic"),
+    "mbdsl.expressions.derivatives",
 )
 #: packages whose versions are part of the name of the cache's subfolder, or which kernels cannot use
 _LIBRARIES = ("numpy", "scipy", "llvmlite")

@@ -22,6 +22,7 @@ from mbdsl.kernels.columns import SPACE as C
 from mbdsl.kernels.marks import kernel
 
 Z = C.AXES + 6
+W, U = 4, 5  #: of the result of ``tangent``
 
 
 @kernel
@@ -115,7 +116,7 @@ def apart(frames, a, b, j):
 
 @kernel
 def tangent(n, d, rho):
-    """p, m, D, s, u and w of a disc."""
+    """p, m, D, s, w and u of a disc."""
     one, zero = (1.0, 0.0), (0.0, 0.0)
     q = product(n, d)
     p, m = mixed(one, d, (-q[0], -q[1]), n), crossed(n, d)
@@ -123,12 +124,13 @@ def tangent(n, d, rho):
     s = root(less(D, times(rho, rho)))
     sine, cosine = quotient(rho, D), quotient(s, D)
     u = mixed(cosine, p, less(zero, sine), m)
-    return p, m, D, s, u, mixed(cosine, m, sine, p)
+    return p, m, D, s, mixed(cosine, m, sine, p), u
 
 
 @kernel
-def of_direction(n, d, rho, f, p, m, D, s, w):
-    """X, Y and gamma: f . dw as a function of dd, dn and drho."""
+def of_direction(n, d, rho, f, disc):
+    """X, Y and gamma: f . dw as a function of dd, dn and drho; ``disc`` is the result of ``tangent``."""
+    p, m, D, s, w, _ = disc
     one, zero = (1.0, 0.0), (0.0, 0.0)
     fm, q = product(f, m), product(n, d)
     beta, along = quotient(fm, times(D, s)), quotient(product(f, w), D)
@@ -150,27 +152,26 @@ def slopes(frames, a, b, ra, rb, j):
     rho_a, rho_b = (rb * c[0] - ra, rb * c[1]), (rb - ra * c[0], -ra * c[1])
     none = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     span, force, turn_a, turn_b = d, none, mixed((-ra, 0.0), na, zero, na), mixed((rb, 0.0), nb, zero, nb)
-    pa, ma, Da, sa, ua, wa = none, none, one, one, none, none
-    pb, mb, Db, sb, ub, wb = none, none, one, one, none, none
+    disc_a = disc_b = (none, none, one, one, none, none)
     if ra != 0.0:
-        pa, ma, Da, sa, ua, wa = tangent(na, d, rho_a)
-        span = mixed(one, span, (ra, 0.0), wa)
+        disc_a = tangent(na, d, rho_a)
+        span = mixed(one, span, (ra, 0.0), disc_a[W])
     if rb != 0.0:
-        pb, mb, Db, sb, ub, wb = tangent(nb, d, rho_b)
-        span = mixed(one, span, (-rb, 0.0), wb)
+        disc_b = tangent(nb, d, rho_b)
+        span = mixed(one, span, (-rb, 0.0), disc_b[W])
     length = root(product(span, span))
     e = none
     if length[0] > 0.0:
         e = mixed(quotient(one, length), span, zero, span)
     kappa = zero
     if ra != 0.0:
-        f = mixed((ra, 0.0), e, (-ra, 0.0), ua)
-        X, Y, gamma = of_direction(na, d, rho_a, f, pa, ma, Da, sa, wa)
+        f = mixed((ra, 0.0), e, (-ra, 0.0), disc_a[U])
+        X, Y, gamma = of_direction(na, d, rho_a, f, disc_a)
         force, turn_a = mixed(one, force, one, X), mixed(one, turn_a, one, crossed(na, Y))
         kappa = (kappa[0] + rb * gamma[0], kappa[1] + rb * gamma[1])
     if rb != 0.0:
-        f = mixed((-rb, 0.0), e, (rb, 0.0), ub)
-        X, Y, gamma = of_direction(nb, d, rho_b, f, pb, mb, Db, sb, wb)
+        f = mixed((-rb, 0.0), e, (rb, 0.0), disc_b[U])
+        X, Y, gamma = of_direction(nb, d, rho_b, f, disc_b)
         force, turn_b = mixed(one, force, one, X), mixed(one, turn_b, one, crossed(nb, Y))
         kappa = (kappa[0] - ra * gamma[0], kappa[1] - ra * gamma[1])
     force = mixed(one, force, one, e)

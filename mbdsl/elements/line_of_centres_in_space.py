@@ -117,29 +117,29 @@ def from_line_hessian(frames, a, b, f, own, factor, H):
             ux, uy, uz = (ux - mx * change) / square, (uy - my * change) / square, (uz - mz * change) / square
             cx, cy, cz = product(ux, uy, uz, dx, dy, dz)
             sx, sy, sz = product(mx, my, mz, ex, ey, ez)
-            add_column(ux, uy, uz, cx + sx, cy + sy, cz + sz, factor, own, H, R_B + j)
-            add_column(ux, uy, uz, cx + sx, cy + sy, cz + sz, -factor, own, H, R_A + j)
+            u, c = (ux, uy, uz), (cx + sx, cy + sy, cz + sz)
+            add_column(u, c, factor, own, H, R_B + j)
+            add_column(u, c, -factor, own, H, R_A + j)
             # a rotation of f about e
             wx, wy, wz = product(ex, ey, ez, zx, zy, zz)
             ux, uy, uz = product(wx, wy, wz, dx, dy, dz)
             change = -2.0 * along * (wx * dx + wy * dy + wz * dz)
             ux, uy, uz = (ux - mx * change) / square, (uy - my * change) / square, (uz - mz * change) / square
-            cx, cy, cz = product(ux, uy, uz, dx, dy, dz)
-            add_column(ux, uy, uz, cx, cy, cz, factor, own, H, own + j)
+            add_column((ux, uy, uz), product(ux, uy, uz, dx, dy, dz), factor, own, H, own + j)
 
 
 @kernel
-def add_column(ux, uy, uz, cx, cy, cz, factor, own, H, j):
+def add_column(u, c, factor, own, H, j):
     """Column j of H: of d(dphi/dz) for the changes u of m and c of m x d."""
-    H[R_A, j] += factor * ux
-    H[R_A + 1, j] += factor * uy
-    H[R_A + 2, j] += factor * uz
-    H[R_B, j] -= factor * ux
-    H[R_B + 1, j] -= factor * uy
-    H[R_B + 2, j] -= factor * uz
-    H[own, j] -= factor * cx
-    H[own + 1, j] -= factor * cy
-    H[own + 2, j] -= factor * cz
+    H[R_A, j] += factor * u[0]
+    H[R_A + 1, j] += factor * u[1]
+    H[R_A + 2, j] += factor * u[2]
+    H[R_B, j] -= factor * u[0]
+    H[R_B + 1, j] -= factor * u[1]
+    H[R_B + 2, j] -= factor * u[2]
+    H[own, j] -= factor * c[0]
+    H[own + 1, j] -= factor * c[1]
+    H[own + 2, j] -= factor * c[2]
 
 
 @kernel

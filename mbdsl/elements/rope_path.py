@@ -48,7 +48,8 @@ from itertools import pairwise
 from math import cos, pi, sin
 from typing import TypeAlias
 
-from mbdsl.expressions.symbolic import Expr, at_start, call, const, flow
+from mbdsl.expressions.derivatives import flow
+from mbdsl.expressions.symbolic import Expr, at_start, call, const
 
 Vector: TypeAlias = "tuple[Expr, ...]"
 Coordinate: TypeAlias = Callable[[str], Expr]

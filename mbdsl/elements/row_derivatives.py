@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from mbdsl.elements.kind import JointKind, Kind, PairKind
 from mbdsl.expressions import formulas, spatial_coordinates, symbolic
+from mbdsl.expressions.derivatives import PARTIALS
 from mbdsl.expressions.symbolic import Expr, call, const, coordinate, expr, is_const, multiplier, walk
 
 PORTS = ("frame_a", "frame_b")
@@ -71,12 +72,12 @@ def partials(root: Expr, links: Links) -> dict[Expr, Expr]:
     found: dict[Expr, Expr] = {root: const(1.0)}
     for n in reversed(walk(root)):
         mine = found.get(n)
-        if mine is None or n.op not in symbolic.PARTIALS:  # leaves, and what is constant piece by piece
+        if mine is None or n.op not in PARTIALS:  # leaves, and what is constant piece by piece
             continue
         if n.op == "sqrt" and (parts := _squares(n.args[0])) is not None:
             own = [(x, call("ratio", x, n)) for x in parts]  # a length: without direction, its gradient is zero
         else:
-            own = list(zip(n.args, map(expr, symbolic.PARTIALS[n.op](n, *n.args)), strict=True))
+            own = list(zip(n.args, map(expr, PARTIALS[n.op](n, *n.args)), strict=True))
         for argument, slope in own:
             term = mine * slope
             found[argument] = found[argument] + term if argument in found else term

@@ -9,7 +9,8 @@ from typing import Any
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
-from mbdsl.simulation.mechanism_run import MechanismRun, PartRun
+from mbdsl.simulation.mechanism_run import MechanismRun
+from mbdsl.simulation.part_run import PartRun
 from mbdsl.system.emit import FACTORS, Line, load_repeated
 
 #: duration of the measurement of one statement and of one run [s]

@@ -12,7 +12,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Protocol
 
-from mbdsl.expressions.symbolic import OPERATIONS, Expr, at_start, call, const, der, expr
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import OPERATIONS, Expr, at_start, call, const, expr
 
 _OPERATORS: dict[type[ast.operator], Callable[[Expr, Expr], Expr]] = {
     ast.Add: operator.add,

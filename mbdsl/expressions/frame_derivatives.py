@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from mbdsl.expressions import spatial_coordinates
-from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, diff, leaves
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, leaves
 
 
 def frames_in(root: Expr) -> list[str]:

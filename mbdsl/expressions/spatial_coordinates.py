@@ -12,7 +12,8 @@ phi_y is one of these, only the sum or difference of phi_x and phi_z is determin
 
 from __future__ import annotations
 
-from mbdsl.expressions.symbolic import Expr, call, const, coordinate, diff
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import Expr, call, const, coordinate
 
 AXES = ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz")
 POSITIONS = ("x", "y", "z", *AXES)

@@ -77,6 +77,10 @@ def _of_numbers(found: EventSet) -> Iterator[Group]:
         yield Group("impact", contact.span, times[1:][struck])
         yield Group("contact", contact.span, times[1:][closed[1:] & ~closed[:-1]])
         yield Group("lift-off", contact.span, times[1:][closed[:-1] & ~closed[1:]])
+        if contact.slips:
+            sticks = column[number(contact.name, HELD)] != 0.0
+            yield Group("stick", contact.span, times[1:][sticks[1:] & ~sticks[:-1]])
+            yield Group("slip", contact.span, times[1:][sticks[:-1] & ~sticks[1:] & closed[1:]])
     for joint in scene.sticking:
         held = np.diff(column[number(joint.name, HELD)])
         yield Group("stick", joint.span, times[1:][held > 0.0])

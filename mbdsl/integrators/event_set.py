@@ -75,6 +75,7 @@ class EventSet:
         self.friction = FrictionSet(system) if system.scene.sticking else None
         self.contacts = ContactSet(system) if system.scene.contacts else None
         self.q = np.zeros(system.n)  #: the positions behind the last event: rounding errors of gaps are removed
+        self.reactions: Array | None = None  #: multipliers (m + p,), of a method that solves the contacts itself
         self.names = list(system.scene.discrete_starts)
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
         self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
@@ -315,6 +316,15 @@ class EventSet:
             left_out = self.contacts.left_out(left_out, self.values)
         return left_out if self.friction is None else self.friction.left_out(left_out, self.values)
 
+    def note(self, t: float) -> None:
+        """Enter the present values, which a method has set, into the history."""
+        self._put(self.values)
+        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
+
+    def all_left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
+        """``left_out`` and all rows of contacts, for a method that solves the contacts itself."""
+        return tuple(sorted({*left_out, *(row for rows in self.system.tables.contact_rows for row in rows)}))
+
     def _remember(self) -> None:
         """pre(x) <- x of all variables."""
         for before, name in self._before.items():
@@ -338,7 +348,8 @@ class EventSet:
         lam = None
         if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
             self._put(self.values)
-            lam = accelerations(self.system, t, q, v, left_out)[1][None]
+            lam = self.reactions
+            lam = (accelerations(self.system, t, q, v, left_out)[1] if lam is None else lam)[None]
         inputs = {name: np.array([x]) for name, x in (self.inputs | self.values).items()}
         return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]
 

@@ -174,7 +174,8 @@ class Events:
     def _of_reactions(self) -> bool:
         """Whether reactions decide events. Those of a step have its error: where a step was cut short, they are taken
         from the equations of motion."""
-        return bool(self.system.scene.sticking)
+        scene = self.system.scene
+        return bool(scene.sticking) or any(c.slips for c in scene.contacts)
 
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""

@@ -97,7 +97,7 @@ class Overlooked:
         run, n = self._run, self._run.system.n
         inputs = {name: float(run.numbers[at]) for name, at in run.system.tables.inputs.items()}
         t, q, v, lam = noted[:, 0], noted[:, 1 : 1 + n], noted[:, 1 + n : 1 + 2 * n], noted[:, 1 + 2 * n :]
-        found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen, run.searched, run.turns)
+        found = self._looks.first((t, q, v, lam), inputs, self._least, run.seen, run.searched, run.turns)
         if found:
             k = int(np.searchsorted(t, found[0].start, side="right")) - 1
             shortest = min(zone.end - zone.start for zone in found)

@@ -224,7 +224,7 @@ class Landings:
         if len(states[0]) < 2 or not self._looks.terms:
             return []
         given = float(run.reals[S.LEAST_H]), run.seen, run.searched, run.turns
-        return self._looks.first(*states, self._inputs, *given)
+        return self._looks.first(states, self._inputs, *given)
 
     def _note_approaches(self, states: States) -> None:
         run = self._run

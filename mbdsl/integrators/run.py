@@ -327,8 +327,8 @@ class MethodRun(RunState):
         if module.METHOD.order == 0:
             return min(h, 0.5 * reals[S.LARGEST] / speed, *self.times[:1] - self.start)
         allowed = step_control.AIM * step_control.SHARE * reals[S.TOL]
-        error, exponent, e = module.local_error, reals[S.EXPONENT], RATES * self.h
-        return first_step(error, self.coefficients, h, allowed, exponent, scale, speed, span, a, jerk, e)
+        error = partial(module.local_error, h, h, self.coefficients)
+        return first_step(h, error, allowed, reals[S.EXPONENT], (scale, speed, span), a, jerk, RATES * self.h)
 
     def _begin_control(self, t: float, q: Array, v: Array, jerk: Array) -> None:
         """Begin a history of controlled steps: it has the accelerations of a fictitious step before the start."""

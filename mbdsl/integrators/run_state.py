@@ -210,14 +210,12 @@ class RunState:
         """Mark the constraints that are left out in ``layout``: redundant ones, and those that hold at times only."""
         m = self.system.m
         self.system.mark_switchable(self.layout, self.left_out)
-        for contact in self.system.scene.contacts:
-            row = self.system.tables.rows[contact.name]
-            self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 0
-        for row in self.left_out:
+        marked = [(row, 0) for rows in self.system.tables.contact_rows for row in rows]
+        for row, left_out in [*marked, *((row, 1) for row in self.left_out)]:
             if row < m:
-                self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 1
+                self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = left_out
             else:
-                self.layout[self.layout[self.layout[L.GAMMAS] + row - m] + 3] = 1
+                self.layout[self.layout[self.layout[L.GAMMAS] + row - m] + 3] = left_out
 
     def record(self, numbers: int, thin: bool) -> None:
         """Let the compiled loop record the ends of steps, with room for so many ``numbers``; ``thin`` drops some.

@@ -52,24 +52,24 @@ def rates(
 
 
 def first_step(
-    local_error: Callable,
-    c: Array,
     h: float,
+    local_error: Callable[[float, float], tuple[float, float]],
     allowed: float,
     exponent: float,
-    scale: Array,
-    speed: float,
-    span: float,
+    sizes: tuple[Array, float, float],
     a: Array,
     jerk: Array,
     e: float,
 ) -> float:
     """The first step, at most h, whose estimated error is about the allowed one.
 
+    ``local_error`` gives the errors of q and v in a step h from jerk and snap; h is proportional to the power
+    ``exponent`` of the error. ``sizes``: the scale of q (n,), a speed, and the length of the run.
     Derivatives may vanish at a symmetric start and be large shortly after. Therefore lower bounds of jerk and snap
     follow from the time scale of ``speed`` and of the accelerations. The jerk is known by differences over the time e,
     which show no rate above 1/e: an acceleration that is rounding, beside its change in this time, is no scale.
     """
+    scale, speed, span = sizes
     fast = float(np.abs(a * scale).max(initial=0.0))
     w = max(1.0 / span, speed, fast**0.5)
     change = float(np.abs(jerk * scale).max(initial=0.0))
@@ -77,7 +77,7 @@ def first_step(
     snap, jerk = np.maximum(snap, np.abs(a) * w**2), np.maximum(np.abs(jerk), np.abs(a) * w)
     error = 0.0
     for k in range(len(a)):
-        e_q, e_v = local_error(h, h, c, jerk[k], snap[k])
+        e_q, e_v = local_error(jerk[k], snap[k])
         error = max(error, abs(e_q) * scale[k], abs(e_v) * scale[k] / speed)
     return h * min(1.0, (allowed / error) ** exponent) if error > 0.0 else h
 

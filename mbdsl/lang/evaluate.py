@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
+from mbdsl.expressions.derivatives import der
 from mbdsl.lang import functions, modelica_names, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
@@ -251,7 +252,7 @@ def _der(arguments: list[s.Expression], scope: Names) -> Value:
     if inner.dimension is not None:
         dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
     try:
-        rate = symbolic.der(inner.expression, scope.rate)
+        rate = der(inner.expression, scope.rate)
     except ValueError as problem:
         raise ModelError(str(problem)) from None
     return Quantity(rate, dimension)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import BodyKind, Kind, PairKind
 from mbdsl.errors import ModelError, ModelNote, ModelWarning
@@ -23,6 +23,7 @@ from mbdsl.lang.flat_component import FlatComponent, is_body
 from mbdsl.lang.initial_values import InitialValues, check_steady, is_steady
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.modifiers import Contexts
+from mbdsl.lang.positional import Positional
 from mbdsl.lang.scene_components import components_of, latches_of
 from mbdsl.lang.scene_values import values_of
 from mbdsl.lang.scope import Scope
@@ -41,34 +42,6 @@ if TYPE_CHECKING:
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 _COORDINATE_DIMENSION = {key: units.dimension(unit) for key, unit in _COORDINATE_UNIT.items()}
-
-
-class Positional:
-    """A frame argument of a declaration; all elements of an array share it."""
-
-    __slots__ = ("_found", "e", "level", "scope")
-
-    def __init__(self, e: s.Expression, scope: Scope, level: int) -> None:
-        self.e, self.scope, self.level = e, scope, level
-        self._found: Any = None
-
-    def find(self, contexts: Contexts) -> Frame | PortNode | FlatComponent:
-        if self._found is None:
-            self._found = self.scope.frame(self.e)
-        found = self._found
-        inside = contexts[self.level :]
-        if isinstance(found, Many) and inside:
-            index, size = inside[-1]
-            if len(found.items) != size:
-                raise ModelError(
-                    f"`{write(self.e)}` names {len(found.items)} frames for {size} elements", span_of(self.e.at)
-                )
-            found = found.items[index]
-        if isinstance(found, Many):
-            raise ModelError(f"`{write(self.e)}` names {len(found.items)} frames, expected one", span_of(self.e.at))
-        if isinstance(found, Disabled):
-            raise ModelError(f"`{write(self.e)}`: `{found.name}` is switched off by its condition", span_of(self.e.at))
-        return found
 
 
 class Assembly:

@@ -11,10 +11,11 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import PortNode
 from mbdsl.lang.entities import FrameMember
 from mbdsl.lang.flat_component import FlatComponent, frame_at, is_body
-from mbdsl.lang.flat_model import Assembly, Positional
+from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.mistakes.names import in_braces
 from mbdsl.lang.modifiers import Contexts, Modifiers, refuse_inner
+from mbdsl.lang.positional import Positional
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.unparse import write

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from functools import partial
-from itertools import product
-from math import prod
 
 from mbdsl.elements import find
 from mbdsl.errors import ModelError
-from mbdsl.lang import functions, limits, values
 from mbdsl.lang import instance_checks as checks
+from mbdsl.lang import limits, values
 from mbdsl.lang import syntax as s
+from mbdsl.lang.array_entities import Make, enter
 from mbdsl.lang.assertions import check as check_assertion
 from mbdsl.lang.assertions import is_assertion
 from mbdsl.lang.classify import attached, classify, is_frame_type, no_type, other_dimension
 from mbdsl.lang.component_template import Template
 from mbdsl.lang.connections import PortNode
-from mbdsl.lang.entities import ComponentArray, Disabled, Entity, Namespace, TableMember
+from mbdsl.lang.entities import Disabled, Entity, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop
 from mbdsl.lang.events import assigned
 from mbdsl.lang.flat_component import FlatComponent
-from mbdsl.lang.flat_model import Assembly, Positional
+from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.frame_declarations import declared_frame
 from mbdsl.lang.inheritance import Member, ModelContent, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
@@ -29,8 +28,9 @@ from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.mistakes import doubts, equations
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
+from mbdsl.lang.positional import Positional
 from mbdsl.lang.scope import Scope
-from mbdsl.lang.source import At, placed, span_of
+from mbdsl.lang.source import At, span_of
 from mbdsl.lang.states import derived, target_of
 
 Class = str | tuple[s.Model, SourceUnit]  #: of a declaration: see :func:`mbdsl.lang.classify.classify`
@@ -116,18 +116,10 @@ class Instance:
 
     def _block(self, member: Member, scope: Scope, item: s.Item | None = None) -> None:
         item = member.item if item is None else item
-        if isinstance(item, s.For):
-            for inner in loop(item.iterators, scope):
-                for each in item.items:
-                    self._block(member, inner, each)
-        elif isinstance(item, s.If):
-            for condition, items in item.branches:
-                if condition is None or self._decide(condition, scope):
-                    for each in items:
-                        self._block(member, scope, each)
-                    break
-        elif isinstance(item, s.Declaration):
+        if isinstance(item, s.Declaration):
             self.declare(member, item, scope, block=True)
+        else:
+            self._repeat(item, scope, lambda each, inner: self._block(member, inner, each))
 
     def _decide(self, condition: s.Expression, scope: Scope) -> bool:
         value = evaluate(condition, scope)
@@ -277,51 +269,9 @@ class Instance:
 
         return sub
 
-    def _enter(self, d: s.Declaration, looped: object, scope: Scope, make) -> None:
-        """Make one entity or an array of them; in a loop the indices denote the element."""
-        namespace, full = self.namespace, self.namespace.full(d.name)
-        if looped:
-            index = tuple(self._index(i, scope) for i in d.indices)
-            array = namespace.members.get(d.name)
-            if array is None:
-                array = namespace.members[d.name] = ComponentArray(full, len(index), d.at)
-            name = f"{full}[{','.join(map(str, index))}]"
-            if not isinstance(array, ComponentArray) or len(array.sizes) != len(index) or index in array.items:
-                what = (
-                    "is declared twice"
-                    if isinstance(array, ComponentArray) and index in array.items
-                    else "is already declared"
-                )
-                raise ModelError(f"`{name}` {what}", span_of(d.at))
-            array.add(index, make(name, namespace.contexts, index))
-            return
-        if not d.indices:
-            if d.name in namespace.members:
-                raise ModelError(
-                    f"`{full}` is declared twice", span_of(d.at), "in a loop, components have indices: `J[i]`"
-                )
-            namespace.members[d.name] = make(full, namespace.contexts, ())
-            return
-        sizes = [self._index(i, scope, "the size of an array", 0) for i in d.indices]
-        count = prod(sizes)
-        if count > limits.COMPONENTS - len(self.assembly.parts):
-            raise ModelError(
-                f"`{full}` has {count} elements, but a model has at most {limits.COMPONENTS} components", span_of(d.at)
-            )
-        array = namespace.members[d.name] = ComponentArray(full, len(sizes), d.at)
-        array.sizes = tuple(sizes)
-        for index in product(*(range(1, size + 1) for size in sizes)):
-            contexts = (*namespace.contexts, *((i - 1, size) for i, size in zip(index, sizes, strict=True)))
-            array.items[index] = make(f"{full}[{','.join(map(str, index))}]", contexts, index)
-
-    def _index(self, e: s.Expression, scope: Scope, what: str = "an index", least: int = 1) -> int:
-        if isinstance(e, s.Everything):
-            raise ModelError("the size of an array of components must be given", span_of(e.at))
-        with placed(e.at):
-            n = functions.count(evaluate(e, scope), what)
-            if n < least:
-                raise ModelError(f"{what} is {n}, it must be at least {least}")
-        return n
+    def _enter(self, d: s.Declaration, looped: object, scope: Scope, make: Make) -> None:
+        """Make one entity, or an array of them."""
+        enter(self.namespace, d, make, scope, limits.COMPONENTS - len(self.assembly.parts), bool(looped))
 
     # -- entities ----------------------------------------------------------------------------------------------
 
@@ -401,22 +351,27 @@ class Instance:
             if not check_assertion(item, scope):
                 self.assembly.events.watch(item, scope)
         else:
+            self._check_branches(item)
             self._repeat(item, scope, self._equation)
 
     def _initial(self, item: s.Item, scope: Scope) -> None:
         if isinstance(item, s.Initial):
             self.assembly.initial(item, scope)
         else:
+            self._check_branches(item)
             self._repeat(item, scope, self._initial)
 
+    def _check_branches(self, item: s.Item) -> None:
+        if isinstance(item, s.If) and (equation := equations.first_equation(item)) is not None:
+            raise checks.no_equation(equation, equations.variable(item, self.around()), item.at)
+
     def _repeat(self, item: s.Item, scope: Scope, action) -> None:
+        """Call ``action`` with the items of a loop, or of the first branch whose condition is true."""
         if isinstance(item, s.For):
             for inner in loop(item.iterators, scope):
                 for each in item.items:
                     action(each, inner)
         elif isinstance(item, s.If):
-            if (equation := equations.first_equation(item)) is not None:
-                raise checks.no_equation(equation, equations.variable(item, self.around()), item.at)
             for condition, items in item.branches:
                 if condition is None or self._decide(condition, scope):
                     for each in items:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.derivatives import der
 from mbdsl.expressions.symbolic import RATE as RATES
-from mbdsl.expressions.symbolic import Expr, der, is_const, is_velocity_level
+from mbdsl.expressions.symbolic import Expr, is_const, is_velocity_level
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
 from mbdsl.mechanism.scene import Component
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 from typing import Any
 
 from mbdsl.errors import ModelError, UsageError
+from mbdsl.expressions.derivatives import der
 from mbdsl.expressions.spatial_coordinates import CARDAN
-from mbdsl.expressions.symbolic import Expr, coordinate, der
+from mbdsl.expressions.symbolic import Expr, coordinate
 from mbdsl.lang.given_values import value
 from mbdsl.lang.initial_values import check_target
 from mbdsl.mechanism.given_attitudes import given_attitudes

@@ -23,7 +23,8 @@ from mbdsl.errors import InitialisationError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial
-from mbdsl.simulation.mechanism_run import KINEMATIC, MechanismRun
+from mbdsl.simulation.mechanism_run import MechanismRun
+from mbdsl.simulation.part_run import KINEMATIC
 from mbdsl.simulation.plan import Plan, constrained
 from mbdsl.simulation.tolerance_calibration import Ladder
 from mbdsl.system.peaks_along_motion import OnTheWay

@@ -132,11 +132,13 @@ def check_events(method: str, scene: Scene) -> None:
     Raises
     ------
     UsageError
-        If it is a third-party integrator, or kinematic.
+        If it is a third-party integrator or kinematic, or does not know a kind of events.
     """
-    if method not in modules() or declared(method).order == 0:
-        hint = "take one of mbdsl's own methods: hht-si2, ..."
-        raise UsageError(f"{method} does not know {scene.kind_of_events}", scene.first_event, hint)
+    compiled, knows = method in modules() and declared(method).order > 0, declared(method).knows
+    for kind, (what, span) in scene.kinds_of_events.items():
+        if not compiled and kind not in knows:
+            hint = "take one of mbdsl's own methods: hht-si2, ..."
+            raise UsageError(f"{method} does not know {what}", span, hint)
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES
 from mbdsl.bodies.gyrostat_kernels import ANGLES
 from mbdsl.expressions.array_operations import table_value
-from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, rebuild, substitute, walk
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, rebuild, substitute, walk
 from mbdsl.initial.shared_loads import shares
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
@@ -26,7 +27,8 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation import BASE
 from mbdsl.numerics.rotation_arrays import cross_matrix
 from mbdsl.simulation.gyrostat_states import Placed
-from mbdsl.simulation.mechanism_run import KINEMATIC, MechanismRun
+from mbdsl.simulation.mechanism_run import MechanismRun
+from mbdsl.simulation.part_run import KINEMATIC
 from mbdsl.simulation.planar_states import PlanarBody, PlanarStates
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.simulation.turn_counters import TurnCounter

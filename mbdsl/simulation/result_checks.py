@@ -8,7 +8,8 @@ from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.elements.kind import JointKind
 from mbdsl.elements.line_of_centres import THETA_0, TURN
 from mbdsl.errors import IntegrationError, Span
-from mbdsl.expressions.symbolic import coordinate, der, expr, substitute
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import coordinate, expr, substitute
 from mbdsl.integrators import declared
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.left_out_rows import violated, violations

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
-from mbdsl.mechanism import scene as scenes
+from mbdsl.mechanism import scene_parts as scenes
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component

@@ -22,7 +22,8 @@ from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation.diagnostics.fixed_steps import Watch
 from mbdsl.simulation.ladder_constants import LADDER
-from mbdsl.simulation.mechanism_run import MechanismRun, Rows
+from mbdsl.simulation.mechanism_run import MechanismRun
+from mbdsl.simulation.parts_output import Rows
 from mbdsl.simulation.plan import in_memory, width
 from mbdsl.simulation.result_checks import check_bending, check_left_out, check_lines_of_centres, failed
 from mbdsl.simulation.trajectory import Trajectory

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.expressions.symbolic import Expr, diff, leaves
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators import Run
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations, equations, solve_motion

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,13 +34,45 @@ SAMPLE = code_cache.Signature(
 )
 
 
+class Given(NamedTuple):
+    """N states: times (N,), qs, vs (N, n), lams (N, m + p); and ``given`` (N, k) for the ``places`` of ``numbers``."""
+
+    times: object
+    qs: object
+    vs: object
+    lams: object
+    places: object
+    given: object
+
+
+class Found(NamedTuple):
+    """For each state: f; the entries of the matrices of M, Phi_q, Gam_v and Q_lam (tangents) and of (Phi_q v)_q and
+    Gam_q (rates); ``numbers`` at ``read`` (values)."""
+
+    read: object
+    forces: object
+    tangents: object
+    rates: object
+    values: object
+
+
+class Buffers(NamedTuple):
+    """The buffers of the equations, and the entries of a matrix."""
+
+    vectors: object
+    frames: object
+    gradients: object
+    numbers: object
+    layout: object
+    matrix: object
+
+
 @kernel
-def sample(
-    evaluate, tangent, times, qs, vs, lams, places, given, read, forces, tangents, rates, values,
-    vectors, frames, gradients, numbers, layout, matrix,
-):  # fmt: skip
-    """At every state, with ``given`` written to the ``places`` of ``numbers``, write: f; the entries of the matrices of
-    M, Phi_q, Gam_v and Q_lam (tangents) and of (Phi_q v)_q and Gam_q (rates); ``numbers`` at ``read`` (values)."""
+def sample(evaluate, tangent, states, found, buffers):
+    """Fill in what is ``Found`` at the states that are ``Given``, with the kernels of a system."""
+    times, qs, vs, lams, places, given = states
+    read, forces, tangents, rates, values = found
+    vectors, frames, gradients, numbers, layout, matrix = buffers
     n = qs.shape[1]
     for i in range(len(times)):
         for k in range(len(places)):
@@ -77,17 +110,16 @@ def compiled() -> Callable:
     """``sample`` compiled, once for all models."""
     from mbdsl.system import batch_accelerations
 
-    arguments = (
-        "evaluate, tangent, times, qs, vs, lams, places, given, read, forces, tangents, rates, values, "
-        "vectors, frames, gradients, numbers, layout, matrix"
-    )
+    apart, together = ", ".join(f for x in (Given, Found, Buffers) for f in x._fields), ""
+    for group in (Given, Found, Buffers):
+        together += f", batch_accelerations.{group.__name__}({', '.join(group._fields)})"
     text = f'''"""Emitted by mbdsl: the equations of motion at many states."""
 
 from mbdsl.system import batch_accelerations
 
 
-def sample({arguments}):
-    batch_accelerations.sample({arguments})
+def sample(evaluate, tangent, {apart}):
+    batch_accelerations.sample(evaluate, tangent{together})
 '''
     return code_cache.functions("mbdsl_sampling", text, {"sample": SAMPLE}, lambda: [batch_accelerations])[0]
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.expressions.symbolic import TIME, Expr, diff, leaves, walk
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import TIME, Expr, leaves, walk
 from mbdsl.mechanism.scene import Component
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.system.signals import values

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import TIME, Expr, const, der, diff, leaves, walk
+from mbdsl.expressions.symbolic import TIME, Expr, const, leaves, walk
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import gradients, values
 

@@ -154,36 +154,26 @@ def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
         Line(_effect(b), f"{b.name}.curve({h}, frames, gradients, numbers, layout)") for h, b in pairs if b.curved
     ]
     if "joint" in roles:
-        factors = "cK, cP, cN, cC, cU"
-        lines.append(
-            Line(
-                "joints",
-                f"tangent_loops.constraint_tangents(C, {factors}, vectors, gradients, numbers, layout, matrix)",
-            )
-        )
+        arguments = "C, factors, vectors, gradients, numbers, layout, matrix"
+        lines.append(Line("joints", f"tangent_loops.constraint_tangents({arguments})"))
     if any(b.related for b in blocks):
-        arguments = "cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix"
-        lines.append(Line("joints", f"relation_loops.tangents(C, {arguments})"))
+        arguments = "C, factors, vectors, frames, numbers, layout, matrix"
+        lines.append(Line("joints", f"relation_loops.tangents({arguments})"))
     if "gamma" in roles:
-        lines.append(
-            Line(
-                "nonholonomic rows",
-                "tangent_loops.gamma_tangents(C, cK, cD, cV, cW, cC, vectors, numbers, layout, matrix)",
-            )
-        )
+        arguments = "C, factors, vectors, numbers, layout, matrix"
+        lines.append(Line("nonholonomic rows", f"tangent_loops.gamma_tangents({arguments})"))
     if "spring" in roles:
         lines.append(Line("springs", "tangent_loops.spring_tangents(C, cK, cD, gradients, numbers, layout, matrix)"))
     if "law" in roles:
-        lines.append(Line("laws", "tangent_loops.law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix)"))
+        lines.append(Line("laws", "tangent_loops.law_tangents(C, factors, gradients, numbers, layout, matrix)"))
     curved = [(h, b) for h, b in bodies if hasattr(b.module, "stiffness")]
     lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, frames, {_F(b)}layout, matrix)") for h, b in curved]
     flexible = [(h, b) for h, b in bodies if b.module.MASS]
     lines += [
-        Line("flexibility", f"{b.name}.tangents({h}, cM, cK, cD, cA, vectors, numbers, layout, matrix)")
-        for h, b in flexible
+        Line("flexibility", f"{b.name}.tangents({h}, factors, vectors, numbers, layout, matrix)") for h, b in flexible
     ]
     lines += [
-        Line("bodies", f"{b.name}.step_tangents({h}, cM, cU, cE, vectors, frames, numbers, layout, matrix)")
+        Line("bodies", f"{b.name}.step_tangents({h}, factors, vectors, frames, numbers, layout, matrix)")
         for h, b in in_step
     ]
     if sets > 2 and in_step and "joint" in roles:
@@ -226,6 +216,7 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
         "",
         "",
         f"def tangent({TANGENT_ARGUMENTS}):",
+        f"    factors = Factors({', '.join(FACTORS)})",
         *(f"    {line.text}" for line in tangent_lines(blocks, has_tape, sets)),
         "",
         "",
@@ -253,6 +244,7 @@ def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
         *(f"from mbdsl.bodies import {b.name}" for _, b in bodies),
         *["from mbdsl.kernels import buffer_layout as L"] * (has_tape or any(b.module.MASS for _, b in bodies)),
         _columns_import(in_space(blocks)),
+        "from mbdsl.kernels.factors import Factors",
         f"from mbdsl.system import {', '.join(used)}",
         "",
         "",
@@ -271,7 +263,8 @@ def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, 
     for name, lines in (("e", evaluate), ("t", tangent)):
         for k, line in enumerate(lines):
             head = f"def {name}{k}(count, {TANGENT_ARGUMENTS}):"
-            text += [head, "    for _ in range(count):", f"        {line.text}", "", ""]
+            text += [head, f"    factors = Factors({', '.join(FACTORS)})", "    for _ in range(count):"]
+            text += [f"        {line.text}", "", ""]
     return "\n".join(text[:-1]), evaluate, tangent
 
 

@@ -7,8 +7,9 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
-from mbdsl.expressions.symbolic import Expr, const, der, diff, expr, leaves
+from mbdsl.expressions.symbolic import Expr, const, expr, leaves
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component

@@ -64,6 +64,53 @@ class Room(NamedTuple):
     queue: object
 
 
+class Bounds(NamedTuple):
+    """What bounds show of each of K pieces and R roots, (K, R); ``y`` (K + 1, R) are the values at the ends.
+
+    ``size`` is the largest magnitude at the ends of resolved pieces so far, ``slight`` the negligible height of a peak,
+    and ``excess`` by how much the bounds exceed the values at the ends. ``suspected`` is 1 where they exceed them by
+    more, and where the slopes have both signs.
+    """
+
+    y: object
+    size: object
+    slight: object
+    excess: object
+    suspected: object
+
+
+class Search(NamedTuple):
+    """A search for extrema on N of K pieces: the numbers ``tried`` of the pieces, from ends[:, 0] to ends[:, 1].
+
+    ``least`` (K,) are the shortest intervals, ``largest`` (K,) the largest values so far, and ``slight`` (K,) the
+    negligible heights of a peak. ``spent`` (N,) are the operations of each piece; the search ends where their sum
+    exceeds the ``credit`` (N,) of a piece. ``state``: the next number in ``tried``; the number of points (s, f) between
+    which f is monotone; the sum of the operations.
+    """
+
+    tried: object
+    ends: object
+    least: object
+    largest: object
+    slight: object
+    credit: object
+    spent: object
+    state: object
+
+
+class Zones(NamedTuple):
+    """Zones (N,) of extreme values ``peak`` at the places ``where``, which differ by ``reach`` at their ends.
+
+    An end lies between ``within``, where the difference is less, and ``beyond``.
+    """
+
+    peak: object
+    reach: object
+    where: object
+    within: object
+    beyond: object
+
+
 @rare
 def operation(op, at, x, y, z, code):
     """The jet of an instruction for register ``at`` from those of its arguments, in registers x, y and z."""
@@ -206,15 +253,12 @@ def ranges(record, order, offset, code):
 
 
 @kernel
-def look(resolved, roots, largest, y, size, slight, excess, suspected, way, code):
-    """Whether bounds allow a hidden peak; the number of pieces and roots where they do.
+def look(resolved, roots, largest, found, way, code):
+    """Fill in the ``Bounds`` that are found; the number of pieces and roots in which they allow a hidden peak.
 
-    Of each of K pieces and R roots: ``size`` is the largest magnitude at the ends of ``resolved`` pieces so far, from
-    that of earlier ones in ``largest`` (R,) on; ``slight`` the negligible height of a peak, and ``excess`` by how much
-    the bounds exceed the values at the ends (K, R); ``suspected`` (K, R) is 1 where they exceed them by more, and where
-    the slopes have both signs. ``y`` (K + 1, R) are the values at the ends.
+    ``largest`` (R,) are the largest magnitudes before. Pieces that are not ``resolved`` (K,) are not searched.
     """
-    count, found = way.pieces, 0
+    count, hidden, y = way.pieces, 0, found.y
     for i in range(count + 1):
         valued(way, min(i, count - 1), 0.0 if i < count else 1.0, code)
         for j in range(len(roots)):
@@ -229,11 +273,11 @@ def look(resolved, roots, largest, y, size, slight, excess, suspected, way, code
             least = SLIGHT * ends + TINY * largest[j]
             above, below = code.jets[r + 1] - max(y0, y1), min(y0, y1) - code.jets[r]
             beyond = above if above > below or above != above else below
-            size[i, j], slight[i, j], excess[i, j] = largest[j], least, beyond
+            found.size[i, j], found.slight[i, j], found.excess[i, j] = largest[j], least, beyond
             both = code.jets[r + 3] > least and -code.jets[r + 2] > least
-            suspected[i, j] = 1 if resolved[i] == 1 and beyond > least and both else 0
-            found += suspected[i, j]
-    return found
+            found.suspected[i, j] = 1 if resolved[i] == 1 and beyond > least and both else 0
+            hidden += found.suspected[i, j]
+    return hidden
 
 
 @kernel
@@ -300,40 +344,37 @@ def halved(k, root, least, largest, slight, room, way, code):
 
 
 @kernel
-def bisect(every, root, tried, ends, least, largest, slight, credit, spent, state, room, way, code):
-    """Search the pieces ``tried`` from number state[0] on, each from ends[:, 0] to ends[:, 1], for one on which the
-    root has extrema; with ``every``, for the next piece.
+def bisect(every, root, search, room, way, code):
+    """Search the next pieces for one on which the root has extrema; with ``every``, the next piece.
 
-    Returns FINISHED, FOUND, TOO_MANY intervals, or TIRED if all pieces so far took more operations than the ``credit``
-    (N,) of the last one; ``spent`` (N,) are those of each piece, and state[2] their sum. state[1] is the number of
-    points (s, f) between which f is monotone.
+    Returns FINISHED, FOUND, TOO_MANY intervals, or TIRED if all pieces so far took more operations than the credit.
     """
-    points = room.points
-    while state[0] < len(tried):
+    points, state = room.points, search.state
+    while state[0] < len(search.tried):
         i = state[0]
-        k = tried[i]
+        k = search.tried[i]
         for side in range(2):
-            points[side, 0] = ends[i, side]
-            valued(way, k, ends[i, side], code)
+            points[side, 0] = search.ends[i, side]
+            valued(way, k, search.ends[i, side], code)
             points[side, 1] = code.numbers[code.layout[L.REGISTERS] + root]
-        count = halved(k, root, least[k], largest, PART * slight[k], room, way, code)
-        spent[i] = 3 * abs(count) * code.layout[L.TAPE_LENGTH]  # two intervals and a value for each point
+        count = halved(k, root, search.least[k], search.largest, PART * search.slight[k], room, way, code)
+        search.spent[i] = 3 * abs(count) * code.layout[L.TAPE_LENGTH]  # two intervals and a value for each point
         state[0] += 1
         state[1] = abs(count)
-        state[2] += spent[i]
-        if state[2] > credit[i]:
+        state[2] += search.spent[i]
+        if state[2] > search.credit[i]:
             return TIRED
         if count < 0:
             return TOO_MANY
-        if every == 1 or turns(points, room.links, slight[k]):
+        if every == 1 or turns(points, room.links, search.slight[k]):
             return FOUND
     return FINISHED
 
 
 @kernel
-def narrow(k, root, peak, reach, where, within, beyond, way, code):
-    """Move ``within`` and ``beyond`` (N,) to the places where f differs from its extreme value ``peak`` (N,), which it
-    has at ``where`` (N,), by ``reach`` (N,)."""
+def narrow(k, root, zones, way, code):
+    """Move the ends of zones of the root on piece k, ``within`` and ``beyond``, towards each other."""
+    peak, reach, where, within, beyond = zones
     for _ in range(60):
         wide = False
         for i in range(len(within)):

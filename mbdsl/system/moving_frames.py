@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from mbdsl.expressions.symbolic import Expr, der
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.system.expression_tape import Tape
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from mbdsl.expressions.derivatives import diff
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
-from mbdsl.expressions.symbolic import TIME, Expr, diff
+from mbdsl.expressions.symbolic import TIME, Expr
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
 from mbdsl.system.expression_tape import Tape

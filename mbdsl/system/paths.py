@@ -23,6 +23,7 @@ EMPTY = np.zeros((0, 4))
 EXTRAPOLATION = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}
 _WAY, _CODE = ("int", "matrix"), ("ints", "ints", "vector", "vector", "matrix")
 _GROUPS: dict[str, Any] = {"room": interval_tape.Room, "way": interval_tape.Way, "code": interval_tape.Code}
+_GROUPS |= {"found": interval_tape.Bounds, "search": interval_tape.Search, "zones": interval_tape.Zones}
 SIGNATURES = {
     "enclose": code_cache.Signature(("matrix", "ints", "matrix", *_CODE)),
     "along": code_cache.Signature(("ints", "matrix", "ints", "matrix", *_WAY, *_CODE)),

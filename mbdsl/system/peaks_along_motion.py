@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.expressions.derivatives import der
 from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, der, leaves, rebuild, walk
+from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, leaves, rebuild, walk
 from mbdsl.system.interval_tape import TINY
 from mbdsl.system.paths import Looks, Paths, Program, Work
 from mbdsl.system.peaks_in_time import Zone, hiding, terms, zones
@@ -133,10 +134,7 @@ class OnTheWay:
 
     def first(
         self,
-        t: Array,
-        q: Array,
-        v: Array,
-        lam: Array,
+        states: tuple[Array, Array, Array, Array],
         inputs: Mapping[str, float],
         least: float,
         seen: Array,
@@ -145,13 +143,14 @@ class OnTheWay:
     ) -> list[Zone]:
         """Zones (in time) of the first step in which a term has a hidden peak.
 
-        States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
+        The states are t (K + 1,), q and v (K + 1, n), and lam (K + 1, m + p). No step is shorter than ``least`` [s].
         Angles that count turns have the values ``turns`` at one of the ends; q contains them up to turns.
         ``seen`` is the largest magnitude of each term at the ends of steps so far, which the run keeps; it is updated
         if nothing is found. ``searched`` (3,), which the run keeps too, counts the operations and steps so far, and is
         updated; where the operations exceed the credit, the search is given up, and its last entry is that time. The
         result does not depend on how many steps are searched together.
         """
+        t, q, v, lam = states
         if t[0] >= searched[GIVEN_UP]:
             return []
         h, count = np.diff(t), len(t) - 1

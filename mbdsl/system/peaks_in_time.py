@@ -23,8 +23,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.expressions.derivatives import diff
 from mbdsl.expressions.interval_arithmetic import CONDITIONS
-from mbdsl.expressions.symbolic import TIME, Expr, diff, is_const, leaves, walk
+from mbdsl.expressions.symbolic import TIME, Expr, is_const, leaves, walk
 from mbdsl.system.interval_tape import NEGLIGIBLE, NOTHING
 from mbdsl.system.paths import Paths, Points, Work, over_time
 from mbdsl.system.time_events import is_linear

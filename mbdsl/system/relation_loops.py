@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
-from mbdsl.system.frame_block import frame_block
+from mbdsl.system.frame_block import Terms, frame_block
 
 
 @kernel
@@ -81,8 +81,9 @@ def gradient(C, past, o, l, numbers, layout):
 
 
 @rare
-def tangents(C, cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix):
+def tangents(C, factors, vectors, frames, numbers, layout, matrix):
     """matrix += as :func:`mbdsl.system.tangent_loops.constraint_tangents`."""
+    cK, cP, cN, cC, cU = factors.cK, factors.cP, factors.cN, factors.cC, factors.cU
     n, scratch = layout[L.N_Q], numbers.size - C.TANGENT_SCRATCH
     for k in range(layout[L.N_RELATIONS]):
         o = layout[layout[L.RELATIONS] + k]
@@ -127,7 +128,7 @@ def tangents(C, cK, cP, cN, cC, cU, vectors, frames, numbers, layout, matrix):
                         h = numbers[layout[L.REGISTERS] + layout[at + C.POSE * i + j]]
                         numbers[scratch + C.PAIR_POSE * i + j] = h
                 fr, fc = layout[o + L.RELATION + (1 + C.POSE) * r], layout[o + L.RELATION + (1 + C.POSE) * c]
-                slot = frame_block(C, slot, fr, fc, factor, scratch, 0.0, scratch, numbers, layout, matrix)
+                slot = frame_block(C, slot, fr, fc, Terms(factor, scratch, 0.0, scratch), numbers, layout, matrix)
 
 
 @rare

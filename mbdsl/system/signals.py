@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES, Pose
 from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, counted, table_value
-from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, der, diff, evaluate, leaves, walk
+from mbdsl.expressions.derivatives import der, diff
+from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, evaluate, leaves, walk
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system.body_models import at_rest, body_pose
 from mbdsl.system.system import DENSE_LIMIT, System

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import rare
-from mbdsl.system.frame_block import frame_block
+from mbdsl.system.frame_block import Terms, frame_block
 
 
 @rare
@@ -29,20 +29,21 @@ def begin_matrix(cM, cE, numbers, layout, matrix):
 
 
 @rare
-def pair_blocks(C, slot, a, b, cT, T, cTd, Td, numbers, layout, matrix):
-    """matrix += four such blocks, of 6 x 6 matrices T and Td over the frames (a, b); returns the next slot."""
+def pair_blocks(C, slot, pair, x, numbers, layout, matrix):
+    """matrix += the blocks of two frames, whose ``Terms`` x have 6 x 6 matrices T and Td; returns the next slot."""
     for i in range(2):
         for j in range(2):
             at = C.HALF * i + C.POSE * j
-            fr, fc = (a, b)[i], (a, b)[j]
-            slot = frame_block(C, slot, fr, fc, cT, T + at, cTd, Td + at, numbers, layout, matrix)
+            own = Terms(x.cT, x.T + at, x.cTd, x.Td + at)
+            slot = frame_block(C, slot, pair[i], pair[j], own, numbers, layout, matrix)
     return slot
 
 
 @rare
-def constraint_tangents(C, cK, cP, cN, cC, cU, vectors, gradients, numbers, layout, matrix):
+def constraint_tangents(C, factors, vectors, gradients, numbers, layout, matrix):
     """matrix += cK (Phi_q^T lam)_q + cU (Phi_q^T mu)_q; cC Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below;
     diagonal cC if left out."""
+    cK, cP, cN, cC, cU = factors.cK, factors.cP, factors.cN, factors.cC, factors.cU
     n, row, mu_row = layout[L.N_Q], layout[L.LAM_ROW], layout[L.MU_ROW]
     for r in range(layout[L.N_PHI]):
         o = layout[L.PAIRS] + L.PAIR * r
@@ -58,19 +59,9 @@ def constraint_tangents(C, cK, cP, cN, cC, cU, vectors, gradients, numbers, layo
             )
             slot += (a + b) * (a + b)  # as pair_blocks
         elif layout[o + L.SECOND_DERIVATIVE] >= 0:
-            slot = pair_blocks(
-                C,
-                slot,
-                layout[o + L.FRAME_A],
-                layout[o + L.FRAME_B],
-                cK * vectors[row, n + r] + (cU * vectors[mu_row, n + r] if cU != 0.0 else 0.0),
-                layout[o + L.SECOND_DERIVATIVE],
-                0.0,
-                layout[o + L.SECOND_DERIVATIVE],
-                numbers,
-                layout,
-                matrix,
-            )
+            pair, h = (layout[o + L.FRAME_A], layout[o + L.FRAME_B]), layout[o + L.SECOND_DERIVATIVE]
+            factor = cK * vectors[row, n + r] + (cU * vectors[mu_row, n + r] if cU != 0.0 else 0.0)
+            slot = pair_blocks(C, slot, pair, Terms(factor, h, 0.0, h), numbers, layout, matrix)
         for side in range(2):
             f = layout[o + L.FRAME_A + side]
             nb, kb = layout[layout[L.FRAMES] + 2 * f], layout[layout[L.FRAMES] + 2 * f + 1]
@@ -141,17 +132,17 @@ def spring_tangents(C, cK, cD, gradients, numbers, layout, matrix):
                     stiffness += gradients[r, C.MAGNITUDE] * numbers[h + C.PAIR_POSE * i + j]
                 numbers[scratch + C.PAIR_POSE * i + j] = cK * stiffness + cD * damping
                 numbers[scratch + C.SQUARE + C.PAIR_POSE * i + j] = damping
-        pair_blocks(
-            C, layout[L.SLOTS] + layout[o + L.SLOT], a, b, 1.0, scratch, cK, scratch + C.SQUARE, numbers, layout, matrix
-        )
+        terms = Terms(1.0, scratch, cK, scratch + C.SQUARE)
+        pair_blocks(C, layout[L.SLOTS] + layout[o + L.SLOT], (a, b), terms, numbers, layout, matrix)
 
 
 @rare
-def law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix):
+def law_tangents(C, factors, gradients, numbers, layout, matrix):
     """matrix += the derivatives of -f: s H - sign G ds/dz for every frame, - sign G ds/dlam for every multiplier of s.
 
     (The s of s H already has the sign.)
     """
+    cK, cD, cL = factors.cK, factors.cD, factors.cL
     if cK == 0.0 and cD == 0.0 and cL == 0.0:
         return
     scratch = numbers.size - C.TANGENT_SCRATCH
@@ -166,7 +157,8 @@ def law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix):
         )
         slot = layout[L.SLOTS] + layout[o + L.SLOT]
         if h >= 0:
-            slot = pair_blocks(C, slot, a, b, cK * gradients[r, C.MAGNITUDE], h, 0.0, h, numbers, layout, matrix)
+            terms = Terms(cK * gradients[r, C.MAGNITUDE], h, 0.0, h)
+            slot = pair_blocks(C, slot, (a, b), terms, numbers, layout, matrix)
         sign = layout[leaf + 1]
         for k in range(layout[leaf + 2]):
             at = leaf + L.LEAVES + C.LEAF * k
@@ -176,10 +168,10 @@ def law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix):
                     dw = -sign * gradients[r, i] * numbers[layout[L.REGISTERS] + layout[at + 1 + C.POSE + j]]
                     numbers[scratch + C.PAIR_POSE * i + j] = cK * dz + cD * dw
                     numbers[scratch + C.SQUARE + C.PAIR_POSE * i + j] = dw
-            slot = frame_block(C, slot, a, layout[at], 1.0, scratch, cK, scratch + C.SQUARE, numbers, layout, matrix)
-            slot = frame_block(
-                C, slot, b, layout[at], 1.0, scratch + C.HALF, cK, scratch + C.SQUARE + C.HALF, numbers, layout, matrix
-            )
+            of_a = Terms(1.0, scratch, cK, scratch + C.SQUARE)
+            of_b = Terms(1.0, scratch + C.HALF, cK, scratch + C.SQUARE + C.HALF)
+            slot = frame_block(C, slot, a, layout[at], of_a, numbers, layout, matrix)
+            slot = frame_block(C, slot, b, layout[at], of_b, numbers, layout, matrix)
         at = leaf + L.LEAVES + C.LEAF * layout[leaf + 2]
         for k in range(layout[at]):
             change = -cL * sign * numbers[layout[L.REGISTERS] + layout[at + 1 + k]]
@@ -195,11 +187,12 @@ def law_tangents(C, cK, cD, cL, gradients, numbers, layout, matrix):
 
 
 @rare
-def gamma_tangents(C, cK, cD, cV, cW, cC, vectors, numbers, layout, matrix):
+def gamma_tangents(C, factors, vectors, numbers, layout, matrix):
     """matrix += cK (Gam_v^T nu)_q + cD (Gam_v^T nu)_v; cC Gam_v^T to the right; cV Gam_v + cW Gam_q below.
 
     A constraint that is left out, or inactive (cV = 0 = cW), has cC on the diagonal.
     """
+    cK, cD, cV, cW, cC = factors.cK, factors.cD, factors.cV, factors.cW, factors.cC
     scratch = numbers.size - C.TANGENT_SCRATCH
     first = layout[L.N_Q] + layout[L.N_PHI]
     for k in range(layout[L.N_GAM]):
@@ -245,4 +238,5 @@ def gamma_tangents(C, cK, cD, cV, cW, cC, vectors, numbers, layout, matrix):
                         numbers[scratch + C.PAIR_POSE * i + j] = cK * dz + cD * dw
                         numbers[scratch + C.SQUARE + C.PAIR_POSE * i + j] = dw
                 fr, fc = layout[o + L.GAMMA + C.LEAF * r], layout[o + L.GAMMA + C.LEAF * c]
-                slot = frame_block(C, slot, fr, fc, 1.0, scratch, cK, scratch + C.SQUARE, numbers, layout, matrix)
+                terms = Terms(1.0, scratch, cK, scratch + C.SQUARE)
+                slot = frame_block(C, slot, fr, fc, terms, numbers, layout, matrix)

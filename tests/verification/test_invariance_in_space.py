@@ -29,7 +29,7 @@ from mbdsl.initial.dependent_rows import redundant_rows
 from mbdsl.initial.placement import place
 from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import InitialValue, Scene
-from mbdsl.simulation import mechanism_run
+from mbdsl.simulation import assembled_scene
 from mbdsl.system.accelerations import accelerations
 
 SPACE = Path(__file__).parents[2] / "models" / "space"
@@ -212,7 +212,7 @@ def test_other_axes(name, method, monkeypatch):
     """Of the world, and of all bodies."""
     stop, step = RUNS[name]
     change = Change(base(name, method)[0], TURN, SHIFT)
-    monkeypatch.setattr(mechanism_run, "initial_state", change.initial_state)
+    monkeypatch.setattr(assembled_scene, "initial_state", change.initial_state)
     check(name, method, quantities(run(change.scene, method, step, stop), change.own, TURN, SHIFT))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.integrators.external import _pieces
+from mbdsl.integrators.external import _peaks
 from mbdsl.integrators.peak_zones import Landings
 from mbdsl.system import build
 from mbdsl.system.peaks_along_motion import OnTheWay
@@ -224,7 +224,7 @@ def test_a_pulse_whose_time_depends_on_a_frame_at_rest_is_seen(method):
 def test_a_backend_returns_to_a_step_with_all_that_followed(together, monkeypatch):
     """A narrow hill on the way, v^2 = 1 + 2 W after it, and known times on both sides of it: each is met once, and no
     output is lost or repeated, including the one at a known time."""
-    monkeypatch.setattr(_pieces, "TOGETHER", together)
+    monkeypatch.setattr(_peaks, "TOGETHER", together)
     hill = f"{0.5 * PEAK / 1e-4!r}*exp(-((s - 1.02)/1e-4)^2)"
     steps = "(if time > 1 then 1e-3 else 0) + (if time > 1.311 and time < 1.315 then 250 else 0)"
     scene = mbdsl.parse(TEXT.format(tables="", force=f"{hill} + {steps}", v=1.0, stop=2.0))

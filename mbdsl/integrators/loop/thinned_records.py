@@ -90,11 +90,11 @@ def follows(a, b, c, run):
     i = r = 0
     while i < n:
         if r < layout[L.N_ROTATIONS] and i == layout[layout[L.ROTATIONS] + 2 * r]:
-            if turns(x, h, q0[i:], q[i:], q1[i:], v0[i:], v[i:], v1[i:], share, seen[i:], scale[i]) > 0.0:
+            if turns((x, h), (q0[i:], q[i:], q1[i:]), (v0[i:], v[i:], v1[i:]), share, seen[i:], scale[i]) > 0.0:
                 return False
             i, r = i + 3, r + 1
         else:
-            if cubic(x, h, q0[i], q[i], q1[i], v0[i], v[i], v1[i], share * seen[i], scale[i]) > 0.0:
+            if cubic((x, h), (q0[i], q[i], q1[i]), (v0[i], v[i], v1[i]), share * seen[i], scale[i]) > 0.0:
                 return False
             i += 1
     largest = 0.0
@@ -108,8 +108,9 @@ def follows(a, b, c, run):
 
 
 @kernel
-def turns(x, h, q0, q, q1, v0, v, v1, share, seen, scale):
+def turns(way, qs, vs, share, seen, scale):
     """As ``cubic``, for a rotation: the coordinates are the rotation vector from the attitude at the earlier end."""
+    (q0, q, q1), (v0, v, v1) = qs, vs
     c, s = half(q0[0], q0[1], q0[2])
     base = (c, -s * q0[0], -s * q0[1], -s * q0[2])
     p0, p1, p2, p3 = composed(base, q[0], q[1], q[2])
@@ -119,23 +120,25 @@ def turns(x, h, q0, q, q1, v0, v, v1, share, seen, scale):
     a1, b1, c1 = logarithm(p0, p1, p2, p3)
     u1, w1, z1 = untangled((a1, b1, c1), v1[0], v1[1], v1[2])
     return (
-        cubic(x, h, 0.0, a, a1, v0[0], u, u1, share * seen[0], scale)
-        + cubic(x, h, 0.0, b, b1, v0[1], w, w1, share * seen[1], scale)
-        + cubic(x, h, 0.0, c, c1, v0[2], z, z1, share * seen[2], scale)
+        cubic(way, (0.0, a, a1), (v0[0], u, u1), share * seen[0], scale)
+        + cubic(way, (0.0, b, b1), (v0[1], w, w1), share * seen[1], scale)
+        + cubic(way, (0.0, c, c1), (v0[2], z, z1), share * seen[2], scale)
     )
 
 
 @kernel
-def cubic(x, h, q0, q, q1, v0, v, v1, least, scale):
-    """0 if q and v at the part x of a short way h are those of the cubic polynomial through its ends, else 1.
+def cubic(way, qs, vs, least, scale):
+    """0 if q and v at a part x of a short time h are those of the cubic polynomial through its ends, else 1.
 
-    The error of the polynomial may vanish there; its cubic term bounds the interval in that case.
+    ``way`` is (x, h); ``qs`` and ``vs`` are q and v at the earlier end, there, and at the later end. The error of the
+    polynomial may vanish there; its cubic term bounds the interval in that case.
     """
+    (x, h), (q0, q, q1), (v0, v, v1) = way, qs, vs
     w0, w1, d = h * v0, h * v1, q1 - q0
-    c2, c3, way = 3.0 * d - 2.0 * w0 - w1, w0 + w1 - 2.0 * d, max(abs(w0), abs(w1))
-    if not scale * way <= LONGEST:
+    c2, c3, size = 3.0 * d - 2.0 * w0 - w1, w0 + w1 - 2.0 * d, max(abs(w0), abs(w1))
+    if not scale * size <= LONGEST:
         return 1.0
-    way = max(way, least)
-    of_q = scale * (abs(q0 + x * (w0 + x * (c2 + x * c3)) - q) - OF_Q * way)
-    of_v = scale * (abs(w0 + x * (2.0 * c2 + x * 3.0 * c3) - h * v) - OF_V * way)
-    return 0.0 if max(of_q, of_v, scale * (abs(c3) - CUBIC * way)) <= TINY else 1.0
+    size = max(size, least)
+    of_q = scale * (abs(q0 + x * (w0 + x * (c2 + x * c3)) - q) - OF_Q * size)
+    of_v = scale * (abs(w0 + x * (2.0 * c2 + x * 3.0 * c3) - h * v) - OF_V * size)
+    return 0.0 if max(of_q, of_v, scale * (abs(c3) - CUBIC * size)) <= TINY else 1.0

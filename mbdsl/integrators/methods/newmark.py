@@ -24,9 +24,9 @@ dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
 """
 
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.integrators.loop.error_projection import set_velocity
 from mbdsl.integrators.loop.linear_solve import factor
 from mbdsl.integrators.loop.split_correction import correct_one, residual_one
-from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
 from mbdsl.kernels import buffer_layout as L

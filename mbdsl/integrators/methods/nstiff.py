@@ -25,9 +25,9 @@ integrator in ADAMS. The start is our own.
 """
 
 from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.error_projection import set_velocity
 from mbdsl.integrators.loop.linear_solve import factor
 from mbdsl.integrators.loop.split_correction import correct_one, residual_one
-from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import buffer_layout as L

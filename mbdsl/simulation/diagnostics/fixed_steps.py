@@ -28,7 +28,8 @@ from mbdsl.integrators.run import MethodRun
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.large_rotations import LargeRotations
-from mbdsl.simulation.mechanism_run import KINEMATIC, MechanismRun, PartRun
+from mbdsl.simulation.mechanism_run import MechanismRun
+from mbdsl.simulation.part_run import KINEMATIC, PartRun
 from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks, Symptom
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System

@@ -22,7 +22,8 @@ from mbdsl import Builder
 from mbdsl.elements import friction, modules
 from mbdsl.elements.declaration import REQUIRED
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, PairKind
-from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, call, coordinate, der
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, call, coordinate
 from mbdsl.kernels import buffer_layout
 from mbdsl.kernels.columns import PLANE
 from mbdsl.mechanism.graph import MechanismGraph
@@ -90,7 +91,7 @@ def variants(kind):
         return ("", "turned")
     optional = [p.name for p in kind.parameters if p.law and p.default is None]
     if isinstance(kind, JointKind) and kind.friction:
-        return ("", "friction")
+        return ("",) if kind.unilateral else ("", "friction")  # see test_contact_friction.py
     return ("linear", "law") if optional else ("",)
 
 

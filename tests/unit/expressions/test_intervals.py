@@ -7,7 +7,8 @@ from hypothesis import strategies as some
 from scipy.interpolate import BPoly, PPoly
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
-from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
+from mbdsl.expressions.derivatives import diff
+from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr, walk
 from mbdsl.mechanism.scene_parts import Table
 from mbdsl.system.paths import Program, over_time
 

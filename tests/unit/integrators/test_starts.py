@@ -1,6 +1,7 @@
 """Initial values of methods and their transfer from step to step, compared with Taylor expansions of known motions:
 polynomials of the degree up to which a formula is exact, and a cosine for the order."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -137,5 +138,6 @@ def test_an_acceleration_that_is_rounding_is_no_scale_for_the_first_step(roundin
     and the step grows soon."""
     a, jerk, one = np.array([rounding]), np.array([-4.0]), np.ones(1)
     c = np.array(hht_i3.coefficients({"alpha": -0.3}))
-    h = start_values.first_step(hht_i3.local_error, c, 0.1, 1e-6, 1 / 3, one, 1.0, 10.0, a, jerk, 1e-5)
+    error = partial(hht_i3.local_error, 0.1, 0.1, c)
+    h = start_values.first_step(0.1, error, 1e-6, 1 / 3, (one, 1.0, 10.0), a, jerk, 1e-5)
     assert 1e-4 < h < 1.5e-2

@@ -131,7 +131,8 @@ def test_relations_without_events_are_not_located(force, events):
 
 
 def test_expressions_without_events_differ_from_those_with():
-    from mbdsl.expressions.symbolic import QUIET, call, diff, input_signal, walk, without_events
+    from mbdsl.expressions.derivatives import diff
+    from mbdsl.expressions.symbolic import QUIET, call, input_signal, walk, without_events
 
     x = input_signal("x")
     located = call("select", call("lt", x, 0.0), x * x, call("abs", x))

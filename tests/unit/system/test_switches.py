@@ -11,7 +11,8 @@ from hypothesis import strategies as some
 
 import mbdsl
 from mbdsl import Builder
-from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate, der, input_signal, multiplier
+from mbdsl.expressions.derivatives import der
+from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate, input_signal, multiplier
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene_parts import Table
 from mbdsl.system import build
