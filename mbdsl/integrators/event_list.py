@@ -40,6 +40,14 @@ class Group(NamedTuple):
     times: Array
 
 
+def place(span: Span | None) -> str:
+    """Where an event is written: "line model.mbd:9", the condition of a Builder, or nothing."""
+    if span is None:
+        return ""
+    own = span.file.startswith("<") and span.file != "<text>"
+    return f"`{span.text.strip()}`" if own else f"line {span.file}:{span.line}"
+
+
 def groups(found: EventSet) -> list[Group]:
     """The events so far, by what has acted."""
     times: dict[int, list[float]] = {}

@@ -237,7 +237,7 @@ class EventSet:
     def like(self, other: EventSet) -> None:
         """Take the scales of another set, of a run that has begun."""
         if self.contacts is not None and other.contacts is not None:
-            self.contacts.shortest = other.contacts.shortest
+            self.contacts.shortest, self.contacts.span = other.contacts.shortest, other.contacts.span
         if self.friction is not None and other.friction is not None:
             self.friction.span = other.friction.span
 

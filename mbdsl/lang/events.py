@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr, input_signal
 from mbdsl.lang import argument_checks, units, values
@@ -307,10 +307,7 @@ class EventsOfModel:
         if name == "reinit" and len(given) == 2:
             target, value = evaluate(given[0], scope), evaluate(given[1], scope)
             return self._reinit(given, target, value, span)
-        close = did_you_mean(name, ACTIONS) if name and name not in ACTIONS else None
-        if isinstance(call, s.Binary) and call.operator == "==":
-            close = f"write `{write(call.left)} = {write(call.right)};`"
-        raise ModelError(f"found `{write(item.left)}` in a `when`", span, close or HOLDS)
+        raise no_action(call, span)
 
     def _reinit(self, given: list[s.Expression], target: Value, value: Value, span) -> Action:
         name = write(given[0])
@@ -345,6 +342,15 @@ class EventsOfModel:
                     if (first := seen.setdefault(action.target, action)) is not action:
                         notes = (("the first time is here", first.span),) if first.span else ()
                         raise ModelError(f"`{action.target}` is set twice in one event", action.span, notes=notes)
+
+
+def no_action(found: s.Expression, span: Span | None = None) -> ModelError:
+    """The error about an expression in a when-equation."""
+    name = write(found.function) if isinstance(found, s.Call) else ""
+    hint = did_you_mean(name, ACTIONS) if name and name not in ACTIONS else None
+    if isinstance(found, s.Binary) and found.operator == "==":
+        hint = f"write `{write(found.left)} = {write(found.right)};`"
+    return ModelError(f"found `{write(found)}` in a `when`", span, hint or HOLDS)
 
 
 def _text(e: s.Expression) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from mbdsl.integrators.event_list import Group
+from mbdsl.integrators.event_list import Group, place
 
 #: ticks of clocks that are marked: more of them are left out, because they are a grid
 TICKS = 20
@@ -31,14 +31,16 @@ def marks(groups: Iterable[Group], start: float, stop: float) -> tuple[list[Mark
         if kind == "sample" and len(own) > TICKS:
             left_out += len(own)
             continue
-        place = "" if span is None else f", line {span.line}"
+        where = place(span)
+        if where.startswith("line"):
+            where = f"line {where.rpartition(':')[2]}"
         last = -1
         for t in own.tolist():
             if last >= 0 and t - found[last].t < apart:
                 found[last] = found[last]._replace(events=found[last].events + 1)
                 continue
             last = len(found)
-            found.append(Mark(t, kind, 1, f"{kind}{place}"))
+            found.append(Mark(t, kind, 1, f"{kind}, {where}" if where else kind))
     return sorted((_counted(x) for x in found), key=lambda x: x.t), left_out
 
 

@@ -140,3 +140,82 @@ def test_expressions_without_events_differ_from_those_with():
     assert quiet is not located and {n.value for n in walk(quiet) if n.op in ("lt", "abs")} == {QUIET}
     assert without_events(quiet) is quiet
     assert np.all([diff(quiet, x)[0].op == "select"])
+
+
+def controlled():
+    b = mbdsl.Builder("M")
+    ground, body = b.Ground("ground"), b.Body("b", m=1, I=1)
+    rail = b.Prismatic("rail", ground, body.c)
+    u, n = b.discrete("u", 0.0, unit="N"), b.discrete("n", 0, type="Integer")
+    on, _ = b.discrete("on", False, type="Boolean"), b.discrete("x", [1.0, 2.0])
+    b.Force("f", body.c, fx=u)
+    b.initial(rail.s, 1.0)
+    b.initial(rail.v, 0.0)
+    return b, rail, u, n, on
+
+
+def test_a_builder_makes_the_scene_of_the_text():
+    b, _, u, _, on = controlled()
+    b.when("sample(0, 10 ms)", {u: "-4 N/m*rail.s - 2 N.s/m*rail.v"}, "n = pre(n) + 1")
+    b.when("rail.s < 0.5 m", {on: True, "x[2]": 7},
+           elsewhen=[("rail.s < 0.3 m", "x[1] = pre(x[1])*2;", "reinit(rail.v, 0 m/s)")])  # fmt: skip
+    b.when(["rail.s < 0.1 m", "n > 150"], 'terminate("done")')
+    b.assertion("rail.s < 2 m", "far")
+    text = mbdsl.parse("""model M
+      Ground ground; Body b(m = 1, I = 1); Prismatic rail(ground, b.c);
+      discrete Real u(start = 0, unit = "N"); discrete Integer n(start = 0);
+      discrete Boolean on(start = false); discrete Real x[2](start = {1, 2});
+      Force f(b.c, fx = u);
+    initial equation
+      rail.s = 1; rail.v = 0;
+    equation
+      when sample(0, 10 ms) then u = -4 N/m*rail.s - 2 N.s/m*rail.v; n = pre(n) + 1; end when;
+      when rail.s < 0.5 m then on = true; x[2] = 7;
+      elsewhen rail.s < 0.3 m then x[1] = pre(x[1])*2; reinit(rail.v, 0 m/s); end when;
+      when {rail.s < 0.1 m, n > 150} then terminate("done"); end when;
+      assert(rail.s < 2 m, "far");
+    end M;""")
+    assert b.scene() == text and text.events == b.scene().events
+    run = mbdsl.simulate(b, stop=2, method="hht-si2", step=2e-3)
+    assert run.stats["terminated"] == "done" and run["n"][-1] == 151
+    assert "`rail.s < 0.5 m`" in run.stats["acted"]
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        ((), "there is nothing to do"),
+        (("u == 2",), "found `u == 2` in a `when`"),
+        (('terminte("x")',), "did you mean `terminate`"),
+        ((5,), "found 5"),
+        (({"w": 1},), "`w`"),
+        (("u = rail.q",), "no `q`"),
+        (("rail.s = 1",), "no discrete variable"),
+        (("n = 0.5",), "whole number"),
+        (("u = 2 kg",), "found a mass"),
+    ],
+)
+def test_a_builder_refuses_what_a_text_refuses(actions, message):
+    from mbdsl.errors import MbdslError
+
+    b, *_ = controlled()
+
+    def declare():
+        b.when("rail.s > 1 m", *actions)
+        b.scene()
+
+    with pytest.raises(MbdslError) as problem:
+        declare()
+    assert message in str(problem.value)
+
+
+def test_whens_go_with_what_they_name():
+    from mbdsl.errors import UsageError
+
+    b, _, u, _, on = controlled()
+    b.when("rail.s < 0.5 m", {on: True})
+    b.when("time > 1 s", {u: 1.0})
+    with pytest.raises(UsageError, match=r"`u` cannot be removed: f, when time > 1 s refer to it"):
+        b.remove(u)
+    assert b.remove(u, dependents=True) == ("u", "f")
+    assert len(b.scene().events.whens) == 1
