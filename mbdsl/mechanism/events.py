@@ -104,6 +104,11 @@ class Events:
         return Events(variables | self.variables, self.clocks, (*whens, *self.whens)) if whens else self
 
     @property
+    def typed(self) -> list[str]:
+        """The variables of the model."""
+        return [name for name, x in self.variables.items() if x.type]
+
+    @property
     def branches(self) -> list[Branch]:
         return [branch for when in self.whens for branch in when.branches]
 
