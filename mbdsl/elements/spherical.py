@@ -7,7 +7,7 @@ Friction: a torque mu radius |lam| against the relative rotation, see friction.p
 
 from mbdsl.elements import friction, sliding_friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import JointKind, Placing
 from mbdsl.elements.rows import POINT, X_A, Y_A, Z_A
 from mbdsl.elements.sliding_friction import TURNS
 from mbdsl.elements.vectors import cardan_angles
@@ -28,7 +28,7 @@ IN_SPACE = JointKind(
         tuple(row.space for row in TURNS),
         (X_A, Y_A, Z_A),
     ),
-    moves=(("phi_x", "rx"), ("phi_y", "ry"), ("phi_z", "rz")),
+    placing=Placing(moves=(("phi_x", "rx"), ("phi_y", "ry"), ("phi_z", "rz"))),
     spatial=True,
     drawing="ball",
 )
