@@ -122,7 +122,7 @@ def _without_contacts(system: System, graph: MechanismGraph, t: float, *given) -
     system.tables.first_angles |= free.tables.first_angles
     names = {name: k for k, name in enumerate(system.constraint_names())}
     redundant = tuple(sorted(names[free.constraint_names()[k]] for k in found.redundant))
-    contacts = (system.tables.rows[c.name] for c in system.scene.contacts)
+    contacts = (row for rows in system.tables.contact_rows for row in rows)
     a, lam = accelerations(system, t, found.q, found.v, tuple(sorted({*redundant, *contacts})))
     return replace(found, a=a, lam=lam, redundant=redundant)
 

@@ -1,10 +1,10 @@
 """Registry of integration methods: one file each, discovered in their packages; there is no list of them.
 
 A compiled method is a module of :mod:`mbdsl.integrators.methods` with a ``METHOD`` and the kernels that
-:mod:`mbdsl.integrators.method` lists. A backend (a
-third-party integrator) has a ``METHOD`` and a function ``solve``, see :mod:`mbdsl.integrators.backends`. It is a module
-of :mod:`mbdsl.integrators.external`, or is passed to ``register``, or belongs to another distribution that declares an
-entry point of the group "mbdsl.integrators":
+:mod:`mbdsl.integrators.method` lists. A method of that folder whose steps are not compiled, and a backend (a
+third-party integrator), have a ``METHOD`` and a function ``solve``, see :mod:`mbdsl.integrators.backends`. A backend
+is a module of :mod:`mbdsl.integrators.external`, or is passed to ``register``, or belongs to another distribution that
+declares an entry point of the group "mbdsl.integrators":
 
     [project.entry-points."mbdsl.integrators"]
     name = "package.module"
@@ -44,6 +44,11 @@ def _found(package: str, path) -> dict[str, ModuleType]:
 def _words_and_numbers(name: str) -> list[str | int]:
     """The parts of a name, by which radau5 comes before radau13."""
     return [int(part) if part.isdecimal() else part for part in re.split(r"([0-9]+)", name)]
+
+
+def _solves(module: ModuleType) -> bool:
+    """Whether a method has a function ``solve`` of its own, in place of kernels."""
+    return getattr(getattr(module, "solve", None), "__module__", "") == module.__name__
 
 
 class _Modules(MutableMapping[str, ModuleType]):
@@ -88,7 +93,7 @@ class _Modules(MutableMapping[str, ModuleType]):
             return False
         module = importlib.import_module(f"{methods.__name__}.{file}")
         method = getattr(module, "METHOD", None)
-        if not (isinstance(method, Method) and method.name == name):
+        if not (isinstance(method, Method) and method.name == name) or _solves(module):
             return False
         _check_kernels(name, module)
         self._imported[name] = module
@@ -99,7 +104,8 @@ class _Modules(MutableMapping[str, ModuleType]):
 
         if self._complete:
             return
-        found = _found(methods.__name__, methods.__path__)
+        every = _found(methods.__name__, methods.__path__)
+        found = {name: module for name, module in every.items() if not _solves(module)}
         for name in found.keys() - self._imported.keys():
             _check_kernels(name, found[name])
         self._imported, self._complete = found, True
@@ -126,6 +132,15 @@ def _check_kernels(name: str, module: ModuleType) -> None:
         elif (has := ", ".join(inspect.signature(function).parameters)) != parameters:
             wrong = f"the kernel {kernel} of method {name} takes ({has}), expected ({parameters})"
             raise UsageError(wrong, hint=f"see {module.__file__}")
+
+
+@cache
+def uncompiled() -> dict[str, ModuleType]:
+    """Method name -> module, for mbdsl's own methods whose steps are not compiled."""
+    from mbdsl.integrators import methods
+
+    every = _found(methods.__name__, methods.__path__)
+    return {name: module for name, module in every.items() if _solves(module)}
 
 
 @cache
@@ -164,14 +179,18 @@ def _misfit(name: str, backend: object) -> str | None:
         return "it has no METHOD (an mbdsl.integrators.Method), or no function solve"
     if method.name != name:
         return f"the name in its METHOD is {method.name}"
-    return "there is already a method of that name" if name in modules() or name in shipped_backends() else None
+    return "there is already a method of that name" if name in modules() or name in _with_solve() else None
+
+
+def _with_solve() -> dict[str, ModuleType]:
+    return {**uncompiled(), **shipped_backends()}
 
 
 def backend(name: str) -> Any:
-    """The backend of this name, an object with ``METHOD`` and ``solve``; None if there is none."""
+    """The method of this name with a function ``solve``; None if there is none."""
     if name in modules():
         return None
-    return _given.get(name) or shipped_backends().get(name) or _registered()[0].get(name)
+    return _given.get(name) or _with_solve().get(name) or _registered()[0].get(name)
 
 
 def register(backend: object) -> None:
@@ -213,7 +232,7 @@ def available(spatial: bool = False) -> dict[str, Method]:
     dict
         Name -> ``Method``, mbdsl's own methods first, then third-party integrators.
     """
-    others: dict[str, Any] = {**shipped_backends(), **_registered()[0], **_given}
+    others: dict[str, Any] = {**_with_solve(), **_registered()[0], **_given}
     found: dict[str, Method] = {name: each.METHOD for name, each in others.items()}
     return {**compiled(), **{name: method for name, method in found.items() if method.spatial or not spatial}}
 

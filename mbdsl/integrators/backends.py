@@ -27,10 +27,12 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.messages import install
 from mbdsl.numerics.hermite import between
 from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
 from mbdsl.system.index1 import Index1
 from mbdsl.system.peaks_along_motion import OnTheWay, not_searched
 
 if TYPE_CHECKING:
+    from mbdsl.integrators.event_set import EventSet
     from mbdsl.system.close_approaches import Approach
     from mbdsl.system.peaks_in_time import Zone
 
@@ -81,6 +83,8 @@ class Problem:
         The backend fills in states at which a condition almost changes (:mod:`mbdsl.system.close_approaches`).
     searched : (3,)
         What the search for peaks keeps (:mod:`mbdsl.system.peaks_along_motion`).
+    events : EventSet or None
+        What acts at events, if METHOD.knows them; it has acted at the start.
     """
 
     system: System
@@ -101,6 +105,7 @@ class Problem:
     counts: Counter[str] = field(default_factory=Counter)
     approaches: list[Approach] = field(default_factory=list)
     searched: Array = field(default_factory=not_searched)
+    events: EventSet | None = None
 
     @property
     def peaks(self) -> OnTheWay:
@@ -157,6 +162,12 @@ class External:
         self.searched = not_searched()
         self._counts: Counter[str] = Counter()
         self.system.kernels(self._backend.METHOD.sets)
+        self.event_set: EventSet | None = None
+        self.begun: tuple[Array, Array, Array] | None = None  #: q, v, lam behind an event at the start
+        if self._backend.METHOD.knows and self.system.scene.has_events:
+            from mbdsl.integrators.event_set import EventSet
+
+            self.event_set = EventSet(self.system)
 
     @property
     def steps(self) -> int:
@@ -174,20 +185,35 @@ class External:
 
         zones = self.system.time_zones(*span, longest=span[1] - span[0])
         given = {**self._given, "breaks": Kept(self.system.time_events(*span)), "zones": zones}
+        if self.event_set is not None:
+            q, v, lam = self.begun = self._act_at_start(q, v, left_out)
+            left_out = self.event_set.all_left_out(left_out)
+            given["events"] = self.event_set
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
         self.approaches, self.searched = problem.approaches, problem.searched
         self._q, self._v, self._lam = q, v, lam
-        self._index1 = Index1(self.system, left_out)
+        self._left_out, self._index1 = left_out, Index1(self.system, left_out)
         for name, body in self.system.tables.models.items():
             self.system.set_turn(name, body.turn)
         self.system.count_angles_from_start()
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))
 
+    def _act_at_start(self, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[Array, Array, Array]:
+        """q, v and lam behind the event at the start; later, the method solves the contacts."""
+        events, start, stop = self.event_set, self._given["start"], self._given["stop"]
+        assert events is not None
+        v = events.begin(start, stop, q, v, events.left_out(left_out), self._given["tol"])
+        _, lam = accelerations(self.system, start, events.q, v, events.left_out(left_out))
+        events.contacts = None
+        return events.q, v, lam
+
     def advance(self, steps: int) -> int:
         """Take at most ``steps`` states from the backend; return a status of ``loop_state``, or FAILED."""
         for _ in range(steps):
+            if self.event_set is not None and self.event_set.status != S.RUNNING:
+                return self.event_set.status
             if self._done:
-                return S.DONE
+                return self._ended()
             try:
                 self._keep(*_state(next(self._states)))
             except StopIteration:
@@ -197,7 +223,14 @@ class External:
                 return self._fail(problem.message, problem)
             except Exception as problem:
                 return self._fail(f"{type(problem).__name__}: {problem}", problem)
-        return S.DONE if self._done else S.RUNNING
+        if self.event_set is not None and self.event_set.status != S.RUNNING:
+            return self.event_set.status
+        return self._ended() if self._done else S.RUNNING
+
+    def _ended(self) -> int:
+        if self.event_set is not None:
+            self.event_set.end(self.time, self._q, self._v, self._left_out)
+        return S.DONE
 
     @property
     def _done(self) -> bool:
@@ -264,7 +297,7 @@ class External:
     def synchronise(self) -> None:
         """Nothing: inputs and counted turns of the run are those of the system."""
 
-    def change_inputs(self, inputs: Mapping[str, float]) -> None:
+    def change_inputs(self, inputs: Mapping[str, float]) -> int:
         raise UsageError(f"{self.method} cannot change inputs during a run", hint="take a method with fixed steps")
 
 

@@ -80,6 +80,7 @@ class EventSet:
         self.friction = FrictionSet(system) if system.scene.sticking else None
         self.contacts = ContactSet(system) if system.scene.contacts else None
         self.q = np.zeros(system.n)  #: the positions behind the last event: rounding errors of gaps are removed
+        self.reactions: Array | None = None  #: multipliers (m + p,), of a method that solves the contacts itself
         self.names = list(system.scene.discrete_starts)
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
         self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
@@ -92,6 +93,7 @@ class EventSet:
     def reset(self) -> None:
         """Return to the start."""
         self.values = self.system.scene.discrete_starts
+        self.inputs = {name: x.start for name, x in self.system.scene.inputs.items()}  #: values of the model's inputs
         self._was = np.zeros(len(self._roots), bool)
         self.history: list[Array] = []
         self.ticked: list[Array] = []
@@ -198,23 +200,51 @@ class EventSet:
         self._was = self._truth(t, q, v, left_out)
         return self._act(t, q, v, left_out, [self.events.initial, *due])
 
+    def due(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> bool:
+        """Whether a condition has changed since the last event, or one of contacts or of joints that stick is true."""
+        own = self.system.scene.conditions[len(self._roots) :]
+        if own and any(self._evaluated(own, t, q, v, left_out)):
+            return True
+        return bool((self._truth(t, q, v, left_out) != self._was).any())
+
+    def forget(self) -> None:
+        """Drop what has happened so far, in a run that does not store it."""
+        self.history, self.ticked, self.acted = self.history[-1:], [], []
+        self.history = [rows[-1:] for rows in self.history]
+
     def ticks_by(self, t: float) -> bool:
         """Whether a clock ticks up to time t that has not yet acted."""
         return any(clock.tick(k) <= t for clock, k in zip(self.events.clocks, self._ticks, strict=True))
 
-    def act(self, t: float, q: Array, v: Array, left_out: tuple[int, ...], put: bool = True) -> Array:
+    def act(
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        left_out: tuple[int, ...],
+        put: bool = True,
+        given: Mapping[str, float] | None = None,
+    ) -> Array:
         """The event at time t in the state q, v (n,); the velocities behind it, ``v`` itself if they do not change.
 
-        ``put``: whether the numbers of the System are set.
+        ``put``: whether the numbers of the System are set. ``given``: values of discrete variables that are set from
+        outside.
         """
         self._undone = (dict(self.values), self._was, list(self._ticks), len(self.history), len(self.acted))
-        return self._act(t, q, v, left_out, self._due(t), put)
+        return self._act(t, q, v, left_out, self._due(t), put, given)
 
     def end(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> None:
         """The event at the end of the run, if `terminal()` is read."""
         if self.events.terminal in self.values and not self._over:
             self._over = True
             self._act(t, q, v, left_out, [self.events.terminal])
+
+    def like(self, other: EventSet) -> None:
+        """Take the scales of another set, of a run that has begun."""
+        if self.contacts is not None and other.contacts is not None:
+            self.contacts.shortest = other.contacts.shortest
+        if self.friction is not None and other.friction is not None:
+            self.friction.span = other.friction.span
 
     def undo(self) -> None:
         """Take the last event back."""
@@ -223,7 +253,14 @@ class EventSet:
         self.ended, self.failed, self.endless = "", None, []
 
     def _act(
-        self, t: float, q: Array, v: Array, left_out: tuple[int, ...], pulses: Sequence[str], put: bool = True
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        left_out: tuple[int, ...],
+        pulses: Sequence[str],
+        put: bool = True,
+        given: Mapping[str, float] | None = None,
     ) -> Array:
         acted: list[Branch] = []
         self.q, self.struck = q, False
@@ -232,6 +269,8 @@ class EventSet:
                 self.values[name] = 1.0
         for _ in range(ROUNDS):
             self._remember()
+            if given:
+                self.values, given = {**self.values, **given}, None
             before, at_first = dict(self.values), v
             if self.contacts is not None:
                 self._put(self.values)
@@ -282,6 +321,15 @@ class EventSet:
             left_out = self.contacts.left_out(left_out, self.values)
         return left_out if self.friction is None else self.friction.left_out(left_out, self.values)
 
+    def note(self, t: float) -> None:
+        """Enter the present values, which a method has set, into the history."""
+        self._put(self.values)
+        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
+
+    def all_left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
+        """``left_out`` and all rows of contacts, for a method that solves the contacts itself."""
+        return tuple(sorted({*left_out, *(row for rows in self.system.tables.contact_rows for row in rows)}))
+
     def _remember(self) -> None:
         """pre(x) <- x of all variables."""
         for before, name in self._before.items():
@@ -305,8 +353,9 @@ class EventSet:
         lam = None
         if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
             self._put(self.values)
-            lam = accelerations(self.system, t, q, v, left_out)[1][None]
-        inputs = {name: np.array([x]) for name, x in self.values.items()}
+            lam = self.reactions
+            lam = (accelerations(self.system, t, q, v, left_out)[1] if lam is None else lam)[None]
+        inputs = {name: np.array([x]) for name, x in (self.inputs | self.values).items()}
         return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]
 
     @staticmethod
@@ -414,10 +463,12 @@ class EventSet:
         self._was, self._ticks = kept["was"] != 0.0, [int(x) for x in ticks]
         self.history, self.ticked = [kept["history"].copy()], [kept["ticked"].copy()]
         self.acted = [Acted(t, (branches[int(k)],)) for t, k in acted.tolist()]
-        self.ended = kept["ended"]
+        self.ended, self.failed, self.endless = kept["ended"], None, []
         place, clocks = self._place(run)
         if clocks:
             run.numbers[place + clocks] = 0.0  # the compiled loop does not check it
+        run.left_out = self.left_out(run.left_out)
+        run.mark_left_out()
         self.put(run)
 
     # -- results -------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ progress of time. No step has a solution there, however short, and the run stops
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import dropwhile
 from typing import Any, NamedTuple
@@ -29,7 +29,7 @@ from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
-from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS
+from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
@@ -62,6 +62,8 @@ SLIDING_HINT = (
     "if only rounding decides the condition, it reads the wrong quantity"
 )
 #: the same if the condition depends on a reaction
+#: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
+SHORT = 1e-6
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -104,7 +106,7 @@ class Events:
         are rounded, and so is the width of a window between two of them.
     """
 
-    def __init__(self, run: RunState, change: Callable[[dict[str, float]], None]) -> None:
+    def __init__(self, run: RunState, change: Callable[[dict[str, float]], object]) -> None:
         self.run, self._change = run, change
         self.system: System = run.system
         self.times: list[float] = []
@@ -174,7 +176,8 @@ class Events:
     def _of_reactions(self) -> bool:
         """Whether reactions decide events. Those of a step have its error: where a step was cut short, they are taken
         from the equations of motion."""
-        return bool(self.system.scene.sticking)
+        scene = self.system.scene
+        return bool(scene.sticking) or any(c.slips for c in scene.contacts)
 
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
@@ -189,7 +192,7 @@ class Events:
         """Generate the known times that are still to come, after the run was restored from a checkpoint."""
         run, before, due = self.run, self.run.reals[S.LEAST_H], self.run.reals[S.KNOWN]
         if due < np.inf:
-            self._known = dropwhile(lambda x: x - before <= due, self._times(run.start))
+            self._known = dropwhile(lambda x: x - before <= due, self._times(run.time - 4 * before))
 
     def resume(self) -> None:
         """Set the signature of the switches after a change of inputs."""
@@ -208,7 +211,7 @@ class Events:
         """
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
-        known, cut = t >= reals[S.NEXT_EVENT], integers[S.CUT] > 0
+        known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
         at_once = not (known or cut)  # the switch is so close that no step was possible
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
@@ -228,7 +231,10 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = max(4 * least, 1.01 * run.sliver * run.grid) if at_once else LEFT * reals[S.LAST_H]
+                most = self._left(cut) * reals[S.LAST_H]
+                if at_once:  # reactions of shorter steps have larger errors, of rounding
+                    short = SHORT * run.span if self._of_reactions else 0.0
+                    most = max(4 * least, 1.01 * run.sliver * run.grid, short)
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
                 if found is None:
@@ -248,23 +254,10 @@ class Events:
             return self.no_accelerations(t, q, v), None
         new = system.switches(t, q, v, lam)
         if self.set is not None:
-            before = v
-            try:
-                v = self.set.act(t, q, v, run.left_out)
-                q, run.left_out = self.set.q, self.set.left_out(run.left_out)
-                system.activate(run.left_out)
-                if v is not before:
-                    q, v = onto_constraints(system, t, q, v, run.left_out)
-                a, lam = accelerations(system, t, q, v, run.left_out)
-            except UnsolvedContactsError as problem:
-                self.unsolved = problem
-                return S.UNSOLVED, None
-            except UndecidedFrictionError:
-                raise
-            except InitialisationError:
-                return self.no_accelerations(t, q, v), None
-            for at, value in self.set.numbers().items():
-                run.numbers[at] = value
+            acted = self._acted(t, q, v)
+            if isinstance(acted, int):
+                return acted, None
+            q, v, a, lam = acted
         integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         integers[S.EVENTS] += 1
         self.times.append(t)
@@ -277,6 +270,54 @@ class Events:
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
         return status, Restart(t, q, v, a, lam, longest)
+
+    def _acted(
+        self, t: float, q: Array, v: Array, given: Mapping[str, float] | None = None
+    ) -> tuple[Array, Array, Array, Array] | int:
+        """q, v, a and lam behind the event at time t, or the status of a run that stops there."""
+        run, system, before = self.run, self.system, v
+        assert self.set is not None
+        try:
+            v = self.set.act(t, q, v, run.left_out, given=given)
+            q, run.left_out = self.set.q, self.set.left_out(run.left_out)
+            system.activate(run.left_out)
+            if v is not before:
+                q, v = onto_constraints(system, t, q, v, run.left_out)
+            a, lam = accelerations(system, t, q, v, run.left_out)
+        except UnsolvedContactsError as problem:
+            self.unsolved = problem
+            return S.UNSOLVED
+        except UndecidedFrictionError:
+            raise
+        except InitialisationError:
+            return self.no_accelerations(t, q, v)
+        for at, value in self.set.numbers().items():
+            run.numbers[at] = value
+        return q, v, a, lam
+
+    def changed(self, v: Array, numbers: Mapping[str, float]) -> tuple[int, Restart | None]:
+        """The event of a change from outside at the present time, to the velocities v (n,) and discrete variables.
+
+        Returns
+        -------
+        status, restart
+            As of :meth:`come`.
+        """
+        run, system = self.run, self.system
+        assert self.set is not None
+        run.synchronise()
+        t, q = run.time, run.state()[0].copy()
+        acted = self._acted(t, q, v, numbers)
+        if isinstance(acted, int):
+            return acted, None
+        q, v, a, lam = acted
+        run.integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
+        return self.set.status, Restart(t, q, v, a, lam, run.longest)
+
+    def _left(self, cut: int) -> float:
+        """The largest remaining time to a switch at which it is an event, by the last step, which was cut ``cut``
+        times. Where reactions decide, their errors let steps end earlier."""
+        return max(LEFT, min(1.0, 2.0 * SHORT_OF * 10.0 ** (cut - 1))) if self._of_reactions else LEFT
 
     def _ticked(self, t: float, q: Array, v: Array, lam: Array) -> bool:
         """Whether a clock has ticked that changes discrete variables only; the jump of forces is then in the history.
@@ -304,7 +345,7 @@ class Events:
         late = float(np.spacing(abs(t)))
         self._fastest = max(self._fastest, float(np.abs(v * scale).max(initial=0.0)))
         if not known:
-            least = 1.0 / (self.run.stop - self.run.start)
+            least = 1.0 / self.run.span
             late += EPS * float(np.abs(q * scale).max(initial=0.0) / max(self._fastest, least))
         return float(np.abs(jump * scale).max(initial=0.0)) * late
 
@@ -328,7 +369,7 @@ class Events:
     def _stands_still(self, t: float) -> bool:
         """Whether steps are cut short again and again, which happens also without events."""
         self._cut = [*self._cut[1 - 2 * MANY :], t]
-        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (self.run.stop - self.run.start)
+        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * self.run.span
 
     def _around(self, t: float, q: Array, v: Array, lam: Array) -> list[Switch]:
         """The switches that differ between the state at t and the end of the last attempt or its search."""
@@ -378,15 +419,15 @@ class Events:
 
     def _known_progress(self, t: float) -> int:
         """The status after an event at a time that was known in advance."""
-        close = len(self.times) > MANY_KNOWN and t - self.times[-MANY_KNOWN] < HARDLY * (self.run.stop - self.run.start)
+        close = len(self.times) > MANY_KNOWN and t - self.times[-MANY_KNOWN] < HARDLY * self.run.span
         return S.SLIDING if close else S.RUNNING
 
     def _progress(self, t: float, states: States) -> int:
         """Record an event at t not known in advance; return SLIDING if events make no progress, else RUNNING."""
-        if self._recent and t - self._recent[0][0] > STANDSTILL * (self.run.stop - self.run.start):
+        if self._recent and t - self._recent[0][0] > STANDSTILL * self.run.span:
             self._recent = []
         self._recent.append((t, states))
-        span = self.run.stop - self.run.start
+        span = self.run.span
         self._found = [*self._found[-MANY:], t]
         if len(self._found) > MANY and t - self._found[0] < HARDLY * span:
             return S.SLIDING

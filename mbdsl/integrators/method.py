@@ -85,8 +85,9 @@ class Method:
 
     A third-party integrator (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor ``begin``. Its
     ``own_reactions`` is True if it yields multipliers, and ``needs`` names the software to be installed. If its order
-    varies, ``order`` is the highest. ``searches`` is True if its steps end in all ``Problem.zones`` and are searched
-    for peaks of laws that depend on the state (:mod:`mbdsl.system.peaks_along_motion`).
+    varies, ``order`` is the highest. ``knows`` are the kinds of events that it serves, of "when", "contacts" and
+    "sticking"; compiled methods serve all. ``searches`` is True if its steps end in all ``Problem.zones`` and are
+    searched for peaks of laws that depend on the state (:mod:`mbdsl.system.peaks_along_motion`).
 
     ``relative_step`` is the step size, relative to that of hht-si2, below which errors decrease with the order;
     verification scales its steps by it. ``stable`` is the largest h |lambda| at which steps are stable, lambda an
@@ -127,6 +128,7 @@ class Method:
     stable: float = float("inf")
     longest: float = 0.02
     diverges: str = ""
+    knows: tuple[str, ...] = ()
     spatial: bool = False  #: whether a third-party integrator serves models in space, too; compiled methods do
     second_rates: bool = False  #: whether accelerations of rotations are those of rotation vectors, psi''
     past_positions: int = 0  #: row of ``vectors`` with the positions at the start of the previous step; 0: none
@@ -193,5 +195,5 @@ class Run(Protocol):
     def synchronise(self) -> None:
         """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""
 
-    def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        """Set inputs to new values from the present time on."""
+    def change_inputs(self, inputs: Mapping[str, float]) -> int:
+        """Set inputs to new values from the present time on; a status."""

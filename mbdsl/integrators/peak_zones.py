@@ -97,7 +97,7 @@ class Landings:
     def begin(self, t: float) -> None:
         """Generate the zones from t on, at the start of the run."""
         run = self._run
-        self._zones = run.system.time_zones(t, run.stop, LONGEST * (run.stop - run.start))
+        self._zones = run.system.time_zones(t, run.stop, LONGEST * run.span)
         self.refill()
 
     def rejoin(self) -> None:
@@ -105,7 +105,7 @@ class Landings:
         run, self._pending = self._run, []
         run.approaches = [Approach(*x) for x in run.approaches]
         held = {tuple(zone) for zone in run.reals[S.ZONE : S.ZONE + 2 * run.integers[S.ZONES]].reshape(-1, 2).tolist()}
-        every = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start)) if held else ()
+        every = run.system.time_zones(run.start, run.stop, LONGEST * run.span) if held else ()
         self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
 
     def refill(self) -> None:
@@ -159,7 +159,7 @@ class Landings:
                 passed = int((rows[:, 0] <= zones[0].start).sum())  # steps that are taken again as they were
                 for name, kept in before.items():
                     getattr(run, name)[...] = kept
-                if zones[0].start - self._from > PLACE * (run.stop - run.start):
+                if zones[0].start - self._from > PLACE * run.span:
                     self._tries, self._from = 0, zones[0].start
                 self._tries += 1
                 if self._tries > MOST:
@@ -202,7 +202,7 @@ class Landings:
     def _chattering(self, rows: np.ndarray) -> list[Switch]:
         """The switches that change in many of the recorded steps, if these advance the run by almost no time."""
         run, n = self._run, self._run.system.n
-        if len(rows) < MANY or rows[-1, 0] - rows[0, 0] > STANDSTILL * (run.stop - run.start):
+        if len(rows) < MANY or rows[-1, 0] - rows[0, 0] > STANDSTILL * run.span:
             return []
         cut = np.cumsum([1, n, n])
         states = np.array([run.system.switches(t[0], *rest) for t, *rest in (np.split(x, cut) for x in rows)])

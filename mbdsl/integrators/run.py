@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import declared, input_jumps, modules
-from mbdsl.integrators.events import PRECISE, Events
+from mbdsl.integrators.events import PRECISE, Events, Restart
 from mbdsl.integrators.loop import linear_solve, step_control
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
@@ -27,7 +27,7 @@ from mbdsl.integrators.peak_zones import Landings, landing_part
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.scheduled_jumps import Jumps, behind_a_jump
 from mbdsl.integrators.standstill import WINDOW, Standstill
-from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
+from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, onto_constraints, rates
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -121,15 +121,20 @@ class MethodRun(RunState):
         self.standstill = Standstill(self)
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         self.searched = not_searched()
-        reals, integers, span = self.reals, self.integers, self.stop - self.start
+        reals, integers, span = self.reals, self.integers, self.span
         integers[S.EVERY] = self.every
         reals[[S.NEXT_EVENT, S.KNOWN]] = np.inf
         reals[S.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
         reals[S.WITHIN] = landing_part(modules()[self.method].METHOD.order, reals[S.TOL])
-        reals[S.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
+        self.set_stop(self.reals[S.STOP])
+
+    def set_stop(self, t: float) -> None:
+        """Let the compiled loop end at time t, and set the shortest step to the rounding error of times."""
+        self.reals[S.STOP] = t
+        self.reals[S.LEAST_H] = max(1e-14 * self.span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(t)))
 
     def _control(self, method: Method) -> None:
-        reals, integers, span, tol = self.reals, self.integers, self.stop - self.start, self.reals[S.TOL]
+        reals, integers, span, tol = self.reals, self.integers, self.span, self.reals[S.TOL]
         integers[S.CONTROLLED], integers[S.LANDING] = True, method.order == 0 and not self.every
         reals[S.SPEED] = 1.0 / span if span > 0.0 else 1.0
         between = self.times[0] - self.start if len(self.times) and not self.every else span
@@ -201,7 +206,7 @@ class MethodRun(RunState):
         if controlled:
             self._begin_control(t0, q, v, jerk)
         elif self.tol is not None:
-            self._begin_own(t0, min(self.stop - t0, longest), found if method.order > PRECISE else jerk)
+            self._begin_own(t0, min(self.span, self.stop - t0, longest), found if method.order > PRECISE else jerk)
         if t is None:
             self._begin_events(behind, q, v, lam)
         self._make_ready(t0)
@@ -237,7 +242,7 @@ class MethodRun(RunState):
         """q, v, a and lam behind the event at the start."""
         events = self.events.set
         assert events is not None
-        v = events.begin(self.start, self.stop, q, v, events.left_out(self.left_out), self.tol)
+        v = events.begin(self.start, self.start + self.span, q, v, events.left_out(self.left_out), self.tol)
         q, self.left_out = events.q, events.left_out(self.left_out)
         if events.acted or events.contacts is not None or events.friction is not None:
             a, lam = accelerations(self.system, self.start, q, v, self.left_out)
@@ -357,14 +362,19 @@ class MethodRun(RunState):
         self.vectors[L.UNKNOWN0 + 1, :n] = self.vectors[L.UNKNOWN0, :n] - d * jerk
         reals[S.NODES : S.NODES + 2] = t, t - d
 
-    def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        """Set inputs to new values from the present time on; accelerations and forces jump accordingly.
+    def change_inputs(self, inputs: Mapping[str, float]) -> int:
+        """Set inputs to new values from the present time on; accelerations and forces jump accordingly; a status, of
+        when-equations that act on them.
 
         The history of a method is linear in accelerations and forces, and the jump is added to it. Order 2 is therefore
         kept over any number of jumps.
         """
         system, t = self.system, self.time
         used = {name: value for name, value in inputs.items() if name in system.tables.inputs}
+        events = self.events.set if self.tol is not None else None
+        outside = {} if events is None else {name: x for name, x in inputs.items() if name in events.inputs}
+        if events is not None:
+            events.inputs |= outside
 
         def change() -> None:
             for name, value in used.items():
@@ -381,6 +391,39 @@ class MethodRun(RunState):
             self.jump(t, t, change)
         if self.tol is not None:
             self.events.resume()
+        if outside and events is not None and events.due(self.time, *self.state()[:2], self.left_out):
+            return self.act()
+        return S.RUNNING
+
+    def act(self, k: int | None = None, value: float = 0.0, numbers: Mapping[str, float] | None = None) -> int:
+        """The event of a change from outside at the present time: of the velocity of coordinate ``k``, or of discrete
+        variables; a status.
+
+        Raises
+        ------
+        InitialisationError
+            If accelerations do not exist.
+        """
+        v = self.state()[1].copy()
+        if k is not None:
+            v[k] = value
+        return self._restarted(*self.events.changed(v, numbers or {}))
+
+    def drift(self, t: float) -> int:
+        """Move on to time t, so near that accelerations are constant until then, or to an event before it; a status.
+
+        A step so short would magnify rounding.
+        """
+        system, left_out, due = self.system, self.left_out, float(self.reals[S.NEXT_EVENT])
+        end = min(t, due)
+        s = end - self.time
+        self.synchronise()
+        q, v, _ = self.state()
+        a, _ = accelerations(system, self.time, q, v, left_out)
+        q, v = onto_constraints(system, end, system.moved(q, s * (v + s / 2 * a)), v + s * a, left_out)
+        a, lam = accelerations(system, end, q, v, left_out)
+        self.begin(q, v, a, lam, left_out, t=end, longest=self.longest)
+        return self.cross_event() if due <= t else S.RUNNING
 
     def set_velocity(self, k: int, value: float) -> None:
         """Set the velocity of a coordinate that no constraint contains, and restart.
@@ -450,9 +493,12 @@ class MethodRun(RunState):
         self.jumps.go_on()
         self.reals[S.NEXT_EVENT] = self.jumps.next[0]
 
-    def _cross_event(self) -> int:
+    def cross_event(self) -> int:
         """Restart after a switch, if one changes where the last step ended; a status."""
-        status, restart = self.events.come()
+        return self._restarted(*self.events.come())
+
+    def _restarted(self, status: int, restart: Restart | None) -> int:
+        """The status after an event, behind which the run restarts."""
         if self.events.set is not None:
             self.events.set.put(self)
         if restart is not None:
@@ -508,9 +554,10 @@ class MethodRun(RunState):
                 steps -= ROOM
             return self._examined(status)
         status = self._advance_by(steps if self.tol is None else min(steps, WINDOW))
-        if status == S.DONE and self.tol is not None and self.events.set is not None:
+        events = self.events.set if self.tol is not None else None
+        if status == S.DONE and events is not None and (events.ended or self.time >= self.stop):
             q, v, _ = self.state()
-            self.events.set.end(self.time, q, v, self.left_out)
+            events.end(self.time, q, v, self.left_out)
         return self._examined(S.RUNNING if status == S.FULL else status)
 
     def _examined(self, status: int) -> int:
@@ -553,7 +600,7 @@ class MethodRun(RunState):
             self._cross_jump()
             status = call(most - self.steps)
         if status == S.EVENT:
-            return self._cross_event()
+            return self.cross_event()
         if status == S.SINGULAR and self.solver == linear_solve.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
             # the elimination order gives no usable pivot here: continue with the dense solver with pivoting
             self.use_solver(linear_solve.DENSE)

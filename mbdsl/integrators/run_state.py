@@ -69,6 +69,7 @@ class RunState:
     longest: float = np.inf  #: largest allowed size of controlled steps
     grid: float = 0.0  #: the fixed step, of a run whose steps end at events as well; else 0
     sliver: float = SLIVER  #: the part of a fixed step below which none is taken
+    span: float = 0.0  #: the time over which progress and rounding are judged, of a run without a stop time
     rows: OutputTimes | None = None  #: the output times, of a run that has a window of them only in ``times``
     #: time since which the dense solver with pivoting replaces the sparse one
     pivoting_from: float | None = field(default=None, metadata=KEPT)
@@ -98,6 +99,7 @@ class RunState:
     approaching: Array = field(init=False, metadata=KEPT)  #: see Approaches.add
 
     def __post_init__(self) -> None:
+        self.span = self.span or self.stop - self.start
         self.seen, self.searched, self.approaching = np.zeros(0), not_searched(), np.zeros((5, 0))
         self.missed, self.approaches = [], []
 
@@ -128,7 +130,8 @@ class RunState:
         if self.rows is not None:
             self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
-        reals[S.START], reals[S.STOP], reals[S.STEP_SIZE] = self.start, self.stop, self.h
+        reals[S.START], reals[S.STEP_SIZE] = self.start, self.h
+        reals[S.STOP] = self.stop if self.span >= self.stop - self.start else self.start + self.span
         reals[S.STEP_END] = reals[S.NOW] = self.start
         reals[S.TOL] = self.tol or 0.0
         reals[S.GRID], reals[S.SLIVER] = self.grid, self.sliver
@@ -207,14 +210,12 @@ class RunState:
         """Mark the constraints that are left out in ``layout``: redundant ones, and those that hold at times only."""
         m = self.system.m
         self.system.mark_switchable(self.layout, self.left_out)
-        for contact in self.system.scene.contacts:
-            row = self.system.tables.rows[contact.name]
-            self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 0
-        for row in self.left_out:
+        marked = [(row, 0) for rows in self.system.tables.contact_rows for row in rows]
+        for row, left_out in [*marked, *((row, 1) for row in self.left_out)]:
             if row < m:
-                self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = 1
+                self.layout[self.layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = left_out
             else:
-                self.layout[self.layout[self.layout[L.GAMMAS] + row - m] + 3] = 1
+                self.layout[self.layout[self.layout[L.GAMMAS] + row - m] + 3] = left_out
 
     def record(self, numbers: int, thin: bool) -> None:
         """Let the compiled loop record the ends of steps, with room for so many ``numbers``; ``thin`` drops some.

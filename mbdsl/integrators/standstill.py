@@ -80,7 +80,7 @@ class Standstill:
     def look(self, status: int, call: Callable[[int], int]) -> int:
         """The status of the run, STALLED if it stands still; ``call(n)`` takes n more steps and returns a status."""
         run = self._run
-        (steps, t), span = self._since, run.stop - run.start
+        (steps, t), span = self._since, run.span
         taken, advance = run.steps - steps, run.time - t
         if status != S.RUNNING or 0 <= taken < WINDOW:
             return status

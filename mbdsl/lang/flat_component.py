@@ -234,7 +234,9 @@ class FlatComponent:
     def signal_names(self) -> tuple[str, ...]:
         if self._signal_names is None:
             laws = filter(self.has_law, self.kind.law_parameters)
-            self._signal_names = signals.names(self.kind, laws, self.has_friction(), self.formulas.sticks)
+            rubs = self.has_friction()
+            sticks = self.formulas.sticks or (rubs and getattr(self.kind, "unilateral", False))
+            self._signal_names = signals.names(self.kind, laws, rubs, sticks)
         return self._signal_names
 
     def has_friction(self) -> bool:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.errors import ModelError
+from mbdsl.expressions.frame_derivatives import by_rate, frames_in
 from mbdsl.expressions.primitive import potential
-from mbdsl.expressions.symbolic import Expr
+from mbdsl.expressions.symbolic import Expr, is_velocity_level
 from mbdsl.lang.flat_component import FlatComponent
 from mbdsl.lang.mistakes import joint_laws
 from mbdsl.lang.paths import spans
@@ -71,10 +73,34 @@ def _energy(part: FlatComponent) -> Expr | None:
 def _velocity_constraints(part: FlatComponent) -> tuple[Expr, ...]:
     if not isinstance(part.kind, JointKind) or not part.kind.velocity_rows:
         return ()
-    found = tuple(part.formulas.row(row) for row in part.kind.velocity_rows)
+    if part.kind.unilateral:
+        return _slips(part)
+    found = tuple(map(part.formulas.row, part.kind.velocity_rows))
     for name in part.kind.law_parameters:
         modifier = part.modifier(name)
         for row in found:
             with placed(modifier.value.at if modifier and modifier.value else part.at):
                 joint_laws.check_row(name, row, part.kind, part.name)
     return found
+
+
+def _slips(part: FlatComponent) -> tuple[Expr, ...]:
+    """The slips of a rigid contact with friction."""
+    kind, found = part.kind, list[Expr]()
+    assert isinstance(kind, JointKind)
+    for name in kind.velocity_rows:
+        modifier = part.modifier(name)
+        if not part.has_friction() or modifier is None or modifier.value is None:
+            continue
+        row = part.formulas.row(name)
+        with placed(modifier.value.at):
+            joint_laws.check_row(name, row, kind, part.name)
+            if any(is_velocity_level(x) for f in frames_in(row) for x in by_rate(row, f, kind.spatial)):
+                message = f"`{name}` of {kind.name} `{part.name}` is not linear in velocities"
+                raise ModelError(message, hint="it is a speed, such as `ball.vx + r*ball.w`")
+        found.append(row)
+    if part.has_friction() and not found:
+        message = f"{kind.name} `{part.name}` has friction, but no `slip`"
+        hint = "give the velocity of sliding, such as `slip = ball.vx + r*ball.w`"
+        raise ModelError(message, span_of(part.at), hint)
+    return tuple(found)

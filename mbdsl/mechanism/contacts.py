@@ -1,19 +1,27 @@
-"""Rigid contacts of a scene: their numbers, and the conditions at which they close and open."""
+"""Rigid contacts of a scene: their numbers, their friction, and the conditions at which they close, open and slide."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+from mbdsl.elements import of_variant
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import Span
-from mbdsl.expressions.symbolic import Expr, call, input_signal, multiplier
+from mbdsl.expressions.frame_derivatives import by_rate, frames_in
+from mbdsl.expressions.symbolic import Expr, call, const, input_signal, multiplier
 
 #: numbers of a contact, as of discrete variables. MODE: see below. EDGE: the gap [m] below which it has closed, by more
 #: than its rounding error
 MODE, COUNT, IMPULSE, EDGE = "mode", "count", "impulse", "edge"
-NUMBERS = (MODE, COUNT, IMPULSE, EDGE)
+#: of one with friction. COEFFICIENT: of the force along the slip, by the normal force. SLIDING: the sense of sliding.
+#: HELD: whether it sticks. SLOW: the speed that counts as rest. ALONG, ALONG_2, in space: the direction of the slip at
+#: the last event
+COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2 = "coefficient", "sliding", "held", "slow", "along", "along_2"
+NUMBERS = (MODE, COUNT, IMPULSE, EDGE, COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2)
 #: modes: OPEN; CLOSED by its row; DEPENDENT: closed by the rows of others
 OPEN, CLOSED, DEPENDENT = 0.0, 1.0, 2.0
+#: part of the largest friction by which a contact that sticks exceeds it before it slides: more than rounding
+MARGIN = 1e-8
 
 
 def number(contact: str, what: str) -> str:
@@ -22,13 +30,39 @@ def number(contact: str, what: str) -> str:
 
 
 class Contact(NamedTuple):
-    """A rigid contact: its gap is the row of the joint ``name``; e is its coefficient of restitution."""
+    """A rigid contact: its gap is the row of the joint ``name``, its slips [m/s] are the rows of velocities of it."""
 
     name: str
     e: float
     sequential: bool
-    condition: Expr  #: becomes true where an open contact closes, and where a closed one opens
+    slips: tuple[Expr, ...]  #: none without friction
+    mu: float
+    mu_s: float
     span: Span | None
+    closing: Expr
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Its numbers."""
+        return NUMBERS if self.slips else NUMBERS[:4]
+
+    @property
+    def condition(self) -> Expr:
+        """Becomes true where an open contact closes, and where a closed one opens, stops or begins to slide."""
+        if not self.slips:
+            return self.closing
+        sliding, held, slow = (input_signal(number(self.name, x)) for x in (SLIDING, HELD, SLOW))
+        if len(self.slips) == 1:
+            speed = sliding * self.slips[0]
+        else:  # the direction of the slip has turned by 60 deg, or changed its sense
+            along = [input_signal(number(self.name, x)) for x in (ALONG, ALONG_2)]
+            speed = along[0] * self.slips[0] + along[1] * self.slips[1] - 0.5 * call("hypot", *self.slips)
+        stops = call("and", call("ne", sliding, 0.0), call("lt", speed, -0.5 * slow))
+        friction = [multiplier(self.name, k + 1) for k in range(len(self.slips))]
+        size = call("abs", *friction) if len(friction) == 1 else call("hypot", *friction)
+        most = self.mu_s * (1.0 + MARGIN) * -multiplier(self.name, 0)
+        slips = call("and", call("ne", held, 0.0), call("lt", most, size))
+        return call("or", self.closing, call("or", stops, slips))
 
 
 def is_contact(component) -> bool:
@@ -38,9 +72,42 @@ def is_contact(component) -> bool:
 
 def contact_of(component) -> Contact:
     """The contact that a component is."""
-    name = component.name
+    name, values = component.name, component.values
     mode, edge = input_signal(number(name, MODE)), input_signal(number(name, EDGE))
     closes = call("and", call("eq", mode, OPEN), call("lt", component.relations[0], edge))
     opens = call("and", call("eq", mode, CLOSED), call("lt", 0.0, multiplier(name, 0)))
-    sequential = component.values["impacts"] == "sequential"
-    return Contact(name, float(component.values["e"]), sequential, call("or", closes, opens), component.span)
+    own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
+    sequential = values["impacts"] == "sequential"
+    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens))
+
+
+def rubbing(component) -> list[tuple[str, list[Expr]]]:
+    """What friction exerts while a contact slides: frames, and the components of force and torque on them.
+
+    In the plane it is c N along the slip, c being its number COEFFICIENT. In space it has the direction of the slip; at
+    rest, where there is none, that of ALONG.
+    """
+    name, slips = component.name, component.velocity_constraints
+    force = input_signal(number(name, COEFFICIENT)) * -multiplier(name, 0)
+    forces = [force]
+    if len(slips) > 1:
+        slow = input_signal(number(name, SLOW))
+        u = [x + slow * input_signal(number(name, y)) for x, y in zip(slips, (ALONG, ALONG_2), strict=True)]
+        sliding = input_signal(number(name, SLIDING))
+        # without sliding the coefficient is zero: the speed must not be
+        speed = call("hypot", *u) + (1.0 - sliding)
+        forces = [force * x / speed for x in u]
+    found = []
+    for frame in dict.fromkeys(f for x in slips for f in frames_in(x)):
+        rates = [by_rate(x, frame, component.kind.spatial) for x in slips]
+        loads = [
+            sum((s * g for s, g in zip(forces[1:], of[1:], strict=True)), forces[0] * of[0])
+            for of in zip(*rates, strict=True)
+        ]
+        found.append((frame, [x if isinstance(x, Expr) else const(x) for x in loads]))
+    return found
+
+
+def friction_kind(spatial: bool):
+    """The kind of the friction of contacts, a force and torque on one frame."""
+    return of_variant("contact_friction", spatial).KIND

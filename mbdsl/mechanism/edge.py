@@ -29,8 +29,9 @@ class Edge(NamedTuple):
 
     @property
     def slots(self) -> int:
-        """Rows among the unknowns of a step."""
-        return self.component.kind.rows if isinstance(self.component.kind, JointKind) else 0
+        """Rows among the unknowns of a step, but for those of velocities that always hold."""
+        rows = self.component.kind.rows if isinstance(self.component.kind, JointKind) else 0
+        return rows + len(self.component.velocity_constraints) - self.velocity_rows
 
     @property
     def placing_rows(self) -> int:
@@ -39,7 +40,8 @@ class Edge(NamedTuple):
 
     @property
     def velocity_rows(self) -> int:
-        return len(self.component.velocity_constraints)
+        """Velocity constraints that always hold."""
+        return 0 if getattr(self.component.kind, "unilateral", False) else len(self.component.velocity_constraints)
 
     def other(self, body: str) -> str:
         return self.body_j if body == self.body_i else self.body_i

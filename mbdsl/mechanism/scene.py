@@ -182,20 +182,16 @@ class Scene(SceneSignals):
         return bool(self.events or self.contacts or self.sticking)
 
     @property
-    def first_event(self) -> Span | None:
-        """The place of the first of them, of a scene that has one."""
+    def kinds_of_events(self) -> dict[str, tuple[str, Span | None]]:
+        """What acts at events, "when", "contacts" or "sticking": a description for messages, and the first place."""
+        found: dict[str, tuple[str, Span | None]] = {}
         if self.events:
-            return self.events.branches[0].span
-        return self.contacts[0].span if self.contacts else self.sticking[0].span
-
-    @property
-    def kind_of_events(self) -> str:
-        """What acts at events, for messages."""
-        if self.events:
-            return f"the `when` of {self.name}"
+            found["when"] = f"the `when` of {self.name}", self.events.branches[0].span
         if self.contacts:
-            return f"the rigid contact `{self.contacts[0].name}`"
-        return f"friction that sticks, of `{self.sticking[0].name}`"
+            found["contacts"] = f"the rigid contact `{self.contacts[0].name}`", self.contacts[0].span
+        if self.sticking:
+            found["sticking"] = f"friction that sticks, of `{self.sticking[0].name}`", self.sticking[0].span
+        return found
 
     @property
     def conditions(self) -> list[Expr]:
@@ -218,7 +214,7 @@ class Scene(SceneSignals):
         """Discrete variables, and the numbers of rigid contacts and of joints that stick -> their values at the
         start."""
         starts = {name: x.start for name, x in self.events.variables.items()}
-        starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in rigid.NUMBERS}
+        starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in c.numbers}
         return starts | {friction.number(x.name, what): 0.0 for x in self.sticking for what in friction.NUMBERS}
 
     @property

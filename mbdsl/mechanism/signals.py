@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
@@ -95,6 +96,13 @@ class Formulas:
         assert isinstance(self.kind, JointKind)
         return substitute(row_derivatives.reactions(self.kind)[name], own)
 
+    @property
+    def _multipliers(self) -> int | float:
+        """How many multipliers it has, of a contact in space, whose slip may have one direction."""
+        if not getattr(self.kind, "unilateral", False):
+            return math.inf
+        return 1 + sum(self.law(name) is not None for name in ("slip", "slip_2"))
+
     def row(self, formula: str) -> Expr:
         """One of the kind's ``relations`` or ``velocity_rows``; a name of both a law and a signal denotes the law."""
         return formulas.evaluate(formula, _LawsFirst(self))
@@ -149,7 +157,7 @@ class Formulas:
 
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
-            return multiplier(self.name, index - 1)
+            return multiplier(self.name, index - 1) if index <= self._multipliers else 0.0
         if name == "number":  # of a rigid contact, or of a joint that sticks
             of = contacts if isinstance(self.kind, JointKind) and self.kind.unilateral else sticking
             return input_signal(of.number(self.name, of.NUMBERS[index - 1]))

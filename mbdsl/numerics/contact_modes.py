@@ -24,11 +24,16 @@ from mbdsl.numerics.saddle_point import least_squares
 Array = NDArray[np.float64]
 Modes = tuple[int, ...]
 
-OPEN, STICK, FORWARD, BACKWARD = range(4)  #: FORWARD, BACKWARD: slips with w_T > 0, w_T < 0; in space all slip FORWARD
+#: FORWARD, BACKWARD: slips with w_T > 0, w_T < 0; in space all slip FORWARD. AT_LIMIT: other contacts hold it, and its
+#: friction is the largest, as if it slipped FORWARD or BACKWARD
+OPEN, STICK, FORWARD, BACKWARD, AT_LIMIT, AT_LIMIT_BACKWARD = range(6)
+SENSE = {FORWARD: 1.0, BACKWARD: -1.0, AT_LIMIT: 1.0, AT_LIMIT_BACKWARD: -1.0}
 FEW = 4  #: most contacts of which all modes are tried
 SWEEPS, SETTLED = 5000, 1e-13  #: most sweeps of Gauss-Seidel, and their last relative change
 UNBOUNDED = 1e9  #: size of P, relative to b, above which there is no solution
 WRONG = 1e-9  #: relative error of a solution above which it is none
+DEPENDENT = 1e-10  #: relative pivot below which a row depends on others
+ROUNDING = 1e-12  #: the same, of forces that are rounding
 NEWTON = 50  #: most iterations for the directions of slip in space
 
 
@@ -37,12 +42,14 @@ class Contacts:
     """k contacts: Delassus's matrix G (r, r), number of rows (1, 2 or 3) and coefficient of friction of each.
 
     ``slips`` (k,), in the plane: the sign of the slip of those that slide already, so that they cannot stick; else 0.
+    ``mu_s`` (k,): coefficients of those that stick; without it those of ``mu``.
     """
 
     G: Array
     sizes: tuple[int, ...]
     mu: Array
     slips: tuple[int, ...] = ()
+    mu_s: Array | None = None
 
     @cached_property
     def first(self) -> list[int]:
@@ -56,9 +63,13 @@ class Contacts:
         """The sign of the slip of contact i, if it slides already; else 0."""
         return self.slips[i] if self.slips else 0
 
+    def limit(self, i: int, mode: int = STICK) -> float:
+        """The coefficient of the largest friction of contact i in a mode."""
+        return float(self.mu[i] if self.mu_s is None or mode in (FORWARD, BACKWARD) else self.mu_s[i])
+
     def rubs(self, i: int) -> bool:
         """Whether contact i has friction."""
-        return self.sizes[i] > 1 and self.mu[i] > 0.0
+        return self.sizes[i] > 1 and self.limit(i) > 0.0
 
     def choices(self, i: int) -> tuple[int, ...]:
         """The modes that contact i may have."""
@@ -66,24 +77,44 @@ class Contacts:
             return OPEN, FORWARD
         if self.slides(i):
             return OPEN, FORWARD if self.slides(i) > 0 else BACKWARD
-        return (OPEN, STICK, FORWARD, BACKWARD) if self.sizes[i] == 2 else (OPEN, STICK, FORWARD)
+        if self.sizes[i] == 3:
+            return OPEN, STICK, FORWARD
+        at_limit = (AT_LIMIT, AT_LIMIT_BACKWARD) if len(self.sizes) > 1 and self.limit(i) > self.mu[i] else ()
+        return (OPEN, STICK, FORWARD, BACKWARD, *at_limit)
 
     def only(self, which: Sequence[int]) -> Contacts:
         """Some of the contacts."""
         rows = [r for i in which for r in range(self.first[i], self.first[i] + self.sizes[i])]
         slips = tuple(self.slips[i] for i in which) if self.slips else ()
-        return Contacts(self.G[np.ix_(rows, rows)], tuple(self.sizes[i] for i in which), self.mu[list(which)], slips)
+        mu_s = None if self.mu_s is None else self.mu_s[list(which)]
+        sizes = tuple(self.sizes[i] for i in which)
+        return Contacts(self.G[np.ix_(rows, rows)], sizes, self.mu[list(which)], slips, mu_s)
+
+    def held(self, modes: Modes) -> list[int]:
+        """The rows that are zero in these modes: normals of closed contacts, and tangents of those that stick."""
+        own = zip(self.first, self.sizes, modes, strict=True)
+        return [r for n, size, x in own if x != OPEN for r in range(n, n + (size if x == STICK else 1))]
 
 
-def solve(contacts: Contacts, b: Array, last: Modes | None = None) -> tuple[Array, Modes] | None:
+def solve(
+    contacts: Contacts, b: Array, last: Modes | None = None, independent: bool = False, guess: Array | None = None
+) -> tuple[Array, Modes] | None:
     """P (r,) and the mode of each contact; None if there is no solution.
 
-    ``last``: the present modes, which are tried first.
+    ``last``: the present modes, which are tried first; with the P (r,) of them as a ``guess``, also of many contacts.
+    ``independent``: modes whose rows that are zero do not depend on each other are preferred, of few contacts in the
+    plane: their reactions are unique. There are such modes wherever there is a solution, as a basis of a linear
+    programme.
     """
     few, plane = len(contacts.sizes) <= FEW, max(contacts.sizes, default=1) < 3
     if few and plane:
-        return _tried(contacts, b, _in_order(contacts, last), None)
-    P = _gauss_seidel(contacts, b)
+        ordered = list(_in_order(contacts, last))
+        unique = [x for x in ordered if independent_rows(contacts.G, contacts.held(x)).all()] if independent else []
+        found = _tried(contacts, b, unique, None)
+        return found if found is not None else _tried(contacts, b, ordered, None)
+    if last is not None and guess is not None and (found := _tried(contacts, b, [last], guess)) is not None:
+        return found
+    P = _gauss_seidel(contacts, b, guess)
     if P is None:
         return None
     modes = tuple(_mode(contacts, b, P, i) for i in range(len(contacts.sizes)))
@@ -151,7 +182,7 @@ def _equations(contacts: Contacts, b: Array, modes: Modes, P: Array) -> tuple[Ar
         if not contacts.rubs(i):
             continue
         if contacts.sizes[i] == 2:
-            J[T, n] = mu if mode == FORWARD else -mu
+            J[T, n] = SENSE[mode] * contacts.limit(i, mode)
             continue
         speed = np.hypot(*w[T])
         along = w[T] / speed if speed > 0.0 else np.zeros(2)
@@ -169,7 +200,7 @@ def _mode(contacts: Contacts, b: Array, P: Array, i: int) -> int:
         return OPEN
     if not contacts.rubs(i) or contacts.slides(i):
         return contacts.choices(i)[-1]
-    if np.linalg.norm(P[T]) < contacts.mu[i] * P[n] * (1.0 - 1e-9):
+    if np.linalg.norm(P[T]) < contacts.limit(i) * P[n] * (1.0 - 1e-9):
         return STICK
     return BACKWARD if contacts.sizes[i] == 2 and P[T][0] > 0.0 else FORWARD
 
@@ -178,15 +209,17 @@ def _error(contacts: Contacts, b: Array, P: Array, modes: Modes) -> float:
     """The largest violation of the laws, relative to b; rows of impulses by the diagonal of G."""
     w = b + contacts.G @ P
     mass = np.where(contacts.G.diagonal() > 0.0, contacts.G.diagonal(), 1.0)
-    wrong = 0.0
+    wrong, size = 0.0, float(np.abs(b).max(initial=0.0)) or 1.0
     for i, mode in enumerate(modes):
-        n, T, mu = contacts.first[i], contacts.tangents(i), contacts.mu[i]
+        n, T, mu = contacts.first[i], contacts.tangents(i), contacts.limit(i, mode)
         wrong = max(wrong, -w[n], -mass[n] * P[n], abs(w[n]) if mode != OPEN else abs(mass[n] * P[n]))
         if not contacts.rubs(i):
             continue
-        excess = float(np.linalg.norm(P[T])) - mu * max(0.0, P[n])
-        wrong = max(wrong, float(mass[T].max()) * excess)
-        if mode == STICK:
+        most = mu * max(0.0, P[n])
+        excess = float(np.linalg.norm(P[T])) - most
+        if mass[T].max() * excess > ROUNDING * size:
+            wrong = max(wrong, size * excess / most if most else np.inf)
+        if mode in (STICK, AT_LIMIT, AT_LIMIT_BACKWARD):
             wrong = max(wrong, float(np.abs(w[T]).max()))
         elif mode != OPEN and not contacts.slides(i):  # friction is opposite to the slip: P_T . w_T = -mu P_N |w_T|
             speed = float(np.linalg.norm(w[T]))
@@ -194,13 +227,26 @@ def _error(contacts: Contacts, b: Array, P: Array, modes: Modes) -> float:
             wrong = max(wrong, speed + float(P[T] @ w[T]) / force if force > 0.0 else 0.0)
             if contacts.sizes[i] == 2 and w[n + 1] * (1.0 if mode == FORWARD else -1.0) < 0.0:
                 wrong = max(wrong, speed)
-    return wrong / (float(np.abs(b).max(initial=0.0)) or 1.0)
+            if speed <= WRONG * size and mu < contacts.limit(i):
+                return np.inf  # it does not slide
+    return wrong / size
 
 
-def _gauss_seidel(contacts: Contacts, b: Array) -> Array | None:
-    """P by projected Gauss-Seidel: the normals onto P_N >= 0, the tangents onto the disc |P_T| <= mu P_N; None if P
-    grows without bound."""
-    G, P = contacts.G, np.zeros(len(b))
+def independent_rows(G: Array, rows: Sequence[int]) -> NDArray[np.bool_]:
+    """Whether each of the ``rows`` is independent of those before it, by the pivots of Cholesky's method."""
+    A, found = G[np.ix_(rows, rows)], np.zeros(len(rows), bool)
+    size = A.diagonal().copy()
+    for k in range(len(A)):
+        found[k] = A[k, k] > DEPENDENT * size[k]
+        if found[k]:
+            A[k + 1 :, k + 1 :] -= np.outer(A[k + 1 :, k], A[k, k + 1 :]) / A[k, k]
+    return found
+
+
+def _gauss_seidel(contacts: Contacts, b: Array, guess: Array | None = None) -> Array | None:
+    """P by projected Gauss-Seidel, from ``guess``: the normals onto P_N >= 0, the tangents onto the disc
+    |P_T| <= mu P_N; None if P grows without bound."""
+    G, P = contacts.G, np.zeros(len(b)) if guess is None else guess.copy()
     normal = [G[n, n] for n in contacts.first]
     tangent = [np.linalg.eigvalsh(G[T, T]).max(initial=0.0) for T in map(contacts.tangents, range(len(normal)))]
     mass = np.where(G.diagonal() > 0.0, G.diagonal(), 1.0)
@@ -215,7 +261,7 @@ def _gauss_seidel(contacts: Contacts, b: Array) -> Array | None:
                 P[T] = -contacts.slides(i) * contacts.mu[i] * P[n]
             elif contacts.rubs(i) and tangent[i] > 0.0:
                 x = P[T] - (b[T] + G[T] @ P) / tangent[i]
-                long, radius = float(np.linalg.norm(x)), contacts.mu[i] * P[n]
+                long, radius = float(np.linalg.norm(x)), contacts.limit(i) * P[n]
                 P[T] = x if long <= radius else x * (radius / long)
         size = np.abs(mass * P).max(initial=0.0)
         if size > most:

@@ -74,12 +74,15 @@ def _by_modes(
 ) -> tuple[Array, Array, list[float]]:
     """As ``motion``, of a scene with rows that hold at times only: each set of rows that hold by itself."""
     tables, scene = system.tables, system.scene
-    rows = [tables.rows[c.name] for c in scene.contacts] + [tables.rows[x.row] for x in scene.sticking]
+    rows = [row for rows in tables.contact_rows for row in rows] + [tables.rows[x.row] for x in scene.sticking]
 
     def known_number(name: str) -> Array:
         return numbers.get(tables.inputs[name], np.zeros(len(t)))
 
-    modes = [known_number(contacts.number(c.name, contacts.MODE)) == contacts.CLOSED for c in scene.contacts]
+    modes = []
+    for c in scene.contacts:
+        modes.append(known_number(contacts.number(c.name, contacts.MODE)) == contacts.CLOSED)
+        modes += [known_number(contacts.number(c.name, contacts.HELD)) != 0.0 for _ in c.slips]
     modes += [known_number(sticking.number(x.name, sticking.HELD)) != 0.0 for x in scene.sticking]
     holds = np.stack(modes, axis=1)
     a, lam, undetermined = np.zeros((len(t), system.n)), np.zeros((len(t), system.m + system.p)), []

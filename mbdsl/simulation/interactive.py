@@ -26,11 +26,13 @@ from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, MethodRun
+from mbdsl.integrators.single_steps import SingleSteps
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
+from mbdsl.simulation.event_counts import of_events
 from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.input_values import Inputs
@@ -57,6 +59,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: number of rows by which the record grows at least
 ROWS = 1024
+#: part of a step by which times of events may differ from the end of the step
+NEAR = 1e-8
+#: what values of discrete variables have to be
+TYPES = {"Real": "a number", "Integer": "an integer", "Boolean": "true or false"}
 UNCOUNTED = 0.5  #: largest rotation of an angle in space until its turns are counted [rad]
 MOST_UNCOUNTED = 50  #: steps, because rates may grow meanwhile
 
@@ -90,7 +96,7 @@ class Simulation:
     __slots__ = (
         *("_bends", "_call", "_changes", "_first", "_functions", "_h", "_in_force", "_inputs", "_known", "_method"),
         *("_motion", "_point", "_record", "_room", "_signals", "_start", "_steps", "_stopped", "_system"),
-        *("_count", "_count_in", "_turns"),
+        *("_count", "_count_in", "_single", "_turns", "_vectors"),
     )
 
     @takes_options("method step start options force general without parameters initial".split())
@@ -100,9 +106,6 @@ class Simulation:
     ) -> None:
         asked = RunOptions.of(given)
         scene = with_initial(as_scene(model, asked.parameters, asked.without), asked.initial)
-        if scene.has_events:
-            hint = "run it with `mbdsl.simulate`, or set inputs between the steps of this simulation in their place"
-            raise UsageError(f"{scene.kind_of_events}: it cannot be run step by step", scene.first_event, hint)
         said, step = scene.experiment, asked.step
         self._method = asked.method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self._method).steps or backend(self._method) is not None:
@@ -114,12 +117,14 @@ class Simulation:
         begin = float(said.start if asked.start is None else asked.start)
         options = check_options(self._method, asked.options or {}, constrained(scene), asked.force)
         # no stop time: it lies 2^52 steps ahead
-        plan = Plan(self._method, self._h, begin, begin + self._h * 2.0**52, np.array([]), options, asked.general)
+        end = begin + self._h * 2.0**52
+        plan = Plan(self._method, self._h, begin, end, np.array([]), options, asked.general, single=True)
         scene, _ = settled(scene, begin)
         self._motion = motion = MechanismRun(scene, plan)
         announce_compilation(None, motion.uncompiled)
         motion.prepare()
         self._system = self._motion.system
+        self._single = self._single_steps()  #: the steps of a model with events
         self._record = record
         self._inputs = Inputs(scene)
         self._in_force = list(self._inputs.values())  #: read by the functions of signals
@@ -184,7 +189,14 @@ class Simulation:
     @property
     def time(self) -> float:
         """Time reached [s]."""
+        if self._single is not None:
+            return self._single.time
         return self._motion.time if self._steps is None else self._start + self._steps[S.STEP] * self._h
+
+    @property
+    def terminated(self) -> str:
+        """The text of `terminate`, after which no step is possible; "" before it has acted."""
+        return "" if self._single is None else self._single.set.ended
 
     @property
     def q(self) -> Array:
@@ -217,26 +229,37 @@ class Simulation:
         return function()[0]
 
     def __setitem__(self, name: str, value: float) -> None:
-        """Set a state, such as the current of a motor; the motion continues with it from the present time on.
+        """Set a state, such as the current of a motor, or a discrete variable; the motion continues with it from the
+        present time on. When-equations act at once on what this makes true.
 
         Parameters
         ----------
         name : str
-            Name of the state.
+            Name of the state or of the discrete variable.
         value : float
-            Its value in SI units.
+            Its value in SI units; true or false of a Boolean.
 
         Raises
         ------
         UsageError
-            If it is not a state, or the value is not a finite number.
+            If it is neither of them, or the value is not a finite number of its type.
+        IntegrationError
+            If the event fails.
         """
-        states = [c.name for c in self.scene.states()]
-        if name not in states:
-            hint = did_you_mean(name, states, "states") or "the model has no states; inputs are set by `inputs`"
+        states, discrete = [c.name for c in self.scene.states()], self.scene.events.variables
+        own = [x for x, variable in discrete.items() if variable.type]
+        if name not in [*states, *own]:
+            hint = did_you_mean(name, [*states, *own], "states and discrete variables")
+            hint = hint or "the model has no states and no discrete variables; inputs are set by `inputs`"
             raise UsageError(f"`{name}` is not a state and cannot be set", hint=hint)
         if not np.isfinite(number := float(value)):
             raise UsageError(f"{name} = {value}: expected a finite number")
+        if name in own and not _fits(discrete[name].type, number):
+            raise UsageError(f"{name} = {value}: expected {TYPES[discrete[name].type]}")
+        if self._single is not None:
+            self._point = None
+            self._ended(self._single.set_value(name, number))
+            return
         part = next(p for p in self._motion.parts if name in p.system.tables.coordinates)
         assert isinstance(part.integration, MethodRun)
         part.integration.set_velocity(part.system.tables.coordinates[name], number)
@@ -332,11 +355,16 @@ class Simulation:
             for _ in range(count - 1):
                 self._advance(1)
             count = 1
+        if self._single is not None and (text := self._single.set.ended):
+            hint = "`reset()`, or assign an earlier `state`; `terminated` is the text"
+            raise UsageError(f"the run has ended at t = {self.time:.9g} s: {text}", hint=hint)
         if self._inputs._changed:
             self._change_inputs()
         if count > self._room:
             self._make_room(count)
         self._point = None
+        if self._single is not None:
+            return self._step_singly(count)
         steps = self._steps
         if self._call is None or steps is None:
             return self._step_slowly(count)
@@ -346,6 +374,40 @@ class Simulation:
         if status != S.RUNNING:
             self._check(self._motion.continued(self._stopped, status, most))
         return self._start + most * self._h
+
+    def _step_singly(self, count: int) -> float:
+        """Steps of a model with events, up to one that ends the run."""
+        assert self._single is not None
+        for _ in range(count):
+            self._ended(self._single.advance())
+            self._room -= 1
+            if self._bends and self._motion.invalid():
+                check_bending(self.trajectory() if self._record else self._now())
+            if not self._record:
+                self._single.set.forget()
+            if self._single.set.ended:
+                break
+        return self.time
+
+    def _ended(self, status: int) -> None:
+        """Go on after something has happened in a model with events, unless the run has failed."""
+        run = self._motion.parts[0].integration
+        assert isinstance(run, MethodRun)
+        if self._motion.ended(status) not in (S.RUNNING, S.DONE) or run.vectors is not self._vectors:
+            self._check(status)
+
+    def _single_steps(self) -> SingleSteps | None:
+        """The steps of the run of a model with events, which is one part."""
+        if not self.scene.has_events:
+            return None
+        run = self._motion.parts[0].integration
+        assert isinstance(run, MethodRun)
+        return SingleSteps(run, self._motion.plan.start, self._h)
+
+    @property
+    def _done(self) -> int:
+        """Number of steps done."""
+        return self._motion.steps if self._single is None else self._single.count
 
     def _step_slowly(self, count: int) -> float:
         """Steps of models with bodies that bend, whose range is checked at every step, and of those without parts."""
@@ -369,9 +431,11 @@ class Simulation:
         if numbers is None or list(numbers) == self._in_force:
             return
         self._point = None
-        self._motion.change_inputs(dict(zip(self._inputs.names, numbers, strict=True)))
         self._in_force[:] = numbers
-        self._changes.append((self._motion.steps, numbers))
+        self._changes.append((self._done, numbers))
+        status = self._motion.change_inputs(dict(zip(self._inputs.names, numbers, strict=True)))
+        if self._single is not None:
+            self._ended(status)
 
     # -- state -------------------------------------------------------------------------------------------------
     @property
@@ -384,8 +448,9 @@ class Simulation:
         changes = self._changes, len(self._changes)
         motion = self._motion
         turns = {node: x.state for node, x in self._turns.items()}
+        taken = motion._taken if self._single is None else self._single.count
         return SavedState(
-            self.time, self.scene, self._settings, motion._taken, snapshot(motion), inputs, in_force, changes, turns
+            self.time, self.scene, self._settings, taken, snapshot(motion), inputs, in_force, changes, turns
         )
 
     @state.setter
@@ -400,6 +465,9 @@ class Simulation:
             )
         restore(self._motion, state.taken, state.runs)
         self._in_force[:] = state.in_force
+        if self._single is not None:
+            self._single.count = state.taken
+            self._single.set.inputs |= dict(zip(self._inputs.names, state.in_force, strict=True))
         self._inputs._put(state.inputs, state.inputs != state.in_force)
         changes, count = state.changes
         self._changes = changes[:count]
@@ -428,6 +496,7 @@ class Simulation:
             if hasattr(self, name):
                 setattr(other, name, getattr(self, name))
         other._motion = self._motion.copied()
+        other._single = other._single_steps()
         other._inputs, other._in_force = Inputs(self.scene), list(self._in_force)
         other.state = self.state
         return other
@@ -445,7 +514,7 @@ class Simulation:
             return self._at_present(self._stats())
         times = motion.parts[0].integration.times if motion.parts else self._own_times(motion.steps)
         motion.plan = replace(motion.plan, times=times)
-        t, q, v, lam, _ = motion.output(False)
+        t, q, v, lam, _ = motion.output(bool(self.terminated))
         rows = np.searchsorted([k for k, _ in self._changes], np.arange(len(t)))  # the changes before step k
         values = np.array([list(self._first.inputs), *(numbers for _, numbers in self._changes)])
         inputs = {name: values[rows, k] for k, name in enumerate(self._inputs.names)}
@@ -454,12 +523,18 @@ class Simulation:
     def _stats(self) -> dict[str, Any]:
         counted = ("iterations", "evaluations", "matrix_evaluations", "factorisations")
         counts = {key: self._motion.count(key) for key in counted}
-        return {"method": self._method, "h": self._h, "status": "done", "steps": self._motion.steps, **counts}
+        stats = {"method": self._method, "h": self._h, "status": "done", "steps": self._motion.steps, **counts}
+        return stats if self._single is None else stats | of_events(self._single.set)
 
     def _trajectory(self, t, q, v, lam, stats: dict, inputs: dict) -> Trajectory:
         motion = self._motion
         found = lam if motion.own_reactions else None
-        return Trajectory(self._system, t, q, v, found, stats, motion.moved, motion.left_out, inputs)
+        if self._single is not None:
+            inputs = inputs | self._single.set.at(t + NEAR * self._h)
+        trajectory = Trajectory(self._system, t, q, v, found, stats, motion.moved, motion.left_out, inputs)
+        if self._single is not None:
+            trajectory.find_events = self._single.set.happened
+        return trajectory
 
     def _at_present(self, stats: dict) -> Trajectory:
         q, v, lam = self._motion.present()
@@ -484,7 +559,7 @@ class Simulation:
     def _counter(self, node: Expr) -> TurnCounter:
         """The counter of an angle in space, from the start or from the stored states on."""
         if node not in self._turns:
-            if self._motion.steps == 0:
+            if self._done == 0:
                 first = self._motion.system.tables.first_angles.get(node, 0.0)
             else:
                 past = self._recorded()
@@ -501,9 +576,10 @@ class Simulation:
         tables = [p.system.tables for p in motion.parts]
         self._bends = any(model.deforms for own in tables for model in own.models.values())
         self._start = motion.plan.start
-        self._steps = runs[0].integers.data if runs else None
+        self._vectors = runs[0].vectors if runs else None
+        self._steps = runs[0].integers.data if runs and self._single is None else None
         self._room = len(runs[0].times) - runs[0].written if runs and self._record else sys.maxsize
-        quick = bool(runs) and not self._bends and motion.failed is None
+        quick = bool(runs) and not self._bends and motion.failed is None and self._single is None
         self._call = None
         if quick:
             self._call = self._together([run.prepared() for run in runs])
@@ -561,6 +637,11 @@ def _restored(scene: Scene, arguments: dict[str, Any], state: SavedState) -> Sim
     simulation = Simulation(scene, **arguments)
     simulation.state = state
     return simulation
+
+
+def _fits(type_: str, value: float) -> bool:
+    """Whether a number is one of a type."""
+    return value in (0.0, 1.0) if type_ == "Boolean" else type_ == "Real" or value == round(value)
 
 
 def _checked(count: object) -> int:

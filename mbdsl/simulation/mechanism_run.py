@@ -13,6 +13,7 @@ from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
+from mbdsl.integrators.saved_runs import SETTINGS
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Scene
@@ -160,6 +161,12 @@ class MechanismRun(PartsOutput):
             status = S.DONE if self._taken == self._steps else S.RUNNING
         return status
 
+    def ended(self, status: int) -> int:
+        """A status of the only part, which has failed if it is not RUNNING or DONE."""
+        if status not in (S.RUNNING, S.DONE):
+            self.failed, self._failure = self.parts[0], status
+        return status
+
     def _advance_to(self, most: int, parts: Sequence[PartRun], status: int) -> int:
         """Advance ``parts`` to step ``most`` or, if one fails, those behind it to its last step; a status."""
         for p in parts:
@@ -189,9 +196,11 @@ class MechanismRun(PartsOutput):
             run = p.integration
             assert isinstance(run, MethodRun)
             own = run.anew(run.times, run.tol, run.every, run.longest)
-            own.memory = run.memory.copy()
+            own.memory, own.integers[SETTINGS] = run.memory.copy(), run.integers[SETTINGS]
             if hasattr(run, "jumps"):  # it is in the middle of a search
                 own.jumps = Jumps(run.system, run.start, run.stop, run.h)
+            if run.tol is not None and run.events.set is not None and own.events.set is not None:
+                own.events.set.like(run.events.set)
             other.parts.append(replace(p, integration=own))
         return other
 
@@ -262,12 +271,13 @@ class MechanismRun(PartsOutput):
                     return True
         return False
 
-    def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        for p in self.parts:
-            p.integration.change_inputs(inputs)
+    def change_inputs(self, inputs: Mapping[str, float]) -> int:
+        """Set inputs from the present time on; a status."""
+        statuses = [p.integration.change_inputs(inputs) for p in self.parts]
+        return next((x for x in statuses if x not in (S.RUNNING, None)), S.RUNNING)
 
     @property
     def event_set(self) -> EventSet | None:
         """The events of the present run; None of a model without when-equations."""
         run = self.parts[0].integration if self.parts and self.system.scene.has_events else None
-        return run.events.set if isinstance(run, MethodRun) else None
+        return run.events.set if isinstance(run, MethodRun) else getattr(run, "event_set", None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from mbdsl.initial.consistent import InitialState
 from mbdsl.integrators import Run, backend
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.run import MethodRun
+from mbdsl.integrators.single_steps import STEPS
 from mbdsl.mechanism.reduction import Part
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.plan import Plan
@@ -38,7 +40,7 @@ class PartRun:
     @property
     def first(self) -> Array:
         """The row (1, 2 n + m + p) of outputs at the start, behind the event there."""
-        begun = self.integration.begun if isinstance(self.integration, MethodRun) else None
+        begun = getattr(self.integration, "begun", None)
         return np.concatenate(begun or (self.initial.q, self.initial.v, self.initial.lam))[None]
 
     @property
@@ -66,9 +68,11 @@ def run_of(system: System, method: str, plan: Plan, options: Mapping[str, float 
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     tol, grid, longest = plan.tol, 0.0, plan.longest
+    span = STEPS * plan.h if plan.single else 0.0
     if tol is None and system.scene.has_events:  # steps of a fixed size, which events shorten
         if controls_locally(method):
             tol, grid = NOMINAL, plan.h
         else:
             tol, longest = LOOSE, min(longest, plan.h)
-    return MethodRun(*arguments, tol=tol, every=plan.every, longest=longest, grid=grid, rows=plan.rows, keeps=keeps)
+    own = partial(MethodRun, *arguments, tol=tol, every=plan.every, longest=longest)
+    return own(grid=grid, span=span, rows=plan.rows, keeps=keeps)

@@ -46,6 +46,7 @@ class Plan:
     shown: NDArray[np.bool_] | None = None  #: which of ``times`` were requested; None: all
     streamed: bool = False  #: rows are taken from the run while it goes on; only a window of them is in memory
     open: bool = False  #: whether the method is only the default, and the runs may choose another one
+    single: bool = False  #: steps are taken one by one, and no stop time is known
     rows: OutputTimes | None = None  #: with ``streamed``: the output times, unless every step is output
 
     @property
@@ -131,11 +132,13 @@ def check_events(method: str, scene: Scene) -> None:
     Raises
     ------
     UsageError
-        If it is a third-party integrator, or kinematic.
+        If it is a third-party integrator or kinematic, or does not know a kind of events.
     """
-    if method not in modules() or declared(method).order == 0:
-        hint = "take one of mbdsl's own methods: hht-si2, ..."
-        raise UsageError(f"{method} does not know {scene.kind_of_events}", scene.first_event, hint)
+    compiled, knows = method in modules() and declared(method).order > 0, declared(method).knows
+    for kind, (what, span) in scene.kinds_of_events.items():
+        if not compiled and kind not in knows:
+            hint = "take one of mbdsl's own methods: hht-si2, ..."
+            raise UsageError(f"{method} does not know {what}", span, hint)
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:

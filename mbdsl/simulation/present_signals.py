@@ -8,6 +8,7 @@ name and no number of the model is part of it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,7 @@ class PresentSignals:
             self._names[f"v{k}"] = vectors[L.VELOCITY0, :n].data
             self._names[f"l{k}"] = vectors[L.UNKNOWN0].data
             self._names[f"n{k}"] = run.numbers.data
-            self._names[f"i{k}"] = run.integers.data
+            self._names[f"i{k}"], self._names[f"r{k}"] = run.integers.data, run.reals.data
         self._states: dict[str, tuple[Vector, list[Vector], Vector, Vector]] = {}
 
     def _root(self, name: str) -> Expr | None:
@@ -172,8 +173,13 @@ class PresentSignals:
                 new[n] = n if all(new[a] is a for a in n.args) else rebuild(n, [new[a] for a in n.args])
         return new[root]
 
-    @staticmethod
-    def _text(node: Expr, args: list[str], number: int, names: dict[str, object]) -> str:
+    def _discrete(self, name: str) -> float:
+        """The present value of a discrete variable."""
+        events = self._motion.event_set
+        assert events is not None
+        return events.values[name]
+
+    def _text(self, node: Expr, args: list[str], number: int, names: dict[str, object]) -> str:
         """The text of one operation; its constants are added to the ``names`` of the function."""
         if node.op == "buffer":
             buffer, index = node.value
@@ -184,6 +190,9 @@ class PresentSignals:
         if node.op == "table":
             names[f"t{number}"], order = node.value
             return f"table(t{number}, {int(order)}, {args[0]})"
+        if node.op == "held":
+            names[f"f{number}"] = partial(self._discrete, node.value)
+            return f"f{number}()"
         if node.op == "turns":
             names[f"f{number}"] = node.value
             return f"f{number}({', '.join(args)})"
@@ -200,7 +209,8 @@ class PresentSignals:
         if leaf.op == "start":
             return const(self._motion.system.tables.first_angles.get(leaf, 0.0))
         if leaf.op == "input":
-            return _buffer("u", self._input[str(leaf.value)])
+            name = str(leaf.value)
+            return _buffer("u", self._input[name]) if name in self._input else Expr("held", (), name)
         if leaf.op == "multiplier":
             return self._multiplier(leaf.value)
         if leaf.op == "coordinate":
@@ -212,6 +222,8 @@ class PresentSignals:
         if not self._motion.parts:
             raise _NotHere
         plan = self._motion.plan
+        if self._motion.event_set is not None:
+            return _buffer("r0", S.STOP)  # the end of the last step
         return plan.start + _buffer("i0", S.STEP) * plan.h
 
     def _multiplier(self, key: tuple[str, int]) -> Expr:

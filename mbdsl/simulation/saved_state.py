@@ -12,7 +12,7 @@ from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
-from mbdsl.integrators.saved_runs import checked
+from mbdsl.integrators.saved_runs import checked, checked_events
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import MechanismRun
 
@@ -71,7 +71,11 @@ class SavedState:
 
 def snapshot(motion: MechanismRun) -> tuple[dict[str, Any], ...]:
     """A copy of the state of every run."""
-    return tuple(p.integration.saved(*_SHARED) for p in motion.parts)  # type: ignore[attr-defined]
+    return tuple(_saved(p.integration) for p in motion.parts)  # type: ignore[arg-type]
+
+
+def _saved(run: MethodRun) -> dict[str, Any]:
+    return run.saved(*_SHARED) | ({"events": run.events.saved()} if hasattr(run, "events") else {})
 
 
 def restore(motion: MechanismRun, taken: int, runs: tuple[dict[str, Any], ...]) -> None:
@@ -101,7 +105,10 @@ def _checked(run: MethodRun, kept: dict[str, Any]) -> dict[str, Any]:
     written = int(kept["integers"][S.OUTPUT])
     if not 0 <= written <= min(len(out), len(times)):
         raise ValueError("it does not have the rows that were written")
-    return checked(run, kept, written)
+    made = checked(run, kept, written)
+    if hasattr(run, "events"):
+        made["events"] = checked_events(run.events, kept["events"])
+    return made
 
 
 def _put_back(run: MethodRun, kept: dict[str, Any], made: dict[str, Any]) -> None:
@@ -112,11 +119,17 @@ def _put_back(run: MethodRun, kept: dict[str, Any], made: dict[str, Any]) -> Non
         times, out = np.full(room, np.inf), np.empty((room, kept["out"].shape[1]))
         times[: len(kept["times"])], out[:written] = kept["times"], kept["out"][:written]
         run.times, run.out = times, out
+    of_events = made.pop("events", {})
     for key, value in made.items():
         present = getattr(run, key)
         if isinstance(value, np.ndarray) and present.shape == value.shape and present.flags.writeable:
             present[...] = value
         else:
             setattr(run, key, value)
+    if hasattr(run, "events") and run.events.set is not None:
+        vars(run.events).update(of_events)
+        run.set_stop(min(max(float(kept["reals"][S.STOP]), run.start), run.stop))
+        run.events.set.restore(run, kept["events"]["set"])
+        run.events.rejoin()
     if hasattr(run, "jumps") and run.jumps.next[0] != (due := float(run.reals[S.NEXT_EVENT])):
         run.jumps.rejoin(due)

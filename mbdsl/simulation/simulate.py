@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from mbdsl.errors import Interrupted, UsageError
+from mbdsl.errors import Interrupted
 from mbdsl.initial.redundancy import not_unique, repeated
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step
@@ -20,6 +19,7 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation import diagnostics
 from mbdsl.simulation.calibration_runs import COSTLY, Found
 from mbdsl.simulation.checkpoint import Keeper, of_run
+from mbdsl.simulation.event_counts import of_events
 from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.extremes import Gathered
 from mbdsl.simulation.failure_messages import failure
@@ -141,8 +141,6 @@ def _prepared(
     if announce is not None:
         _announce_redundant(motion, announce)
     run.at_start = diagnostics.warnings(run, before=True)
-    if asked.checkpoint is not None and scene.contacts:
-        raise UsageError("checkpoints do not keep rigid contacts", scene.first_event, "run without --checkpoint")
     if asked.checkpoint is not None:
         said, first = asked.repeatable(), asked.initial if rest is None else rest
         if first is not None:
@@ -327,16 +325,11 @@ def _collect(
         array.flags.writeable = False
     own = lam if motion.own_reactions else None
     if events is not None:
-        stats["terminated"] = events.ended
-        lines = Counter[str]()
-        for x, n in events.counts().items():
-            lines[f"{x.file}:{x.line}" if x is not None else "an event of a Builder"] += n
-        stats["acted"] = dict(lines.most_common())
+        stats |= of_events(events)
     numbers = {} if events is None else events.at(t)
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out, numbers)
     trajectory._since = None if stream is None else plan.start
     if events is not None:
-        stats["kinds of events"] = dict(events.kinds().most_common())
         trajectory.find_events = events.happened
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
     if trajectory.find_steps is None and plan.every and stream is None:

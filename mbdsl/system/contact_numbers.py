@@ -1,5 +1,35 @@
 """The numbers and modes of rigid contacts, for integrators, which see a System and not the parts of a scene."""
 
-from mbdsl.mechanism.contacts import CLOSED, COUNT, DEPENDENT, EDGE, IMPULSE, MODE, OPEN, number
+from mbdsl.mechanism.contacts import (
+    ALONG,
+    ALONG_2,
+    CLOSED,
+    COEFFICIENT,
+    COUNT,
+    DEPENDENT,
+    EDGE,
+    HELD,
+    IMPULSE,
+    MODE,
+    OPEN,
+    SLIDING,
+    SLOW,
+    number,
+)
 
-__all__ = ["CLOSED", "COUNT", "DEPENDENT", "EDGE", "IMPULSE", "MODE", "OPEN", "number"]
+__all__ = [
+    "ALONG",
+    "ALONG_2",
+    "CLOSED",
+    "COEFFICIENT",
+    "COUNT",
+    "DEPENDENT",
+    "EDGE",
+    "HELD",
+    "IMPULSE",
+    "MODE",
+    "OPEN",
+    "SLIDING",
+    "SLOW",
+    "number",
+]

@@ -9,6 +9,7 @@ from types import ModuleType
 from mbdsl.elements import Declared, declaring, loaded, modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.expressions.symbolic import Expr, expr
+from mbdsl.mechanism.contacts import friction_kind, is_contact, rubbing
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.sticking import holding, row_name, sticks
 from mbdsl.system.body_models import motion_module, motion_modules
@@ -75,7 +76,10 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
                 groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
             if c.velocity_constraints:
                 groups.setdefault(_GAMMA, []).append(c)
-            if c.friction is not None:
+            if is_contact(c) and c.velocity_constraints:
+                kind = friction_kind(c.kind.spatial)
+                groups.setdefault((4, "law", declaring(kind).__name__, False), []).extend(friction_of(c, kind))
+            elif c.friction is not None:
                 groups.setdefault((4, "law", _along(c.kind), False), []).append(c)
                 if sticks(c.kind, c.values):
                     row = row_holding(c)
@@ -84,6 +88,20 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
             order, role = (4, "law") if by_law(c) else (3, "spring")
             groups.setdefault((order, role, module.__name__, False), []).append(c)
     return [Block(key[1], kernels_of(key[2]), tuple(groups[key]), key[3]) for key in sorted(groups)]
+
+
+def friction_of(contact: Component, kind: ForceKind) -> list[Component]:
+    """The friction of a rigid contact on each frame that slides, which are no components of the scene."""
+    return [
+        Component(
+            f"{contact.name}.friction({frame})",
+            kind,
+            dict(zip(kind.laws, loads, strict=True)),
+            {"frame_a": frame, "frame_b": frame},
+            span=contact.span,
+        )
+        for frame, loads in rubbing(contact)
+    ]
 
 
 def row_holding(joint: Component) -> Component:
@@ -116,7 +134,7 @@ def _every_key(module: Declared) -> list[tuple]:
     if not isinstance(kind, JointKind):
         return []
     keys: list[tuple] = [(1, "joint", name, kind.driver is not None)] if kind.rows else [_GAMMA]
-    return [*keys, (4, "law", _along(kind), False)] if kind.friction else keys
+    return [*keys, (4, "law", _along(kind), False)] if kind.friction_along else keys
 
 
 def by_law(c: Component) -> bool:

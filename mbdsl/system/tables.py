@@ -102,6 +102,15 @@ class Tables:
         """Rows of constraints that hold at times only; left out unless a run activates them."""
         return tuple(sorted(self.rows[name] for name in self.holding))
 
+    @cached_property
+    def contact_rows(self) -> tuple[tuple[int, ...], ...]:
+        """The rows of each rigid contact: that of its gap, and those of its slips, which follow all holonomic ones."""
+        found = []
+        for c in self.scene.contacts:
+            first = self.velocity_rows.get(c.name, 0)
+            found.append((self.rows[c.name], *range(first, first + len(c.slips))))
+        return tuple(found)
+
     def joint(self, name: str) -> Component:
         """A joint that has rows."""
         return self.holding[name] if name in self.holding else self.scene.components[name]

@@ -295,13 +295,36 @@ def test_a_checkpoint_keeps_events(given, tmp_path):
     assert resumed.stats["kinds of events"] == whole.stats["kinds of events"]
 
 
+@pytest.mark.parametrize("given", [{"step": 1e-4, "method": "nstiff"}, {"tol": 1e-6, "method": "hht-si2"}])
+def test_a_checkpoint_keeps_contacts(given, tmp_path):
+    """A ball that has come to rest, and one that still bounces: bit for bit."""
+    model = mbdsl.parse(
+        "model M Ground o; PointMass a(m = 1 kg); PointMass b(m = 1 kg); Contact f(gap = a.y, e = 0.5); "
+        "Contact g(gap = b.y, e = 0.9); initial equation a.x = 0 m; a.vx = 0 m/s; a.y = 0.1 m; a.vy = 0 m/s; "
+        "b.x = 0 m; b.vx = 0 m/s; b.y = 1 m; b.vy = 0 m/s; end M;"
+    )
+    whole = mbdsl.simulate(model, interval=0.1, stop=2.0, **given)
+    late = []
+
+    def interrupt(progress):
+        if progress.t > 0.5 and not late:  # a is at rest from 0.4283 s on
+            late.append(progress.t)
+            raise KeyboardInterrupt
+
+    file = str(tmp_path / "c.ck")
+    with pytest.raises(KeyboardInterrupt):
+        mbdsl.simulate(model, interval=0.1, stop=2.0, checkpoint=file, progress=interrupt, **given)
+    resumed = mbdsl.resume(file, model)
+    for name in ("a.y", "b.y", "f.force", "g.impacts"):
+        np.testing.assert_array_equal(resumed[name], whole[name])
+    assert whole["f.force"][-1] == pytest.approx(9.81) and resumed.stats["events"] == whole.stats["events"]
+
+
 @pytest.mark.parametrize("method", ["scipy-radau", "ida"])
-def test_backends_and_steps_by_hand_refuse_events(method):
+def test_backends_refuse_events(method):
     model = slide(*CLOCKED)
     with pytest.raises(UsageError, match="does not know the `when`"):
         mbdsl.simulate(model, method=method, tol=1e-5)
-    with pytest.raises(UsageError, match="step by step"):
-        mbdsl.Simulation(model)
 
 
 def test_a_clock_that_would_never_end_is_refused_at_once():

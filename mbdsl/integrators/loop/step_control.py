@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from math import ceil
 
-from numpy import floor
+from numpy import floor, inf
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.error_projection import (
@@ -268,11 +268,12 @@ def to_grid(run):
     reals = run.reals
     now, grid, sliver = reals[S.NOW], reals[S.GRID], reals[S.SLIVER] * reals[S.GRID]
     k = floor((now - reals[S.START] + sliver) / grid) + 1.0
-    end = min(reals[S.START] + k * grid, reals[S.STOP])
-    if now < reals[S.NEXT_EVENT] < end + sliver:
+    stop = reals[S.STOP] if reals[S.STOP] > now else inf  # the caller of single steps moves the stop on
+    end = min(reals[S.START] + k * grid, stop)
+    if now < reals[S.NEXT_EVENT] < end + sliver and reals[S.NEXT_EVENT] <= stop:
         end = reals[S.NEXT_EVENT]
-    elif reals[S.STOP] < end + sliver:
-        end = reals[S.STOP]
+    elif stop < end + sliver:
+        end = stop
     h = end - now
     return grid if abs(h - grid) <= 1e-9 * grid else h
 

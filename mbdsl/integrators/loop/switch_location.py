@@ -32,6 +32,8 @@ LEFT = 1e-3
 #: the part of a zone after which steps of ordinary methods end, and what is added to that of others for the part of the
 #: way to a switch
 MIDDLE, EARLIER = 0.5, 0.25
+#: the part of a step that is tried if it has no solution, and friction sticks
+NEARER = 0.9
 #: value of WATCHING if reactions decide events: the last correction of a step may change them more than a little, and
 #: switches are evaluated behind it
 REACTIONS = 2
@@ -122,8 +124,8 @@ def until_switch(status, accepted, h, run):
         vectors[L.E_V, i], vectors[L.TEMPORARY2, i] = vectors[L.FORCE, i], vectors[L.FORCE2, i]
     motion = ON
     if look(ON, 1.0, h, run) == old:
-        if not found:
-            return 1.0
+        if not found:  # sliding may end within the step, beyond which there is no solution
+            return NEARER if integers[S.WATCHING] == REACTIONS else 1.0
         motion = BETWEEN
     low, high = 0.0, 1.0
     while high - low > CLOSE * high and high * h > reals[S.LEAST_H]:

@@ -163,7 +163,7 @@ class _Writer:
         found |= kind.derive({**found}) if isinstance(kind, JointKind) else {}
         given = [key for key in kind.law_parameters if found[key] is not None]
         formulas = signals.Formulas(kind, c.name, found.__getitem__, lambda port, key: self._leaf(ports[port], key))
-        rows = kind.velocity_rows if isinstance(kind, JointKind) else ()
+        rows = kind.velocity_rows if isinstance(kind, JointKind) and c.velocity_constraints else ()
         return Component(
             c.name, kind, found, ports, signals.names(kind, given, False), c.span, c.doc,
             velocity_constraints=tuple(map(formulas.row, rows)),

@@ -91,7 +91,7 @@ def variants(kind):
         return ("", "turned")
     optional = [p.name for p in kind.parameters if p.law and p.default is None]
     if isinstance(kind, JointKind) and kind.friction:
-        return ("", "friction")
+        return ("",) if kind.unilateral else ("", "friction")  # see test_contact_friction.py
     return ("linear", "law") if optional else ("",)
 
 

@@ -192,7 +192,7 @@ def test_equal_coefficients_need_no_exponential():
     assert "exp" in {n.op for n in ex.walk(falling)}
 
 
-@pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.friction])
+@pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.friction_along])
 def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name, plain):
     kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, C.VALUE + 1))
     plain(row_kernels.module(loaded(f"mbdsl.elements.{kind.friction_along}")).gradient)(Z, 0, 1, (), G)

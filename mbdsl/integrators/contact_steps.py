@@ -1,0 +1,358 @@
+"""Steps of the method of Moreau and Jean; its equations are in :mod:`mbdsl.integrators.methods.moreau_jean`.
+
+With C = theta h D + theta^2 h^2 K, where D = -Q_v and K = -Q_q, and J the rows of the constraints that are no contacts,
+a step solves
+
+    [[M + C, J^T - Q_lam], [J, 0]] [dv; h dlam] = [s + W^T P; c]
+
+for s = h Q at first, and until it has converged for s = h Q(q_theta, v_theta) + C dv. The rows J in the first line are
+those of q_theta; in the second line they are those of q_{n+1}, once a first solution is known. With X the solution for
+s = W^T, c = 0, Delassus's matrix is G = W X, and the velocities of contacts are u = u_free + G P.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import IntegrationError
+from mbdsl.integrators.backends import Problem
+from mbdsl.kernels import buffer_layout as L
+from mbdsl.numerics.contact_modes import OPEN, SENSE, STICK, Contacts, Modes
+from mbdsl.numerics.impact import UnsolvableError, at_once, in_sequence
+from mbdsl.numerics.saddle_point import dense
+from mbdsl.system.accelerations import balance
+from mbdsl.system.contact_numbers import (
+    ALONG,
+    ALONG_2,
+    CLOSED,
+    COEFFICIENT,
+    COUNT,
+    HELD,
+    IMPULSE,
+    MODE,
+    SLIDING,
+    SLOW,
+    number,
+)
+from mbdsl.system.contact_numbers import OPEN as NO_CONTACT
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+NEAR = 1e-9  #: gap, relative to the mechanism's size, below which a contact is closed
+REST = 1e-10  #: speed of a gap, relative to the fastest motion, that counts as rest
+AGREED = 1e-8  #: change of the velocities by the last iteration for forces, relative to that within the step
+ROUNDING = 1e-13  #: this change relative to the velocities
+ARRIVED = 1e-12  #: last correction of positions and velocities by the constraints, relative to size and speed
+FROZEN, MOST = 8, 40  #: iterations with the same matrix; most iterations of a step
+NOT_FINITE = "the forces have values that are not finite"
+SINGULAR = "the equations of motion are singular"
+OF_SINGULAR = "a body without mass or inertia moves freely, or the pose is singular"
+DIVERGES = "the iteration for the forces of a step does not converge"
+
+
+class Start(NamedTuple):
+    """The start of a step of length h."""
+
+    t: float
+    q: Array
+    v: Array
+    h: float
+
+
+class Linear(NamedTuple):
+    """The equations of a step with n coordinates and k constraints, and the inverse (n + k, n + k) of their matrix."""
+
+    A: Array  #: M + C
+    C: Array
+    U: Array  #: J^T - Q_lam (n, k), at q_theta
+    J: Array  #: (k, n)
+    inverse: Array
+
+
+class Touching(NamedTuple):
+    """Contacts (numbers) that are closed in a step, and their rows: W (r, n), with their velocities u (r,) before; and
+    the speed that counts as rest."""
+
+    which: Rows
+    rows: list[int]
+    W: Array
+    u: Array
+    slow: float
+
+
+class Solution(NamedTuple):
+    """x = [dv; h dlam] for s and c, and the impulses P (r,) and modes of the contacts."""
+
+    s: Array
+    x: Array
+    P: Array
+    modes: Modes
+
+
+class ContactSteps:
+    """The steps of a run."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.system, self.events = problem, problem.system, problem.events
+        system, theta = problem.system, problem.options["theta"]
+        self.theta = 0.5 if theta is None else theta
+        self.contacts = system.scene.contacts
+        self.rows = system.tables.contact_rows
+        self.normals = np.array([rows[0] for rows in self.rows], int)
+        self.e = np.array([c.e for c in self.contacts])
+        self.mu, self.mu_s = (np.array([getattr(c, x) for c in self.contacts]) for x in ("mu", "mu_s"))
+        self.sequential = bool(self.contacts) and self.contacts[0].sequential
+        out = {*problem.left_out, *(row for rows in self.rows for row in rows)}
+        self.kept = np.array([row for row in range(system.m + system.p) if row not in out], int)
+        self.lam = np.where(np.isin(np.arange(system.m + system.p), self.kept), problem.lam, 0.0)
+        self.modes = np.full(len(self.contacts), OPEN)  #: of the last step
+        self.P = np.zeros(system.m + system.p)  #: impulses of contacts in the last step, at their rows
+        self.scale = system.tables.scale
+        self._balance: Array | None = None
+        self._begin()
+
+    def states(self) -> Iterator[tuple[float, Array, Array, Array]]:
+        """Yield t, q, v and lam at the ends of all steps."""
+        problem, t, q, v = self.problem, self.problem.start, self.problem.q, self.problem.v
+        switches = self._switches(t, q, v)
+        for end in problem.times.tolist():
+            with np.errstate(all="ignore"):
+                q, v = self.step(t, q, v, end - t)
+            t = end
+            problem.counts["steps"] += 1
+            if self.events is not None and self.events.events:
+                found = self._switches(t, q, v)
+                if (found != switches).any() or self.events.ticks_by(t + 1e-9 * problem.h):
+                    self.events.reactions = self._lam(problem.h)
+                    v = self.events.act(t, q, v, self._left_out)
+                    problem.counts["events"] += 1
+                    found = self._switches(t, q, v)
+                switches = found
+            yield t, q, v, self._lam(problem.h)
+
+    @property
+    def _left_out(self) -> tuple[int, ...]:
+        return tuple(np.setdiff1d(np.arange(self.system.m + self.system.p), self.kept).tolist())
+
+    def _switches(self, t: float, q: Array, v: Array) -> Rows:
+        return self.system.switches(t, q, v, self._lam(self.problem.h))
+
+    def _lam(self, h: float) -> Array:
+        """The multipliers (m + p,) of the last step."""
+        return self.lam - self.P / h
+
+    # -- one step ------------------------------------------------------------------------------------------------------
+
+    def step(self, t: float, q: Array, v: Array, h: float) -> tuple[Array, Array]:
+        """q and v (n,) after a step.
+
+        Raises
+        ------
+        IntegrationError
+            If the equations have no solution, or an iteration does not converge.
+        """
+        system, far, start = self.system, self.theta * h, Start(t, q, v, h)
+        f, phi, rate = self._at(t + far, system.moved(q, far * v), v)
+        if not np.isfinite(f).all():
+            raise IntegrationError(NOT_FINITE)
+        matrix, linear = self._linear(t + far, h)
+        which = np.flatnonzero(phi[self.normals] <= NEAR * system.tables.size)
+        rows = [row for i in which for row in self.rows[i]]
+        s, c = h * f, -rate[self.kept]
+        fastest = self._largest(v) + self._largest(linear.inverse[: system.n] @ np.concatenate([s, c]))
+        W, slow = matrix[[system.n + row for row in rows], : system.n], REST * fastest * system.tables.size
+        touching = Touching(which, rows, W, rate[rows], slow)
+        if len(self.kept):
+            linear, c = self._constrained(start, linear, self._struck(t + h, linear, touching, s, c))
+        linear, found = self._forced(start, linear, touching, s, c)
+        q, v = self._projected(start, linear, found)
+        self.lam[self.kept] = self._multipliers(found.x, h)
+        self._keep(t + h, touching, found)
+        return q, v
+
+    def _end(self, start: Start, x: Array) -> tuple[Array, Array]:
+        dv = x[: self.system.n]
+        return self.system.moved(start.q, start.h * (start.v + self.theta * dv)), start.v + dv
+
+    def _multipliers(self, x: Array, h: float) -> Array:
+        """Those (k,) of the constraints of a solution x."""
+        change = x[self.system.n :] / h
+        return change + self.lam[self.kept] if self.system.of_multipliers else change
+
+    def _at(self, t: float, q: Array, v: Array, lam: Array | None = None) -> tuple[Array, Array, Array]:
+        """Forces (n,), Phi (m,), and the rates of all constraints (m + p,) at a state."""
+        system, n, m = self.system, self.system.n, self.system.m
+        if lam is None and system.of_multipliers:
+            lam = self.lam
+        work = system._at(t, q, v, lam).vectors
+        rate = np.concatenate([work[L.FORCE2, n : n + m], work[L.FORCE, n + m : system.unknowns]])
+        self.problem.counts["evaluations"] += 1
+        return work[L.FORCE, :n].copy(), work[L.FORCE, n : n + m].copy(), rate
+
+    def _linear(self, t: float, h: float) -> tuple[Array, Linear]:
+        """The matrix of M and all rows (n + m + p, n + m + p) at the last evaluated state, and the equations of a
+        step."""
+        system, n, far = self.system, self.system.n, self.theta * h
+        C = dense(system.matrix(system.entries(t, cK=far * far, cD=far)))[:n, :n]
+        matrix = dense(system.matrix(system.entries(t, cM=1.0, cP=1.0, cV=1.0, cL=1.0)))
+        A, U, J = matrix[:n, :n] + C, matrix[:n, n + self.kept], matrix[n + self.kept, :n]
+        self.problem.counts["matrix_evaluations"] += 1
+        if self._balance is None:
+            self._balance = balance(system, matrix.diagonal()[:n], J)
+        return matrix, Linear(A, C, U, J, self._inverse(A, U, J))
+
+    def _inverse(self, A: Array, U: Array, J: Array) -> Array:
+        n, d = self.system.n, self._balance
+        assert d is not None
+        K = np.zeros((len(d), len(d)))
+        K[:n, :n], K[:n, n:], K[n:, :n] = A, U, J
+        self.problem.counts["factorisations"] += 1
+        try:
+            found = d[:, None] * np.linalg.inv(d[:, None] * K * d) * d
+        except np.linalg.LinAlgError:
+            found = np.full_like(K, np.nan)
+        if not np.isfinite(found).all():
+            raise IntegrationError(SINGULAR, hint=OF_SINGULAR)
+        return found
+
+    def _forced(self, start: Start, linear: Linear, touching: Touching, s: Array, c: Array) -> tuple[Linear, Solution]:
+        """The solution with the forces of the step's own motion, and the equations that gave it."""
+        (t, q, v, h), n = start, self.system.n
+        at, lam = t + self.theta * h, None
+        for k in range(1, MOST):
+            found = self._struck(t + h, linear, touching, s, c)
+            dv = found.x[:n]
+            middle = v + self.theta * dv
+            if self.system.of_multipliers:
+                lam = self.lam.copy()
+                lam[self.kept] = self._multipliers(found.x, h)
+            f, _, _ = self._at(at, self.system.moved(q, self.theta * h * middle), middle, lam)
+            new = h * f + linear.C @ dv
+            if lam is not None:  # forces contain -J^T lam
+                new += linear.U @ found.x[n:]
+            error = self._largest(linear.inverse[:n, :n] @ (new - s))
+            if error <= AGREED * self._largest(dv) + ROUNDING * self._largest(v):
+                return linear, found
+            self.problem.counts["iterations"] += 1
+            if k % FROZEN == 0:
+                former, (_, linear) = linear, self._linear(at, h)
+                linear = self._with_rows(linear, former.J)
+                new += (linear.C - former.C) @ dv
+                if lam is not None:
+                    new += (linear.U - former.U) @ found.x[n:]
+            s = new
+        raise IntegrationError(DIVERGES, hint="try a shorter step, or forces that change less abruptly")
+
+    def _largest(self, x: Array) -> float:
+        return float(np.abs(x * self.scale).max(initial=0.0))
+
+    def _constrained(self, start: Start, linear: Linear, first: Solution) -> tuple[Linear, Array]:
+        """The equations with the rows J of the constraints at the end of the step, which a first solution shows, and
+        their right-hand side c."""
+        n, t = self.system.n, start.t + start.h
+        _, _, rate = self._at(t, *self._end(start, first.x))
+        J = dense(self.system.matrix(self.system.entries(t, cP=1.0, cV=1.0)))[n + self.kept, :n]
+        c = J @ first.x[:n] - rate[self.kept]
+        return self._with_rows(linear, J), c
+
+    def _with_rows(self, linear: Linear, J: Array) -> Linear:
+        if (J == linear.J).all():
+            return linear
+        return linear._replace(J=J, inverse=self._inverse(linear.A, linear.U, J))
+
+    def _projected(self, start: Start, linear: Linear, found: Solution) -> tuple[Array, Array]:
+        """q and v at the end of the step, on the constraints."""
+        n, m, t = self.system.n, self.system.m, start.t + start.h
+        q, v = self._end(start, found.x)
+        if not len(self.kept):
+            return q, v
+        holonomic = self.kept < m
+        for _ in range(MOST):
+            _, phi, rate = self._at(t, q, v)
+            c = np.zeros((len(self.kept), 2))
+            c[holonomic, 0], c[:, 1] = -phi[self.kept[holonomic]], -rate[self.kept]
+            dq, dv = (linear.inverse[:n, n:] @ c).T
+            if self._largest(dq) <= ARRIVED and self._largest(dv) <= ARRIVED * (self._largest(v) + self._largest(dv)):
+                return q, v
+            q, v = self.system.moved(q, dq), v + dv
+        raise IntegrationError("the constraints cannot be satisfied at the end of a step", hint="try a shorter step")
+
+    # -- contacts ------------------------------------------------------------------------------------------------------
+
+    def _struck(self, t: float, linear: Linear, touching: Touching, s: Array, c: Array) -> Solution:
+        """The solution for s (n,) and c (k,), with the impulses of the contacts."""
+        x = linear.inverse @ np.concatenate([s, c])
+        if not len(touching.which):
+            return Solution(s, x, np.zeros(0), ())
+        n, W = self.system.n, touching.W
+        X = linear.inverse[:, :n] @ W.T
+        P, modes = self._impulses(t, touching, W @ X[:n], touching.u + W @ x[:n])
+        return Solution(s, x + X @ P, P, modes)
+
+    def _impulses(self, t: float, touching: Touching, G: Array, free: Array) -> tuple[Array, Modes]:
+        """Impulses and modes; ``free``: the velocities that the forces alone give."""
+        which, rows, _, u, slow = touching
+        mu = np.where(self.modes[which] == STICK, self.mu_s[which], self.mu[which])
+        laws = Contacts(G, tuple(len(self.rows[i]) for i in which), mu)
+        before = np.where(np.abs(u) <= slow, 0.0, u)
+        last = tuple(self.modes[which].tolist()), self.P[rows]
+        try:
+            if not (self.sequential and (before[laws.first] < 0.0).any()):
+                found = at_once(laws, free, self.e[which], before, last)
+                return found.P, found.modes
+            first = in_sequence(laws, u, self.e[which]).P
+            then = at_once(laws, free + G @ first, np.zeros(len(which)))
+            return first + then.P, then.modes
+        except UnsolvableError as error:
+            names = ", ".join(f"`{self.contacts[which[i]].name}`" for i in error.which)
+            raise IntegrationError(
+                f"no impulses satisfy the laws of the contacts {names}",
+                self.contacts[which[error.which[0]]].span,
+                "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
+            ) from None
+
+    def _begin(self) -> None:
+        """Take over the contacts of the event at the start. Their numbers get no friction that is a force: that of the
+        steps is an impulse."""
+        for k, contact in enumerate(self.contacts):
+            assert self.events is not None
+            values = self.events.values
+            if contact.slips:
+                held, rest = values[number(contact.name, HELD)], values[number(contact.name, SLIDING)] == 0.0
+                self.modes[k] = STICK if held and rest else OPEN
+                values |= {number(contact.name, x): 0.0 for x in (COEFFICIENT, HELD, ALONG_2)}
+                values |= {number(contact.name, SLOW): np.finfo(float).tiny, number(contact.name, ALONG): 1.0}
+        if self.contacts and self.events is not None:
+            self.events.note(self.problem.start)
+
+    def _keep(self, t: float, touching: Touching, found: Solution) -> None:
+        """Enter what the contacts did in the step to time t."""
+        self.P[:], self.modes[:] = 0.0, OPEN
+        if self.events is None or not self.contacts:
+            return
+        which, rows, W, u, slow = touching
+        self.P[rows], self.modes[which] = found.P, found.modes
+        behind = u + W @ found.x[: self.system.n]
+        values, first, done = self.events.values, 0, self._released()
+        for i, mode in zip(which.tolist(), found.modes, strict=True):
+            name, P = self.contacts[i].name, float(found.P[first])
+            if P > 0.0 and values[number(name, MODE)] != CLOSED and u[first] < -slow:
+                done |= {number(name, COUNT): values[number(name, COUNT)] + 1.0, number(name, IMPULSE): P}
+            if mode != OPEN and abs(behind[first]) <= slow:
+                done[number(name, MODE)] = CLOSED
+                if self.contacts[i].slips and mode != STICK:
+                    done[number(name, SLIDING)] = float(SENSE[mode])
+            first += len(self.rows[i])
+        if any(values[name] != x for name, x in done.items()):
+            values |= done
+            self.events.note(t)
+
+    def _released(self) -> dict[str, float]:
+        """The numbers of contacts all of which are open."""
+        found = {number(c.name, MODE): NO_CONTACT for c in self.contacts}
+        return found | {number(c.name, SLIDING): 0.0 for c in self.contacts if c.slips}
