@@ -72,10 +72,8 @@ def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
 
     Parameters
     ----------
-    model : Scene or path
-        The mechanism.
-    **asked
-        Fields of ``Asked``: methods, steps, tols, signals, ...
+    model, **asked
+        As for ``convergence``.
 
     Returns
     -------

@@ -160,10 +160,8 @@ def energy(model: Scene | str | PathLike, **asked: Any) -> Energy:
 
     Parameters
     ----------
-    model : Scene or path
-        The mechanism.
-    **asked
-        Fields of ``Asked``: methods, steps, tols, signals, ...
+    model, **asked
+        As for ``convergence``.
 
     Returns
     -------

@@ -116,10 +116,8 @@ def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
 
     Parameters
     ----------
-    model : Scene or path
-        The mechanism.
-    **asked
-        Fields of ``Asked``: methods, steps, tols, signals, ...
+    model, **asked
+        As for ``convergence``.
 
     Returns
     -------

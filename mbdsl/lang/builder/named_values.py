@@ -74,11 +74,13 @@ class NamedValues(Declarations):
         -------
         Handle
         """
+        arguments = (*self._start_and_unit(name, start, unit), *displayed(name, display_unit))
+        return self._enter(name, frozenset({"input"}), "Real", doc, replace, arguments=arguments)
+
+    def _start_and_unit(self, name: str, start: Any, unit: str) -> list[s.Argument]:
         arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
-        if python_values.text(unit, f"{name}.unit"):
-            arguments.append(s.Argument("unit", s.String(unit)))
-        arguments += displayed(name, display_unit)
-        return self._enter(name, frozenset({"input"}), "Real", doc, replace, arguments=tuple(arguments))
+        given = python_values.text(unit, f"{name}.unit")
+        return [*arguments, s.Argument("unit", s.String(unit))] if given else arguments
 
     def variable(
         self, name: str, value: Law, doc: str = "", *, display_unit: str = "", replace: bool = False
@@ -137,9 +139,7 @@ class NamedValues(Declarations):
         -------
         Handle
         """
-        arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
-        if python_values.text(unit, f"{name}.unit"):
-            arguments.append(s.Argument("unit", s.String(unit)))
+        arguments = self._start_and_unit(name, start, unit)
         if nominal is not None:
             arguments.append(s.Argument("nominal", self._node(nominal, f"{name}.nominal")))
         handle = self._enter(name, frozenset(), "Real", doc, replace, arguments=tuple(arguments))
