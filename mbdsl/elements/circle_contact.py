@@ -6,7 +6,7 @@
 circle_friction.py; without, it needs the distance of the centres only.
 """
 
-from mbdsl.elements import contact_law, friction, of_variant
+from mbdsl.elements import contact_law, friction
 from mbdsl.elements.declaration import Parameter, Signal, power
 from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
@@ -28,11 +28,9 @@ def derive(values):
     return found | friction.derive(values)
 
 
-def rubbing(values, spatial=False):
-    """The kind of components with friction."""
-    if not values["mu_s"]:
-        return None
-    return of_variant("circle_friction", spatial).KIND
+def specialised(values):
+    """With friction it is another kind."""
+    return "circle_friction" if values["mu_s"] else ""
 
 
 SHAPE = (
@@ -69,7 +67,7 @@ KIND = ForceKind(
     laws=("force",),
     sign=1.0,
     effects={**contact_law.EFFECTS, **friction.EFFECTS},
-    specialised=rubbing,
+    specialised=specialised,
     latches=(contact_law.latch(1, "lt(0, depth)", "abs(v)", "v_0"),),
     drawing="circles",
 )
@@ -77,6 +75,5 @@ IN_SPACE = in_space(
     KIND,
     doc="Contact of two balls about the frame origins, which push each other apart where they overlap; with "
     "friction if it has `mu`.",
-    specialised=lambda values: rubbing(values, True),
     signals=(*APART_IN_SPACE, *KIND.signals[2:]),
 )

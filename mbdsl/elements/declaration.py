@@ -134,8 +134,8 @@ class Kind:
     doubt: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
-    #: values (after ``derive``) -> the kind that components with them are, if it has other formulas or rows than this
-    specialised: Callable[[Mapping], Kind | None] = lambda values: None
+    #: values (after ``derive``) -> the ``variant`` that components with them are, if it has other formulas or rows
+    specialised: Callable[[Mapping], str] = lambda values: ""
     #: effect (of ``EFFECTS``) -> function from values to those that change without the effect, {} if there is none
     effects: Mapping[str, Callable[[Mapping], dict]] = field(default_factory=dict)
     #: values -> the numbers of one component that its kernels read as ``p``

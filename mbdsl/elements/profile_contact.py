@@ -10,7 +10,7 @@ features, of which one counts: its gap, its normal and their derivatives cost th
 
 from functools import cache
 
-from mbdsl.elements import of_variant, profile
+from mbdsl.elements import profile
 from mbdsl.elements.contact_points import Point, contact
 from mbdsl.elements.declaration import Parameter
 
@@ -52,7 +52,7 @@ def derive(values):
 
 def specialised(values):
     count = len(values["features"]) // len(FIELDS)
-    return of_variant(f"profile_contact_of_{count}", False).KIND
+    return f"profile_contact_of_{count}"
 
 
 def of(i, field):

@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from mbdsl.elements import of_variant
 from mbdsl.elements.declaration import ANY, REQUIRED
 from mbdsl.elements.kind import BodyKind, JointKind, Kind, SensorKind
 from mbdsl.errors import ModelError, Span
@@ -251,7 +252,8 @@ class FlatComponent:
     @property
     def own_kind(self) -> Kind:
         """Its kind, or the one that its values make of it."""
-        return self.kind.specialised(self.values) or self.kind
+        variant = self.kind.specialised(self.values)
+        return of_variant(variant, self.kind.spatial).KIND if variant else self.kind
 
     @property
     def formulas(self) -> signals.Formulas:

@@ -95,7 +95,7 @@ def undecided(
 
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:
     """The largest scaled change of a velocity that a contact of this depth causes [1/s]."""
-    if x.number in system.kept(Approaches).of_events:
+    if x.number in system.kept(Approaches).of_events or not np.isfinite(depth):
         return np.inf  # what a when-equation does has no bound
     scale, (q, v), argument = system.tables.scale, np.array(x.state).reshape(2, -1), _argument(system, x)
     positions = of_positions(argument)
