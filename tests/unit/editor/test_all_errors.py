@@ -45,6 +45,24 @@ def test_errors_of_syntax_and_of_names():
     assert lines(broken) == [3, 4, 6, 9, 11, 13, 15]  # line 10 needs line 9
 
 
+def test_an_equation_with_an_error_still_gives_its_variable():
+    """No error that a variable has no value, where its derivative or its value at an event is wrong."""
+    text = """model M
+  Ground ground;
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Revolute pin(ground, b.c);
+  Real x, y = 2*x;
+  Integer n;
+  Torque load(pin, tau = n*x*1 N.m);
+  Torque other(pin, tau = 1 m);
+equation
+  der(x) = 3 kg;
+  when time > 1 m then n = 2; end when;
+end M;
+"""
+    assert lines(text) == [8, 10, 11]
+
+
 @pytest.mark.parametrize(
     ("block", "expected"),
     [
