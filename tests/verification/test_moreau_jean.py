@@ -223,6 +223,8 @@ def test_coulomb_oscillator():
         assert found["floor.force"][-1] == pytest.approx(G, rel=1e-9)
         assert found["floor.friction"][-1] == pytest.approx(-100 * found["p.x"][-1], abs=1e-9)
         np.testing.assert_allclose(found["floor.friction"][5:40], -2.0)
+        np.testing.assert_allclose(found["p.ax"][5:40], 2.0 - 100 * found["p.x"][5:40], atol=1e-9)
+        assert abs(found["p.ax"][-1]) < 1e-9
         assert (found["floor.sliding"][10], found["floor.sliding"][-1]) == (-1.0, 0.0)
     assert abs(errors[0]) < 1e-4 and abs(errors[1]) < abs(errors[0]) / 4
 
