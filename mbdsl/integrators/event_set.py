@@ -27,6 +27,7 @@ from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.mechanism.sticking import SLIDING, number
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -49,7 +50,7 @@ class Acted(NamedTuple):
 
 
 class Happened(NamedTuple):
-    """A when-equation that acted: time [s], kind, and place of its condition."""
+    """A when-equation that acted, or a joint that begins to stick or slide: time [s], kind, and place in the text."""
 
     t: float
     kind: str
@@ -484,14 +485,16 @@ class EventSet:
         return {name: rows[which, k] for k, name in enumerate(self.names)}
 
     def counts(self) -> Counter[Span | None]:
-        """How often each branch acted, by its place in the text."""
+        """How often each branch acted and each joint began to stick or slide, by its place in the text."""
         found = Counter(branch.span for event in self.acted for branch in event.branches)
+        found.update(x.span for x in self._of_friction())
         found.update({branch.span: len(times) for branch, times in self._of_ticks()})
         return found
 
     def kinds(self) -> Counter[str]:
-        """How often branches of each kind acted."""
+        """How often events of each kind happened."""
         found = Counter(kind(branch, self.events) for event in self.acted for branch in event.branches)
+        found.update(x.kind for x in self._of_friction())
         for branch, times in self._of_ticks():
             found[kind(branch, self.events)] += len(times)
         return found
@@ -499,10 +502,23 @@ class EventSet:
     def happened(self) -> list[Happened]:
         """All that happened, in the order of time."""
         found = [Happened(float(x.t), kind(b, self.events), b.span) for x in self.acted for b in x.branches]
+        found += self._of_friction()
         for branch, times in self._of_ticks():
             what = kind(branch, self.events)
             found += [Happened(t, what, branch.span) for t in times.tolist()]
         return sorted(found, key=lambda x: x.t)
+
+    def _of_friction(self) -> list[Happened]:
+        """Where joints begin to stick and to slide."""
+        if self.friction is None or not self.history:
+            return []
+        self.history, found = [np.concatenate(self.history)], []
+        t, rows = self.history[0][:, 0], self.history[0][:, 1:]
+        for joint in self.friction.joints:
+            slides = rows[:, self.names.index(number(joint.name, SLIDING))] != 0.0
+            for k in np.flatnonzero(slides[1:] != slides[:-1]) + 1:
+                found.append(Happened(float(t[k]), "slip" if slides[k] else "stick", joint.span))
+        return found
 
     def _of_ticks(self) -> Iterator[tuple[Branch, Array]]:
         """The branches that the compiled loop does, and their times."""
@@ -519,7 +535,7 @@ def kind(branch: Branch, events: Events) -> str:
     does = {action.what for action in branch.actions}
     if found := does & {"terminate", "reinit"}:
         return min(found, key=("terminate", "reinit").index)
-    if any(a.what == "set" and not events.variables[a.target].type for a in branch.actions):
+    if events.of_component(branch):
         return "touch"
     read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
     if read & {clock.name for clock in events.clocks}:
