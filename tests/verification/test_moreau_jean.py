@@ -266,11 +266,11 @@ def test_static_friction_is_larger():
 
 def test_verge_clock():
     """Limit cycle of 0.9529336667 s (momentum at the strike, constant torque), to the error of the step."""
-    found = mbdsl.simulate(MACHINES / "verge_clock.mbd", method="moreau-jean", step=5e-4, stop=3.8, interval=5e-4)
+    found = mbdsl.simulate(MACHINES / "verge_clock.mbd", method="moreau-jean", step=5e-4, stop=2.9, interval=5e-4)
     beats = found.t[np.flatnonzero(np.diff(found["up"]) > 0)]
-    assert len(beats) == 5
-    assert np.diff(beats)[-2:].mean() == pytest.approx(0.9529336667, abs=4e-3)
-    assert found["upper.impacts"][-1] >= 4 and np.abs(found["arbor.Phi[1]"]).max() < 1e-12
+    assert len(beats) == 4
+    assert np.diff(beats)[-1] == pytest.approx(0.9529336667, abs=4e-3)
+    assert found["upper.impacts"][-1] >= 3 and np.abs(found["arbor.Phi[1]"]).max() < 1e-12
 
 
 # -- events, and what is refused --------------------------------------------------------------------------------------
