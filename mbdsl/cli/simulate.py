@@ -60,7 +60,7 @@ COMMAND = Command(
     --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is
         done
     --checkpoint-every T  time between checkpoints, wall clock; default 60 s. An interrupted run always writes one
-    --events FILE.csv  write the time, the kind and the line of each event of when-equations
+    --events FILE.csv  write the time, the kind and the line of each event
     --stats FILE.json  write counts and phase times
     @talk
     """,

@@ -25,7 +25,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
 from mbdsl.integrators.contact_set import UnsolvedContactsError
-from mbdsl.integrators.event_set import EventSet
+from mbdsl.integrators.event_set import EventSet, ReinitError
 from mbdsl.integrators.final_slide import End, final_slide
 from mbdsl.integrators.friction_set import At, UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
@@ -118,7 +118,7 @@ class Events:
         self.rounding: list[float] = []
         #: the when-equations of the model; None if it has none
         self.set: EventSet | None = EventSet(self.system) if self.system.scene.has_events else None
-        self.unsolved: UnsolvedContactsError | None = None
+        self.unsolved: UnsolvedContactsError | ReinitError | None = None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -334,7 +334,7 @@ class Events:
             if v is not before:
                 q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
-        except UnsolvedContactsError as problem:
+        except (UnsolvedContactsError, ReinitError) as problem:
             self.unsolved = problem
             return S.UNSOLVED
         except UndecidedFrictionError:

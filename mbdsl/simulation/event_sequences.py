@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.integrators.event_set import EventSet, kind
+from mbdsl.integrators.event_list import kind
+from mbdsl.integrators.event_set import EventSet
 from mbdsl.mechanism import sticking
 from mbdsl.mechanism.contacts import CLOSED, COUNT, HELD, MODE, number
 

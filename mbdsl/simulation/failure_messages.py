@@ -128,7 +128,7 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     if status == S.UNSOLVED:
         problem = integration.events.unsolved
         assert problem is not None
-        return failed(trajectory, problem.message, problem.span, problem.hint)
+        return failed(trajectory, problem.message, problem.span, problem.hint, problem.notes)
     t, notes = integration.reals[S.STEP_END], ()
     if status == S.STIFF and _singular_pose(integration, t):
         status = S.DIVERGED  # accelerations that change by any amount are not those of a stiff force

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.builder.declaring import Declarations, displayed
+from mbdsl.lang.builder.declaring import Action, Declarations, displayed
 from mbdsl.lang.builder.handles import Handle, Law, Number, Place, Vector
 from mbdsl.lang.builder.kind_methods import known
 from mbdsl.lang.calls import CallLine
@@ -17,6 +17,9 @@ from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _FIELDS = {field: key for key, (field, _) in KEYS.items() if field}
 
@@ -249,6 +252,92 @@ class Builder(Declarations):
         left = s.Call(s.Reference((s.Step("der"),)), (goal,), at=(CallLine(), 0, 0))
         item = s.Relation(left, self._node(rate, f"der({write(goal.value)})"), at=left.at)  # type: ignore[arg-type]
         self._draft.rate(item, python_values.flag(replace, "replace"))
+
+    def discrete(
+        self,
+        name: str,
+        start: Number | Sequence[Number] = 0.0,
+        unit: str = "",
+        doc: str = "",
+        *,
+        type: str = "Real",
+        replace: bool = False,
+    ) -> Handle:
+        """Declare a variable that only when-equations change.
+
+        Parameters
+        ----------
+        name : str
+        start : number, bool or str, optional
+            Its value at the start, in SI units or with a unit: "2 N". An array has one variable for each element.
+        unit : str, optional
+            Its unit, such as "N".
+        doc : str, optional
+            Description, one line.
+        type : {"Real", "Integer", "Boolean"}, optional
+            Its type, or a quantity of the language, such as "Force".
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+        """
+        arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
+        if python_values.text(unit, f"{name}.unit"):
+            arguments.append(s.Argument("unit", s.String(unit)))
+        of = python_values.text(type, "type")
+        return self._enter(name, frozenset({"discrete"}), of, doc, replace, arguments=tuple(arguments))
+
+    def when(
+        self,
+        condition: Law | Sequence[Law],
+        *actions: Action,
+        elsewhen: Sequence[tuple[Law | Sequence[Law], Unpack[tuple[Action, ...]]]] = (),
+    ) -> None:
+        """Add what is done where a condition becomes true.
+
+        Parameters
+        ----------
+        condition : str or Expr, or a sequence of them
+            The condition, such as "rod.phi > 1" or "sample(0, 1 ms)"; of a sequence, one of them becomes true.
+        *actions : str or mapping
+            What is done: a text as in a model, "n = pre(n) + 1", "reinit(rod.w, 0 rad/s)", 'terminate("done")',
+            'assert(rod.w < 9 rad/s, "too fast")'; or new values of variables, {u: "-2*rod.phi"}.
+        elsewhen : sequence of (condition, *actions), optional
+            Further branches, of which the first acts whose condition becomes true.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a name is not known, or an action is not written correctly.
+        """
+        branches = []
+        others: list[Any] = [(condition, *actions), *elsewhen]
+        for k, (given, *does) in enumerate(others):
+            what = "when" if k == 0 else f"elsewhen[{k - 1}]"
+            branches.append((self._node(given, f"{what}.condition"), self._actions(does, what)))
+        self._draft.event(s.When(tuple(branches), at=(CallLine(), 0, 0)))
+
+    def assertion(self, condition: Law, text: str) -> None:
+        """Add a condition that must hold during a run, as ``assert(condition, "text")`` does in a model.
+
+        Parameters
+        ----------
+        condition : str or Expr
+            The condition.
+        text : str
+            The reason, for the message of a run that ends because of it.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a name is not known.
+        """
+        reason = s.String(python_values.text(text, "assertion.text"))
+        given = (s.Argument("", self._node(condition, "assertion.condition")), s.Argument("", reason))
+        call = s.Call(s.Reference((s.Step("assert"),)), given, at=(CallLine(), 0, 0))
+        self._draft.event(s.Relation(call, None, at=call.at))
 
     def frame(
         self, name: str, base: Place, r: Vector = (0.0, 0.0), phi: Number = 0.0, *, replace: bool = False
