@@ -34,6 +34,7 @@ UNBOUNDED = 1e9  #: size of P, relative to b, above which there is no solution
 WRONG = 1e-9  #: relative error of a solution above which it is none
 DEPENDENT = 1e-10  #: relative pivot below which a row depends on others
 ROUNDING = 1e-12  #: the same, of forces that are rounding
+LOOSE = 1e-5  #: the same, of many contacts in a step of a run, which the next step corrects
 SWITCHES = 20  #: most sets of modes that are tried from a guess
 NEWTON = 50  #: most iterations for the directions of slip in space
 
@@ -121,7 +122,7 @@ def solve(
     modes = tuple(_mode(contacts, b, P, i) for i in range(len(contacts.sizes)))
     if (exact := _tried(contacts, b, [modes], P)) is not None:
         return exact
-    if _error(contacts, b, P, modes) <= WRONG:
+    if _error(contacts, b, P, modes) <= (WRONG if guess is None else LOOSE):
         return P, modes
     return _tried(contacts, b, _in_order(contacts, modes), P) if few else None
 
@@ -176,7 +177,8 @@ def _in_order(contacts: Contacts, last: Modes | None) -> Iterator[Modes]:
 
 
 def _solution(contacts: Contacts, b: Array, modes: Modes, P: Array | None = None) -> Array | None:
-    """P of these modes; in space by Newton's method from ``P``. Where rows depend on each other, that of least norm."""
+    """P of these modes; in space by Newton's method from ``P``. Where rows depend on each other, that nearest to ``P``,
+    which is zero unless it is given."""
     G, r = contacts.G, len(b)
     P = np.zeros(r) if P is None else P
     scale = np.sqrt(np.where(G.diagonal() > 0.0, G.diagonal(), 1.0))
@@ -185,7 +187,7 @@ def _solution(contacts: Contacts, b: Array, modes: Modes, P: Array | None = None
         J, right = _equations(contacts, b, modes, P)
         if not (np.isfinite(J).all() and np.isfinite(right).all()):
             return None
-        x = least_squares(J / scale, right, 1e-12) / scale
+        x = P + least_squares(J / scale, right - J @ P, 1e-12) / scale
         change, P = np.abs(scale * (x - P)).max(initial=0.0), x
         if change <= 1e-15 * np.abs(scale * P).max(initial=0.0):
             break
