@@ -48,6 +48,8 @@ Array = NDArray[np.float64]
 #: relative to the mechanism's size: gaps that count as closed; error of the gap of a closed contact, and overlap at the
 #: start that is rounding; and the overlap at which a gap has closed, which is more than the rounding error of gaps
 NEAR, OVERLAP, ROUNDING = 1e-9, 1e-6, 1e-14
+#: height of a bounce, relative to the coordinates in its gap, below which it is rounding
+ROUNDED = 64.0 * float(np.finfo(float).eps)
 #: speed of a gap, relative to the fastest motion, that counts as rest; and relative to the size over the run
 REST, STILL = 1e-10, 1e-13
 SAME = 1e-13  #: relative change of velocities that is rounding
@@ -250,8 +252,10 @@ class ContactSet:
         b = touching.W @ a - self.system.gamma_c(t, q, v)[self._rows_of(touching.which)]
         N = np.array(touching.normals)
         rest = np.abs(u[N]) <= slow
+        height = ROUNDED * np.abs(touching.W[N]) @ np.abs(q)  # in which rounding decides the times of impacts
         for k in np.flatnonzero(self.struck & ~rest):
-            rest[k] = comes_to_rest(u[N[k]], -b[N[k]], self.e[touching.which[k]], self.shortest) is not None
+            n, e = N[k], self.e[touching.which[k]]
+            rest[k] = comes_to_rest(u[n], -b[n], e, self.shortest) is not None or u[n] ** 2 < -2.0 * b[n] * height[k]
         at = np.flatnonzero(rest)
         rows = [r for k in at for r in range(N[k], N[k] + touching.laws.sizes[k])]
         own, u, b = touching.only(at), u[rows], b[rows]
