@@ -96,7 +96,7 @@ class Effects:
         nothing = self.without("damping", "no force depends on velocities")
         yield self.entry("velocity-dependent forces", found, nothing, ("within those of the forces",))
         yield self.friction()
-        found = [c for c in self.solved if "contact" in c.kind.effects and c.values["k"]]
+        found = [c for c in self.solved if "contact" in c.kind.effects and c.kind.effects["contact"](c.values)]
         nothing = self.without("contact", "no stop or contact")
         yield self.entry("contact", found, nothing, self.kernels("laws", "expressions"))
         found = [c for c in self.solved if any(leaf.op == "multiplier" for leaf in leaves(*_laws(c)))]

@@ -93,7 +93,7 @@ class ContactSteps:
         self.contacts = system.scene.contacts
         self.rows = system.tables.contact_rows
         self.normals = np.array([rows[0] for rows in self.rows], int)
-        self.e = np.array([c.e for c in self.contacts])
+        self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
         self.mu, self.mu_s = (np.array([getattr(c, x) for c in self.contacts]) for x in ("mu", "mu_s"))
         self.sequential = bool(self.contacts) and self.contacts[0].sequential
         out = {*problem.left_out, *(row for rows in self.rows for row in rows)}
@@ -164,7 +164,7 @@ class ContactSteps:
         if not np.isfinite(f).all():
             raise IntegrationError(NOT_FINITE, hint="try a shorter step")
         matrix, linear = self._linear(t + far, h)
-        which = np.flatnonzero(phi[self.normals] <= NEAR * system.tables.size)
+        which = np.flatnonzero((phi[self.normals] <= NEAR * system.tables.size) & self.present)
         rows = [row for i in which for row in self.rows[i]]
         s, c = h * f, -rate[self.kept]
         fastest = self._largest(v) + self._largest(linear.inverse[: system.n] @ np.concatenate([s, c]))

@@ -41,6 +41,7 @@ class Contact(NamedTuple):
     mu_s: float
     span: Span | None
     closing: Expr
+    absent: bool  #: whether it is left out: it never closes
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -79,7 +80,8 @@ def contact_of(component) -> Contact:
     opens = call("and", call("eq", mode, CLOSED), call("lt", 0.0, multiplier(name, 0)))
     own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
     sequential = values["impacts"] == "sequential"
-    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens))
+    absent = values["impacts"] == "never"
+    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent)
 
 
 def rubbing(component) -> list[tuple[str, list[Expr]]]:

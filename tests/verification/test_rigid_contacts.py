@@ -245,7 +245,7 @@ BY_TOLERANCE = [("hht-si2", 1e-5), ("nstiff", 1e-4), ("dop853", 1e-6)]
 
 @pytest.mark.parametrize(("method", "tol"), BY_TOLERANCE)
 def test_a_block_lands_flat(method, tol):
-    """Both feet strike at once, (1 + e)/(1 - e) times the time of the fall; the impacts become short beyond rounding."""
+    """Both feet strike at once; it rests from (1 + e)/(1 - e) times the time of the fall on."""
     found = mbdsl.simulate(mbdsl.parse(FLAT), method=method, tol=tol)
     rests = found.t > np.sqrt(0.4 / G) * 1.4 / 0.6
     np.testing.assert_allclose(found["left.force"][rests] + found["right.force"][rests], 2 * G, rtol=1e-9)
@@ -260,3 +260,12 @@ def test_a_sampled_force_presses_on_a_stop(method, tol):
     assert found["wall.force"][-1] == pytest.approx(6.0, rel=1e-9)
     assert found["b.x"][-1] == pytest.approx(0.4, abs=1e-12)
     assert found["wall.active"][-1] == 1.0
+
+
+@pytest.mark.parametrize("options", [{"step": 5e-3}, {"tol": 1e-6}, {"method": "moreau-jean", "step": 1e-3}])
+def test_without_contact(options):
+    """A free fall."""
+    text = BALL.format(e=0.8, up="y", start=IN_PLANE.format(h=1.0))
+    found = mbdsl.simulate(mbdsl.parse(text), without=["contact"], stop=1.0, **options)
+    np.testing.assert_allclose(found["ball.y"], 1 - G * found.t**2 / 2, atol=1e-9)
+    assert not found["floor.active"].any()
