@@ -12,7 +12,7 @@ from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.integrators import declared
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene import Component, is_rate, is_state
-from mbdsl.messages import few
+from mbdsl.messages import count, few
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
@@ -160,7 +160,10 @@ class Effects:
         found = [c for c in self.solved if c.friction is not None or _rubs(c)]
         idle = [c.name for c in self.scene.components.values() if c.friction is not None]
         why = f"of {few(idle, 4)}: it changes no motion" if idle else "no mu"
-        return self.entry("friction", found, self.without("friction", why), self.kernels("laws", "expressions"))
+        entry = self.entry("friction", found, self.without("friction", why), self.kernels("laws", "expressions"))
+        if rows := sum(len(x.holds) for p in self.motion.parts for x in p.system.scene.sticking):
+            entry.why += f"; held by {count(rows, 'row')} while it sticks"
+        return entry
 
     def flexibility(self) -> Iterator[Entry]:
         """Flexible bodies, bodies that turn in space, and their effect on the mass matrix."""
