@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 from mbdsl.elements import friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Signal, axis_given
+from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Placing, Signal, axis_given
 from mbdsl.elements.motions import AXIS_X, SLIDING_IN_SPACE
 from mbdsl.elements.rows import X_A, X_B, Y_A, Y_B, Z_A, along, normal
 from mbdsl.elements.sliding_friction import components, delivered, speed
@@ -56,10 +56,12 @@ IN_SPACE = JointKind(
     derive=derive,
     effects=friction.EFFECTS,
     axes=both("x"),
-    along=("s",),
-    moves=(("s", "x"), ("phi", "rx")),
-    aligned=dot(X_A, X_B),
-    free_axes={"rotation": "n", "translation": "n"},
+    placing=Placing(
+        along=("s",),
+        moves=(("s", "x"), ("phi", "rx")),
+        aligned=dot(X_A, X_B),
+        free_axes={"rotation": "n", "translation": "n"},
+    ),
     spatial=True,
     drawing="sleeve",
 )

@@ -81,6 +81,9 @@ class PairKind(Kind):
     #: formulas of the point, in world axes, at which it acts on the body of frame_a, if this is not the origin of
     #: frame_a: of kinds that slide or roll along this body
     touches: tuple[str, ...] = ()
+    #: (values, distance of the frame origins at the start) -> why they do not fit together, or None; the kind
+    #: constrains angles about a line of centres, which does not exist at zero distance
+    misfit: Callable[[Mapping, float], str | None] | None = None
 
     def __post_init__(self) -> None:
         if self.g:
@@ -113,6 +116,33 @@ class SensorKind(Kind):
         return (*self.results, *self.measured)
 
 
+@dataclass(frozen=True)
+class Placing:
+    """What a joint leaves free: how it places its bodies at the start, and which axes drivers on it have."""
+
+    #: (values, s) -> pose (x, y, phi) of frame_b in frame_a, s being the signal named ``free`` ("": nothing is free);
+    #: None if a joint leaves more than one coordinate free, or has several solutions
+    pose: Callable | None = None
+    free: str = ""
+    #: for the initial placement of bodies: the names of signals or parameters that are the angle of frame_b relative to
+    #: frame_a, and its position along the x axis of frame_a; the first of them that has a value is used. A driver whose
+    #: ``driver`` is among them drives this coordinate of every joint between the same frames
+    angle: tuple[str, ...] = ()
+    along: tuple[str, ...] = ()
+    #: in space, for the same purpose: motions of frame_b from frame_a, one after the other, as (signal, way), along the
+    #: axes x, y, z of the frame moved so far, or about them: rx, ry, rz; by default those of ``along`` and ``angle``
+    moves: tuple[tuple[str, str], ...] = ()
+    #: in space: "rotation" or "translation", if the joint leaves it free about or along one axis -> the parameter that
+    #: is this axis. For None, the axes of the joint's own frames are used: x of frame_b turns about z of frame_a, or
+    #: its origin moves along x
+    free_axes: Mapping[str, str | None] = field(default_factory=dict)
+    keeps_attitude: bool = False  #: whether frame_b keeps the attitude relative to frame_a that the model gives it
+    #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
+    #: constraints hold as well because axes have opposite senses
+    aligned: str = ""
+    crossing: bool = False  #: in space, whether it has no meaning if the z axes of its frames are parallel at the start
+
+
 _TORQUES = ("rotational_spring_damper", "torque", "sliding_in_socket")
 
 
@@ -125,12 +155,9 @@ class JointKind(PairKind):
     """
 
     driver: str | None = None
-    #: (law parameter, signal of positions): f, a function of the signal alone. The row contains f itself: the kernels
-    #: of the kind read f, f' and f'' as p[0], p[1], p[2], which ``table`` reserves; in formulas, slope[1] is f'
-    coupling: tuple[str, str] | None = None
-    #: the same for functions of several signals: ((law parameter, signals), ...). Of each, the kernels read its value,
-    #: its derivatives with respect to the signals, and the second ones, 11, 12, ..., 22, ...; slope[1], ... are the
-    #: first derivatives of all of them, in this order
+    #: functions in its rows: ((law parameter, signals of positions), ...). The rows contain f itself: of each function,
+    #: the kernels read its value, its derivatives with respect to the signals, and the second ones, 11, 12, ..., 22,
+    #: ..., from p[0] on, which ``table`` reserves; in formulas, slope[1], ... are the first derivatives of all of them
     functions: tuple[tuple[str, tuple[str, ...]], ...] = ()
     #: of joints without frames: formulas of g for their ``rows``, like those of signals, in place of kernels; in them,
     #: a name of both a law parameter and a signal denotes the law
@@ -161,30 +188,7 @@ class JointKind(PairKind):
     #: if the module has several coordinates: formulas of the resistances along them, in which ``friction`` is its size;
     #: in ``exerts``, drag[1], ... are these, whether friction sticks or not
     friction_rows: tuple[str, ...] = ()
-    #: (values, s) -> pose (x, y, phi) of frame_b in frame_a, s being the signal named ``free`` ("": nothing is free);
-    #: None if a joint leaves more than one coordinate free, or has several solutions
-    pose: Callable | None = None
-    free: str = ""
-    #: for the initial placement of bodies: the names of signals or parameters that are the angle of frame_b relative to
-    #: frame_a, and its position along the x axis of frame_a; the first of them that has a value is used. A driver whose
-    #: ``driver`` is among them drives this coordinate of every joint between the same frames
-    angle: tuple[str, ...] = ()
-    along: tuple[str, ...] = ()
-    #: in space, for the same purpose: motions of frame_b from frame_a, one after the other, as (signal, way), along the
-    #: axes x, y, z of the frame moved so far, or about them: rx, ry, rz; by default those of ``along`` and ``angle``
-    moves: tuple[tuple[str, str], ...] = ()
-    #: in space: "rotation" or "translation", if the joint leaves it free about or along one axis -> the parameter that
-    #: is this axis. For None, the axes of the joint's own frames are used: x of frame_b turns about z of frame_a, or
-    #: its origin moves along x
-    free_axes: Mapping[str, str | None] = field(default_factory=dict)
-    keeps_attitude: bool = False  #: whether frame_b keeps the attitude relative to frame_a that the model gives it
-    #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
-    #: constraints hold as well because axes have opposite senses
-    aligned: str = ""
-    #: (values, distance of the frame origins at the start) -> why they do not fit together, or None; the kind
-    #: constrains angles about a line of centres, which does not exist at zero distance
-    misfit: Callable[[Mapping, float], str | None] | None = None
-    crossing: bool = False  #: in space, whether it has no meaning if the z axes of its frames are parallel at the start
+    placing: Placing = Placing()  #: what it leaves free
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -231,7 +235,7 @@ class JointKind(PairKind):
 
     @property
     def _arguments(self) -> tuple[int, ...]:
-        return tuple(len(signals) for _, signals in self.couplings)
+        return tuple(len(signals) for _, signals in self.functions)
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:
@@ -239,9 +243,15 @@ class JointKind(PairKind):
         return {x.name: x.formula for x in (*self.signals, *self.reactions, *self.results)} | friction
 
     @property
-    def couplings(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The law parameters that are functions of signals in its rows, with these signals."""
-        return self.functions if self.coupling is None else ((self.coupling[0], (self.coupling[1],)),)
+    def coupling(self) -> tuple[str, str] | None:
+        """The law parameter and the signal of a kind whose row contains a function of one signal."""
+        (law, signals), *others = self.functions or (("", ()),)
+        return None if others or len(signals) != 1 else (law, signals[0])
+
+    @property
+    def of_position(self) -> bool:
+        """Whether its rows contain functions of several signals, such as the coordinates of a point."""
+        return bool(self.functions) and self.coupling is None
 
     @property
     def is_expression(self) -> bool:
@@ -285,21 +295,18 @@ class ForceKind(PairKind):
     path: Callable | None = None
     #: the formula, by its name, that is searched for peaks within a step in place of the laws: "" for these themselves
     searched: str = ""
-    misfit: Callable[[Mapping, float], str | None] | None = None  #: as of a JointKind
 
     @property
     def computed(self) -> tuple[str, ...]:
         return () if self.path is None else tuple(x.name for x in (*self.signals, *self.results))
 
 
-#: fields that are not those of the counterpart in space
-_IN_PLANE_ONLY = {"pose": None, "free": ""}
-
-
 def in_space(kind: K, motion: Callable[[K], Mapping] = lambda kind: {}, **changes: object) -> K:
     """The declaration of a kind in space: that in the plane with the changes of a ``motion`` of
     :mod:`mbdsl.elements.motions` and with ``changes``. If no check is among them, an axis n must have a direction."""
-    given = {x.name: getattr(kind, x.name) for x in fields(kind)} | {"spatial": True} | _IN_PLANE_ONLY
+    given = {x.name: getattr(kind, x.name) for x in fields(kind)} | {"spatial": True}
+    if "placing" in given:  # a pose in the plane
+        given["placing"] = replace(given["placing"], pose=None, free="")
     if given.get("touches") == AT_B:
         given["touches"] = AT_B_IN_SPACE
     given = {name: given[name] for name in kind.__dataclass_fields__} | dict(motion(kind)) | changes

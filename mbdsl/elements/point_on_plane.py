@@ -7,7 +7,7 @@ Friction: a force mu |lam| against the sliding, see friction.py and sliding_fric
 
 from mbdsl.elements import friction, sliding_friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Signal, axis_given
+from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Placing, Signal, axis_given
 from mbdsl.elements.rows import X_A, Y_A, along
 from mbdsl.elements.vectors import turned_to
 
@@ -31,8 +31,7 @@ IN_SPACE = JointKind(
     **ON_PLANE | {"check": lambda v: axis_given(v) or friction.check(v)},
     touches=AT_B_IN_SPACE,
     axes=lambda v: {"frame_a": turned_to("z", v["n"])},
-    moves=(("s_x", "x"), ("s_y", "y")),
-    free_axes={"translation": None},
+    placing=Placing(moves=(("s_x", "x"), ("s_y", "y")), free_axes={"translation": None}),
     spatial=True,
     drawing="point",
 )

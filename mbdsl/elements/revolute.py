@@ -9,7 +9,7 @@ length, and they are left out.
 
 from mbdsl.elements import friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind, in_space
+from mbdsl.elements.kind import JointKind, Placing, in_space
 from mbdsl.elements.motions import AXIS_Z, TURNING, TURNING_IN_SPACE
 from mbdsl.elements.rows import POINT, Z_A, Z_B, normal
 from mbdsl.elements.vectors import both, dot, total, wrench
@@ -25,9 +25,7 @@ KIND = JointKind(
     ),
     signals=TURNING,
     **friction.against("radius*hypot(lam[1], lam[2])", "w", "phi", "rotational_spring_damper"),
-    pose=lambda v, s: (0.0, 0.0, s),
-    free="phi",
-    angle=("phi",),
+    placing=Placing(pose=lambda v, s: (0.0, 0.0, s), free="phi", angle=("phi",)),
     drawing="pin",
 )
 LOAD = "radius*hypot(hypot(lam[1], lam[2]), lam[3])"
@@ -42,7 +40,6 @@ IN_SPACE = in_space(
     resists=(),
     exerts=wrench(None, total(("(-friction)", Z_A))),
     axes=both("z"),
-    aligned=dot(Z_A, Z_B),
-    free_axes={"rotation": "n"},
+    placing=Placing(angle=("phi",), aligned=dot(Z_A, Z_B), free_axes={"rotation": "n"}),
     drawing="hinge",
 )

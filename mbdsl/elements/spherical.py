@@ -8,7 +8,7 @@ sticks, the rows that hold it are small angles about the axes of frame_a from th
 
 from mbdsl.elements import friction, sliding_friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import JointKind, Placing
 from mbdsl.elements.rows import POINT, X_A, X_B, Y_A, Y_B, Z_A, Z_B
 from mbdsl.elements.sliding_friction import TURNS
 from mbdsl.elements.vectors import cardan_angles, dot
@@ -43,7 +43,7 @@ IN_SPACE = JointKind(
         ATTITUDE,
     ),
     holds=tuple(turned(*axes) for axes in ((1, 2), (2, 0), (0, 1))),
-    moves=(("phi_x", "rx"), ("phi_y", "ry"), ("phi_z", "rz")),
+    placing=Placing(moves=(("phi_x", "rx"), ("phi_y", "ry"), ("phi_z", "rz"))),
     spatial=True,
     drawing="ball",
 )

@@ -92,7 +92,7 @@ class SceneSignals:
         Expr or None
             None of kinds for which the sense does not matter.
         """
-        if not getattr(c.kind, "aligned", ""):
+        if not isinstance(c.kind, JointKind) or not c.kind.placing.aligned:
             return None
         return self._moved(self._formulas(c).aligned())
 

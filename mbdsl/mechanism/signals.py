@@ -177,7 +177,7 @@ class Formulas:
     def aligned(self) -> Expr:
         """The joint's ``aligned``, of a kind that has it."""
         assert isinstance(self.kind, JointKind)
-        return formulas.evaluate(self.kind.aligned, self)
+        return formulas.evaluate(self.kind.placing.aligned, self)
 
     def law(self, name: str) -> Expr | None:
         """The law given for the parameter ``name``; None if none is given, or if this is not a law parameter."""
@@ -207,7 +207,7 @@ class Formulas:
             of = contacts if isinstance(self.kind, JointKind) and self.kind.unilateral else sticking
             return input_signal(of.number(self.name, of.NUMBERS[index - 1]))
         if name == "slope" and isinstance(self.kind, JointKind):
-            law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
+            law, argument = [(f, x) for f, signals in self.kind.functions for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]
         found = self.given(name)[index - 1]
         return input_signal(f"{self.name}.{name}[{index}]") if found is None else found

@@ -85,6 +85,8 @@ def _searched(system: System, t: float, q: Array) -> Found:
         stability = "stable"
     if not search.symmetric:
         notes.append("some forces have no potential: only the eigenvalues (mbdsl eigen) decide about stability")
+    if system.scene.events.typed:
+        notes.append("discrete variables have their values at the start; when-equations do not act")
     q, lam, left_out = search.q, search.lam, redundant_rows(system, t, search.q, np.zeros(system.n))
     if left_out:
         lam = _without(system, t, q, lam, left_out)

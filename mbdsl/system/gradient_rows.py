@@ -133,7 +133,7 @@ def _coupling(tables: Tables, c, first: int, records: list[list[int]], tape: Tap
     """Append records of the functions in a joint, whose parameters begin at ``first``, and of their derivatives: offset
     in numbers and register. Second derivatives are needed for the tangent only."""
     second: list[tuple[list[int], Expr]] = []
-    for law, signals in c.kind.couplings:
+    for law, signals in c.kind.functions:
         arguments = [x for x in (tables.scene.signal_of(c, name) for name in signals) if x is not None]
         f = expr(c.values[law])
         slopes = diff(f, *arguments)

@@ -44,7 +44,7 @@ class Block:
     @property
     def coupled(self) -> bool:
         """Whether its joints contain a function of a coordinate."""
-        return self.role == "joint" and bool(self._joint.couplings)
+        return self.role == "joint" and bool(self._joint.functions)
 
     @property
     def related(self) -> bool:
