@@ -174,6 +174,12 @@ def test_two_feet_slide_where_all_of_their_friction_is_used():
         assert run["block.x"][-1] == pytest.approx(0.7 * (1.0 - start) ** 3 / 6, rel=5e-3)
 
 
+def test_a_law_that_reads_friction_that_is_not_unique_is_refused():
+    text = FEET.replace("LOAD", "0.5 N").replace("initial", "  Force spy(block.c, fy = -1e-3*left.friction);\ninitial")
+    with pytest.raises(mbdsl.InitialisationError, match="`spy` reads the friction of `left`, which is not unique"):
+        mbdsl.simulate(mbdsl.parse(text), stop=1.0, step=0.1, method="hht-si2")
+
+
 @pytest.mark.parametrize("speed", ["0 m/s", "0.1 m/s"])
 def test_joints_that_hold_the_same_motion_stop_together(speed):
     text = """
