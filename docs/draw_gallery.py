@@ -56,8 +56,8 @@ GROUPS = {
     "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow", "slingshot"),
     "Gears, cams and contacts": (
         *("gear_pair", "planetary_gear", "hypocycloid", "rack_steering", "bicycle_chain", "cam_follower"),
-        *("geneva_drive", "newtons_cradle"),
-        "woodpecker",
+        *("geneva_drive", "newtons_cradle", "woodpecker", "trip_hammer", "ratchet_hoist"),
+        "geneva_indexer",
     ),
 }
 INTRODUCTION = (
