@@ -29,6 +29,7 @@ from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
+from mbdsl.integrators.loop.step_times import at_stop
 from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
@@ -161,7 +162,8 @@ class Events:
                 integers[S.PASSED] = MOST_PASSED
             self._known = self._times(t)
             self._next(t)
-            reals[S.STEP_SIZE] = run.h = min(run.h, reals[S.NEXT_EVENT] - t)
+            if not run.controlled:  # the history of others belongs to a length, and is converted with it
+                reals[S.STEP_SIZE] = run.h = min(run.h, reals[S.NEXT_EVENT] - t)
 
     def _next(self, t: float) -> None:
         """Set NEXT_EVENT to a time before the next known event, by more than the rounding error of times."""
