@@ -228,8 +228,6 @@ class Events:
             lam = self._reactions(t, q, v, lam)
             integers[S.PASSED] = MOST_PASSED
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
-        if known:
-            self._next(t + s)
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
@@ -260,11 +258,15 @@ class Events:
             if isinstance(acted, int):
                 return acted, None
             q, v, a, lam = acted
+        if known or reals[S.KNOWN] <= t:
+            self._next(t)
+        elif self.set is not None:
+            self.set.put(run)
         integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         integers[S.EVENTS] += 1
         self.times.append(t)
         self.rounding.append(self._of_rounding(t, q, v, a - old_a, known))
-        longest = min(h, min(run.stop, reals[S.NEXT_EVENT]) - t)
+        longest = min(h, max(min(run.stop, reals[S.NEXT_EVENT]) - t, least))
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
@@ -336,6 +338,7 @@ class Events:
             events.undo()
             return False
         self._next(t + s)
+        at_stop(run)
         run.integers[S.EVENTS] += 1
         self._change({name: x for name, x in events.values.items() if name in self.system.tables.inputs})
         return True
