@@ -48,6 +48,15 @@ class Acted(NamedTuple):
     branches: tuple[Branch, ...]
 
 
+class Ticked(NamedTuple):
+    """Lengths of the lists of an EventSet, values of its variables, and counts of its clocks."""
+
+    histories: int
+    ticked: int
+    values: dict[str, float]
+    ticks: list[int]
+
+
 class Happened(NamedTuple):
     """A when-equation that acted: time [s], kind, and place of its condition."""
 
@@ -155,11 +164,29 @@ class EventSet:
         self._ticks = [int(x) for x in run.numbers[place : place + clocks]]
         run.numbers[place + clocks] = 0.0
 
+    def taken(self) -> Ticked:
+        """What :meth:`take` has entered so far, for :meth:`give_back`."""
+        return Ticked(len(self.history), len(self.ticked), dict(self.values), list(self._ticks))
+
+    def give_back(self, before: Ticked) -> None:
+        """Remove the ticks that were entered since, of steps that the run takes again."""
+        del self.history[before.histories :], self.ticked[before.ticked :]
+        self.values, self._ticks = before.values, before.ticks
+
     @staticmethod
     def _place(run: RunState) -> tuple[int, int]:
         """The place in numbers of the counts of clocks, and their number; 0 if Python does what they do."""
         o = run.layout[L.TICKS]
         return (int(run.layout[o + PLACE]), int(run.layout[o + CLOCKS])) if o else (0, 0)
+
+    @staticmethod
+    def _first(clock: Clock, t: float) -> int:
+        """The number of the first tick at t or later; a tick before t by the rounding error of times is at t."""
+        t -= 4.0 * float(np.spacing(abs(t)))
+        k = max(0, int((t - float(clock.start)) / float(clock.period)) - 1)
+        while clock.tick(k) < t:
+            k += 1
+        return k
 
     def _due(self, t: float) -> list[str]:
         """The clocks that tick up to time t and have not yet acted."""

@@ -27,6 +27,7 @@ from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
+    from mbdsl.integrators.event_set import EventSet
     from mbdsl.system.peaks_in_time import Zone
     from mbdsl.system.switches import Switch
 
@@ -67,11 +68,12 @@ def landing_part(order: int, tol: float) -> float:
 class Landings:
     """The zones of a run with controlled steps.
 
-    ``blame`` is called with the switches that change in step after step, if the run stops for that.
+    ``blame`` is called with the switches that change in step after step, if the run stops for that; ``events`` are the
+    when-equations, whose ticks are undone with the steps.
     """
 
-    def __init__(self, run: RunState, blame: Callable[[list[Switch]], None]) -> None:
-        self._run, self._blame = run, blame
+    def __init__(self, run: RunState, blame: Callable[[list[Switch]], None], events: EventSet | None) -> None:
+        self._run, self._blame, self._events = run, blame, events
         self._zones: Iterator[Zone] = iter(())
         self._pending: list[tuple[float, float]] = []
         self._looks, self._approaches = run.system.kept(OnTheWay), run.system.kept(Approaches)
@@ -149,6 +151,7 @@ class Landings:
         while steps > 0 and status == S.RUNNING and self._looks.spent - begun < PAUSE:
             spent = self._looks.spent
             before, t = {name: getattr(run, name).copy() for name in CHANGED}, run.time
+            ticked = self._events.taken() if self._events is not None else None
             first = np.concatenate([[t], *run.state()])
             run.integers[S.NOTED] = 0
             status = call(min(steps, batch))
@@ -159,6 +162,8 @@ class Landings:
                 passed = int((rows[:, 0] <= zones[0].start).sum())  # steps that are taken again as they were
                 for name, kept in before.items():
                     getattr(run, name)[...] = kept
+                if self._events is not None and ticked is not None:
+                    self._events.give_back(ticked)
                 if zones[0].start - self._from > PLACE * run.span:
                     self._tries, self._from = 0, zones[0].start
                 self._tries += 1
