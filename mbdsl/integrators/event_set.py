@@ -34,7 +34,7 @@ from mbdsl.system.clock_tables import CLOCKS, PLACE
 from mbdsl.system.signals import gradients, values
 
 if TYPE_CHECKING:
-    from mbdsl.mechanism.events import Action, Branch, Events
+    from mbdsl.mechanism.events import Action, Branch, Clock, Events
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
@@ -223,6 +223,7 @@ class EventSet:
         if self.friction is not None:
             self.friction.begin(t, stop - t, q, v, self.values)
         self._put(self.values)
+        self._ticks = [self._first(clock, t) for clock in self.events.clocks]
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
         return self._act(t, q, v, left_out, [self.events.initial, *due])
