@@ -502,14 +502,30 @@ class EventSet:
     # -- results -------------------------------------------------------------------------------------------------------
 
     def at(self, t: Array) -> dict[str, Array]:
-        """The numbers of the model at times t (N,); at the time of an event, behind it."""
+        """The numbers of the model at times t (N,); at the time of an event, and earlier by its rounding, behind it."""
+        return self.numbers_at(t + 1e-13 * (1.0 + np.abs(t)))
+
+    def numbers_at(self, t: Array) -> dict[str, Array]:
+        """The numbers of the model at times t (N,) exactly: behind an event at its time, and before it before that."""
         if not self.history:
             return {}
+        times, rows = self._whole_history[:, 0], self._whole_history[:, 1:]
+        which = np.clip(np.searchsorted(times, t, side="right") - 1, 0, None)
+        return {name: rows[which, k] for k, name in enumerate(self.names)}
+
+    def jumps(self) -> Array:
+        """The times at which a number of the model changes, without the start."""
+        if not self.history:
+            return np.empty(0)
+        rows = self._whole_history
+        found = rows[1:, 0][(rows[1:, 1:] != rows[:-1, 1:]).any(axis=1)]
+        return np.unique(found[found > rows[0, 0]])
+
+    @property
+    def _whole_history(self) -> Array:
         if len(self.history) > 1:
             self.history = [np.concatenate(self.history)]
-        times, rows = self.history[0][:, 0], self.history[0][:, 1:]
-        which = np.clip(np.searchsorted(times, t + 1e-13 * (1.0 + np.abs(t)), side="right") - 1, 0, None)
-        return {name: rows[which, k] for k, name in enumerate(self.names)}
+        return self.history[0]
 
     def counts(self) -> Counter[Span | None]:
         """How often each branch acted, by its place in the text."""

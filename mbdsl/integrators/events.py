@@ -246,7 +246,7 @@ class Events:
                 s = 2 * least if found == 0.0 and at_once and self.set is not None else found
             else:
                 way = self._way(q, v, a)
-            old_a = a
+            old_a, begun = a, t
             t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
@@ -254,6 +254,9 @@ class Events:
             return self.no_accelerations(t, q, v), None
         new = system.switches(t, q, v, lam)
         if self.set is not None:
+            run.write_before(t, lambda x: way(x - begun), lam)
+            if (before := np.nextafter(t, -np.inf)) > begun:  # else the end of the last step is at t
+                run.keep_state(np.concatenate([[before], q, v, lam]))
             acted = self._acted(t, q, v)
             if isinstance(acted, int):
                 return acted, None
