@@ -12,23 +12,25 @@ zone added.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import CHANGED
 from mbdsl.integrators.loop.switch_location import MIDDLE
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.close_approaches import Approach, Approaches
 from mbdsl.system.peaks_along_motion import OnTheWay
+from mbdsl.system.peaks_in_time import Zone, time_zones
 from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
+    from mbdsl.expressions.symbolic import Expr
     from mbdsl.integrators.event_set import EventSet
-    from mbdsl.system.peaks_in_time import Zone
     from mbdsl.system.switches import Switch
 
 #: t (N,), q and v (N, n), lam (N, m + p)
@@ -98,16 +100,37 @@ class Landings:
 
     def begin(self, t: float) -> None:
         """Generate the zones from t on, at the start of the run."""
-        run = self._run
-        self._zones = run.system.time_zones(t, run.stop, LONGEST * run.span)
+        self._zones = self._all(t)
         self.refill()
+
+    def _all(self, t: float) -> Iterator[Zone]:
+        """The zones from t on; of fixed steps that end at events, those of conditions, so that none is passed over."""
+        run = self._run
+        if not run.grid:
+            return run.system.time_zones(t, run.stop, LONGEST * run.span)
+        laws = run.system.laws
+        found = [laws[x] for x in run.system.scene.conditions if x in laws]
+        found = [x for x in found if leaves(x) and all(leaf.op == "time" for leaf in leaves(x))]
+        return self._of_conditions(found, t) if found else iter(())
+
+    def _of_conditions(self, found: Sequence[Expr], t: float) -> Iterator[Zone]:
+        """The zones of conditions that depend on time alone; a run without a stop time has one at the end of each span
+        as well, so that the search goes no further than the run."""
+        run, longest = self._run, 1.1 * self._run.grid
+        while run.stop - t > 2.0 * run.span:
+            begin, t = t, t + run.span
+            over = 16.0 * longest  # pulses at the end of a span have neighbours
+            zones = time_zones(found, begin - over, t + over, longest)
+            yield from (zone for zone in zones if begin <= zone.start < t)
+            yield Zone(t - 0.1 * run.grid, t + 0.1 * run.grid, found[0])
+        yield from time_zones(found, t, run.stop, longest)
 
     def rejoin(self) -> None:
         """Restore the zones that the compiled loop does not hold, after the run was restored from a checkpoint."""
         run, self._pending = self._run, []
         run.approaches = [Approach(*x) for x in run.approaches]
         held = {tuple(zone) for zone in run.reals[S.ZONE : S.ZONE + 2 * run.integers[S.ZONES]].reshape(-1, 2).tolist()}
-        every = run.system.time_zones(run.start, run.stop, LONGEST * run.span) if held else ()
+        every = self._all(run.start) if held else ()
         self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
 
     def refill(self) -> None:

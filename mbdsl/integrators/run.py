@@ -284,8 +284,7 @@ class MethodRun(RunState):
         elif self.tol is not None:
             if has_order:
                 self.events.begin(behind, q, v, lam)
-            if not self.grid:
-                self.landings.begin(self.start)
+            self.landings.begin(self.start)
 
     def watch(self) -> None:
         """Keep the ends of all steps, and search fixed steps for peaks of laws that they pass over.

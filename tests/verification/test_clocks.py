@@ -86,3 +86,32 @@ def test_ticks_before_the_start_are_none(first, start, ticks, given):
     np.testing.assert_allclose(found, ticks, atol=1e-9)
     assert run["t1"][-1] == pytest.approx(ticks[0], abs=1e-9)
     assert run["c"][-1] == len(ticks)
+
+
+PULSES = """model M
+  Ground ground(g = 0 m/s2);
+  PointMass p(m = 1 kg);
+  FreeMotion f(ground, p);
+  Integer n(start = 0);
+initial equation
+  p.x = 0; p.y = 0; p.vx = 1 m/s; p.vy = 0;
+equation
+  when cos(40*time/(1 s)) < -0.995 then n = pre(n) + 1; end when;
+end M;"""
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "radau5"])
+def test_fixed_steps_pass_over_no_pulse_of_time(method):
+    """Pulses of 5 ms around (2 k + 1) pi/40 s, and steps of 20 ms."""
+    run = mbdsl.simulate(mbdsl.parse(PULSES), stop=2.0, step=0.02, method=method, interval=0.02)
+    rise = (np.pi * (2 * np.arange(13) + 1) - np.arccos(0.995)) / 40
+    np.testing.assert_allclose([x.t for x in run.events], rise, atol=1e-9)
+    assert run["n"].tolist() == [(rise <= t).sum() for t in run.t]
+    assert run["p.x"][-1] == pytest.approx(2.0, abs=1e-12)
+
+
+def test_single_steps_pass_over_no_pulse_of_time():
+    simulation = mbdsl.Simulation(mbdsl.parse(PULSES), step=0.02)
+    for _ in range(50):
+        simulation.step()
+    assert simulation["n"] == 6  # up to pi 11/40 = 0.86 s
