@@ -41,6 +41,10 @@ ROUNDS = 100  #: most rounds of one event
 MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
 
 
+class ImpossibleJumpError(InitialisationError):
+    """No velocities satisfy what `reinit` demands."""
+
+
 class Acted(NamedTuple):
     """An event: its time [s], and the branches that acted."""
 
@@ -412,6 +416,9 @@ class EventSet:
             if action.what == "set":
                 self.values[action.target] = x
             elif action.what == "reinit":
+                if not np.isfinite(x):
+                    message = f"reinit of {action.target} at t = {t:.9g} s: the value is {x:g}"
+                    raise ImpossibleJumpError(message, action.span, "it has to be a finite number at this event")
                 jumps.append((action, x))
             elif x == 0.0 and self.failed is None:
                 self.failed = action
@@ -434,7 +441,9 @@ class EventSet:
         dv = least_squares(K, change, 1e-13)[:n]
         if np.abs(J @ dv - change[n:]).max(initial=0.0) > 1e-8 * max(1.0, float(np.abs(change).max(initial=0.0))):
             names = ", ".join(a.target for a, _ in jumps)
-            raise InitialisationError(f"reinit of {names} at t = {t:g} s: the constraints do not allow this velocity")
+            message = f"reinit of {names} at t = {t:.9g} s: the constraints do not allow this velocity"
+            hint = "a joint or a driver determines it; a `reinit` of several signals needs values that belong together"
+            raise ImpossibleJumpError(message, jumps[0][0].span, hint)
         return v + dv
 
     @property

@@ -25,7 +25,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
 from mbdsl.integrators.contact_set import UnsolvedContactsError
-from mbdsl.integrators.event_set import EventSet
+from mbdsl.integrators.event_set import EventSet, ImpossibleJumpError
 from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
@@ -114,7 +114,7 @@ class Events:
         self.rounding: list[float] = []
         #: the when-equations of the model; None if it has none
         self.set: EventSet | None = EventSet(self.system) if self.system.scene.has_events else None
-        self.unsolved: UnsolvedContactsError | None = None
+        self.unsolved: UnsolvedContactsError | ImpossibleJumpError | None = None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -291,7 +291,7 @@ class Events:
             if v is not before:
                 q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
-        except UnsolvedContactsError as problem:
+        except (UnsolvedContactsError, ImpossibleJumpError) as problem:
             self.unsolved = problem
             return S.UNSOLVED
         except UndecidedFrictionError:

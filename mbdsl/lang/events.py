@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 #: functions that have a meaning at events only
 FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
+#: operations whose results are whole if all arguments are, and those whose results always are
+KEPT_WHOLE = ("add", "sub", "mul", "neg", "abs", "min", "max", "mod")
+MADE_WHOLE = ("floor", "ceil", "sign", "lt", "le", "eq", "ne", "and", "or", "not")
 
 
 def assigned(items: Iterable[s.Item]) -> set[str]:
@@ -146,10 +149,15 @@ class EventsOfModel:
     def enter(self, item: s.When, scope: Scope) -> None:
         self._whens.append((item, scope))
 
-    def finished(self) -> Events:
-        """The events of the model, checked."""
+    def finished(self, at_rest: Collection[str]) -> Events:
+        """The events of the model, checked; ``at_rest`` are the frames that do not move."""
         whens = tuple(self._when(item, scope) for item, scope in self._whens)
         self._single(whens)
+        for action in (a for when in whens for branch in when.branches for a in branch.actions):
+            read = symbolic.leaves(*(() if action.signal is None else (action.signal,)))
+            if read and all(x.op == "coordinate" and x.value[0] in at_rest for x in read):
+                hint = "`reinit` changes a velocity of a body or a joint, or a state"
+                raise ModelError(f"reinit of `{action.target}`: it does not move", action.span, hint)
         found = Events(dict(self._variables), tuple(self._clocks.values()), whens)
         if circle := found.circle():
             first = {a.target: a.span for b in reversed(found.branches) for a in reversed(b.actions) if a.what == "set"}
@@ -230,7 +238,29 @@ class EventsOfModel:
                 raise ModelError(f"{what}: found {values.describe(value)}, expected {wanted}")
             if target.boolean:
                 return symbolic.expr(value.value)  # type: ignore[arg-type]
-            return symbolic.expr(argument_checks.fit(value, target.dimension, what, "", e).value)  # type: ignore[union-attr,arg-type]
+            found = symbolic.expr(argument_checks.fit(value, target.dimension, what, "", e).value)  # type: ignore[union-attr,arg-type]
+            if (own := self._variables.get(name)) is not None and own.type == "Integer" and not self._is_whole(found):
+                raise ModelError(
+                    f"{what} is an Integer, and this value may have decimals", hint="round it, as by floor(x)"
+                )
+            return found
+
+    def _is_whole(self, root: Expr) -> bool:
+        """Whether a value is a whole number by its form."""
+        whole: dict[Expr, bool] = {}
+        for x in symbolic.walk(root):
+            if x.op == "const":
+                whole[x] = float(x.value).is_integer()
+            elif x.op == "input":
+                own = self._variables.get(str(x.value).removeprefix("pre(").removesuffix(")"))
+                whole[x] = own is not None and own.type in ("Integer", "Boolean")
+            elif x.op == "select":
+                whole[x] = whole[x.args[1]] and whole[x.args[2]]
+            elif x.op in KEPT_WHOLE:
+                whole[x] = all(whole[y] for y in x.args)
+            else:
+                whole[x] = x.op in MADE_WHOLE
+        return whole[root]
 
     def _call(self, item: s.Relation, scope: Scope) -> Action:
         """reinit(x, value), terminate("text") or assert(condition, "text")."""
@@ -283,9 +313,10 @@ class EventsOfModel:
                         notes=notes,
                     )
             for branch in when.branches:
-                seen: dict[str, Action] = {}
-                for action in (a for a in branch.actions if a.what == "set"):
-                    if (first := seen.setdefault(action.target, action)) is not action:
+                seen: dict[object, Action] = {}
+                for action in (a for a in branch.actions if a.what in ("set", "reinit")):
+                    key = action.target if action.signal is None else action.signal
+                    if (first := seen.setdefault(key, action)) is not action:
                         notes = (("the first time is here", first.span),) if first.span else ()
                         raise ModelError(f"`{action.target}` is set twice in one event", action.span, notes=notes)
 
