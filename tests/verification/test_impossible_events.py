@@ -57,9 +57,9 @@ def test_a_jump_at_the_start_that_constraints_do_not_allow():
         ("reinit(ground.c.vx, 1 m/s);", r"reinit of `ground\.c\.vx`: it does not move"),
         ("reinit(J.w, J.w + 1 rad/s); reinit(J.w, 0);", r"`J\.w` is set twice in one event"),
         ("reinit(x, 1); reinit(x, 2);", "`x` is set twice in one event"),
-        ("n = pre(n) + 0.25;", "`n` is an Integer, and this value may have decimals"),
-        ("n = 3*x;", "`n` is an Integer"),
-        ("n = pre(n)/2;", "`n` is an Integer"),
+        ("n = pre(n) + 0.25;", "`n` is a whole number"),
+        ("n = 3*x;", "`n` is a whole number"),
+        ("n = pre(n)/2;", "`n` is a whole number"),
     ],
 )
 def test_impossible_actions_are_errors_of_the_model(action, message):
