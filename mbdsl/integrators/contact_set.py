@@ -98,6 +98,7 @@ class ContactSet:
         self.e = np.array([c.e for c in self.contacts])
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
         self.shortest, self.struck, self.span = 0.0, False, 1.0
+        self._before: tuple[float, dict[str, float]] = np.nan, {}  # time of the last event, and values before it
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: dict[str, float]) -> None:
         """Start a run of ``span`` [s] with this tolerance.
@@ -107,7 +108,7 @@ class ContactSet:
         InitialisationError
             If bodies overlap.
         """
-        size = self.system.tables.size
+        size, self._before = self.system.tables.size, (np.nan, {})
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             values[number(contact.name, EDGE)] = -ROUNDING * size
@@ -146,7 +147,10 @@ class ContactSet:
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
         gaps = self._gaps(t, q)
         which = np.flatnonzero(gaps < np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size)
-        given, before = v, dict(values)
+        given = v
+        if t != self._before[0]:
+            self._before = t, dict(values)
+        before = self._before[1]
         self._release(values)
         if len(which):
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))

@@ -101,7 +101,7 @@ def kind(branch: Branch, events: Events) -> str:
     does = {action.what for action in branch.actions}
     if found := does & {"terminate", "reinit"}:
         return min(found, key=("terminate", "reinit").index)
-    if any(a.what == "set" and not events.variables[a.target].type for a in branch.actions):
+    if events.of_component(branch):
         return "touch"
     read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
     if read & {clock.name for clock in events.clocks}:

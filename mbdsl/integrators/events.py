@@ -29,7 +29,7 @@ from mbdsl.integrators.event_set import EventSet, ReinitError
 from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
-from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS
+from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
@@ -55,6 +55,8 @@ MANY_KNOWN = 10_000
 #: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
 #: rounding of many steps
 UNDECIDED = 1e-9
+#: the same of one step
+ROUNDED = 16 * EPS
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
@@ -62,6 +64,10 @@ SLIDING_HINT = (
     "if only rounding decides the condition, it reads the wrong quantity"
 )
 #: the same if the condition depends on a reaction
+#: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
+SHORT = 1e-6
+#: the same, in which an event that acts is searched behind a step that was cut short
+TINY = 1e-9
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -209,7 +215,7 @@ class Events:
         """
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
-        known, cut = t >= reals[S.NEXT_EVENT], integers[S.CUT] > 0
+        known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
         at_once = not (known or cut)  # the switch is so close that no step was possible
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
@@ -229,9 +235,16 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = max(4 * least, 1.01 * run.sliver * run.grid) if at_once else LEFT * reals[S.LAST_H]
+                most = self._left(cut) * reals[S.LAST_H]
+                if self.set is not None:  # rounding may keep a gap from closing
+                    most = max(most, TINY * run.span)
+                if at_once:  # reactions of shorter steps have larger errors, of rounding
+                    short = SHORT * run.span if self._of_reactions else 0.0
+                    most = max(4 * least, 1.01 * run.sliver * run.grid, short, TINY * run.span * (self.set is not None))
                 way = self._way(q, v, a)
                 found = self._distance(t, way, lam, old, most)
+                if found is None and not at_once:
+                    found = self._within_rounding(t, q, v, way, lam, old)
                 if found is None:
                     return self._progress(t, old) if at_once else S.RUNNING, None
                 if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
@@ -261,6 +274,8 @@ class Events:
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
+        if struck:
+            self._cut = []
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
@@ -308,6 +323,11 @@ class Events:
         q, v, a, lam = acted
         run.integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         return self.set.status, Restart(t, q, v, a, lam, run.longest)
+
+    def _left(self, cut: int) -> float:
+        """The largest remaining time to a switch at which it is an event, by the last step, which was cut ``cut``
+        times. Where reactions decide, their errors let steps end earlier."""
+        return max(LEFT, min(1.0, 2.0 * SHORT_OF * 10.0 ** (cut - 1))) if self._of_reactions else LEFT
 
     def _ticked(self, t: float, q: Array, v: Array, lam: Array) -> bool:
         """Whether a clock has ticked that changes discrete variables only; the jump of forces is then in the history.
@@ -385,6 +405,19 @@ class Events:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high
+
+    def _within_rounding(self, t: float, q: Array, v: Array, way: Way, lam: Array, old: States) -> float | None:
+        """The time until just behind a change of a switch that the rounding error of q and v could hide; None if there
+        is none. Where a motion begins on the threshold of a switch, steps up to it do not change q."""
+        s = self._distance(t, way, lam, old, 2.0 * self.run.reals[S.LAST_H])
+        if not s:
+            return None
+        (q1, v1), scale = way(s), self.system.tables.scale
+        far, fast = ROUNDED / scale, ROUNDED * np.abs(v * scale).max(initial=0.0) / scale
+        q1 = self.system.moved(q, np.clip(q1 - q, -far, far))
+        v1 = v + np.clip(v1 - v, -fast, fast)
+        near = self.system.switches(t, q1, v1, self._reactions(t, q1, v1, lam))
+        return s if (near != old).any() else None
 
     def _reactions(self, t: float, q: Array, v: Array, lam: Array) -> Array:
         """The multipliers at a state; ``lam``, those of a state nearby, if no switch depends on them."""

@@ -20,6 +20,7 @@ COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2 = "coefficient", "sliding", "he
 NUMBERS = (MODE, COUNT, IMPULSE, EDGE, COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2)
 #: modes: OPEN; CLOSED by its row; DEPENDENT: closed by the rows of others
 OPEN, CLOSED, DEPENDENT = 0.0, 1.0, 2.0
+FRICTION = "ContactFriction"  #: kind of the force that is the friction of a contact
 #: part of the largest friction by which a contact that sticks exceeds it before it slides: more than rounding
 MARGIN = 1e-8
 

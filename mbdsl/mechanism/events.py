@@ -103,6 +103,10 @@ class Events:
             whens.append(When((Branch((condition, at_start), (action,), span),)))
         return Events(variables | self.variables, self.clocks, (*whens, *self.whens)) if whens else self
 
+    def of_component(self, branch: Branch) -> bool:
+        """Whether a branch sets a number of a component, and no variable of the model."""
+        return any(a.what == "set" and not self.variables[a.target].type for a in branch.actions)
+
     @property
     def typed(self) -> list[str]:
         """The variables of the model."""

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.errors import ModelWarning, Span, UsageError
-from mbdsl.expressions.symbolic import Expr
+from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.mechanism import contacts as rigid
 from mbdsl.mechanism import sticking as friction
 from mbdsl.mechanism.canonical_text import canonical_text
@@ -205,9 +205,22 @@ class Scene(SceneSignals):
         Returns
         -------
         Scene
-            This scene without them.
+            This scene without them and without when-equations; laws read reactions of zero.
         """
-        return replace(self, components={name: c for name, c in self.components.items() if not is_contact(c)})
+        gone = {c.name for c in self.contacts}
+
+        def law(x: Any) -> Any:
+            return substitute(x, lambda leaf: const(0.0) if reads(leaf) else None) if isinstance(x, Expr) else x
+
+        def reads(leaf: Expr) -> bool:
+            return leaf.op == "multiplier" and leaf.value[0] in gone
+
+        components = {
+            name: replace(c, values={key: law(x) for key, x in c.values.items()})
+            for name, c in self.components.items()
+            if name not in gone
+        }
+        return replace(self, components=components, events=replace(self.events, clocks=(), whens=()))
 
     @property
     def discrete_starts(self) -> dict[str, float]:
