@@ -18,7 +18,7 @@ from mbdsl.elements.kind import Kind
 from mbdsl.lang import orientations, quantities, shapes
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS, TABLE_ARGUMENTS
-from mbdsl.lang.events import ACTIONS
+from mbdsl.lang.event_functions import ACTIONS
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.parameters import ATTRIBUTES

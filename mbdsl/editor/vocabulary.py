@@ -8,8 +8,8 @@ from functools import cache
 from mbdsl.elements import kinds
 from mbdsl.lang import modelica_names
 from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
-from mbdsl.lang.events import ACTIONS
-from mbdsl.lang.events import FUNCTIONS as OF_EVENTS
+from mbdsl.lang.event_functions import ACTIONS
+from mbdsl.lang.event_functions import FUNCTIONS as OF_EVENTS
 from mbdsl.lang.functions import CONSTANTS, FUNCTIONS
 from mbdsl.lang.lexer import KEYWORDS
 from mbdsl.lang.quantities import TYPES
