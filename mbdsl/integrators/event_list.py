@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import leaves
-from mbdsl.mechanism.sticking import HELD
-from mbdsl.system.contact_numbers import COUNT, MODE, OPEN, number
+from mbdsl.mechanism.sticking import SLIDING
+from mbdsl.system.contact_numbers import COUNT, HELD, MODE, OPEN, number
 
 if TYPE_CHECKING:
     from mbdsl.integrators.event_set import EventSet
@@ -90,7 +90,7 @@ def _of_numbers(found: EventSet) -> Iterator[Group]:
             yield Group("stick", contact.span, times[1:][sticks[1:] & ~sticks[:-1]])
             yield Group("slip", contact.span, times[1:][sticks[:-1] & ~sticks[1:] & closed[1:]])
     for joint in scene.sticking:
-        held = np.diff(column[number(joint.name, HELD)])
+        held = np.diff((column[number(joint.name, SLIDING)] == 0.0).astype(float))
         yield Group("stick", joint.span, times[1:][held > 0.0])
         yield Group("slip", joint.span, times[1:][held < 0.0])
 

@@ -138,7 +138,7 @@ class FlatComponent:
                     joint_laws.check_law(name, law, self.kind, self.name)
                     if name in self.kind.coupled:
                         coupled_coordinates.check_law(name, law, self.kind, self.name)
-                    if arguments := dict(self.kind.couplings).get(name):
+                    if arguments := dict(self.kind.functions).get(name):
                         formulas = {argument: self.formulas.signal(argument) for argument in arguments}
                         joint_laws.check_coupling(name, law, formulas, self.kind, self.name)
         return self._laws[name]
@@ -178,13 +178,13 @@ class FlatComponent:
     def follow(self, joint: FlatComponent) -> None:
         """Take the axis of a joint that it is attached to, unless it has its own."""
         kind, follows = joint.kind, self.kind.follows
-        if not isinstance(kind, JointKind) or not kind.free_axes:
+        if not isinstance(kind, JointKind) or not kind.placing.free_axes:
             return
-        if follows not in kind.free_axes and kind.rows == 5 and isinstance(self.kind, JointKind):
+        if follows not in kind.placing.free_axes and kind.rows == 5 and isinstance(self.kind, JointKind):
             raise self._immovable(joint)  # it leaves one motion free, and another one is prescribed
-        if follows not in kind.free_axes or self.modifier("n"):
+        if follows not in kind.placing.free_axes or self.modifier("n"):
             return
-        axis = kind.free_axes[follows]
+        axis = kind.placing.free_axes[follows]
         if axis is None:
             self.joint = joint
         else:

@@ -28,6 +28,7 @@ from mbdsl.simulation.result_checks import bending, failed, too_bent
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.broken_laws import Broken, broken_law
+from mbdsl.system.paradox import Paradox, paradox
 from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch, law_of, within
 
@@ -137,6 +138,8 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     regular = (S.SLIDING, S.STIFF, STALLED)
     if status not in regular and not of_law and (pose := _singular_pose(integration, t)):
         message += f"; {pose}"
+    if not of_law and (near := _paradox(integration)) is not None:
+        message, span, hint = f"{message}; {near.text}", near.span, "take a smaller coefficient of friction"
     more, place, hint = _of_bodies(trajectory, integration, hint)
     message, span = message + more, place or span
     if status in OF_ITERATION and (turn := _largest_turn(integration)) is not None:
@@ -229,6 +232,14 @@ def _of_bodies(trajectory: Trajectory, integration: MethodRun, hint: str) -> tup
     if (beam := _inextensible(integration.system)) is not None:
         hint = f"{beam} may have no axial mode: its ends cannot come closer when it bends; give `axial`; or {hint}"
     return "", None, hint
+
+
+def _paradox(integration: MethodRun) -> Paradox | None:
+    """Painleve's paradox in a joint at the beginning of the step, if the reactions there are near it."""
+    if not integration.system.of_multipliers:
+        return None
+    q, v, lam = integration.state()
+    return paradox(integration.system, integration.time, q, v, lam, tuple(integration.left_out))
 
 
 def _without_mass(integration: MethodRun) -> InitialisationError | None:

@@ -239,7 +239,7 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
     if isinstance(kind, JointKind):
         role, weld = (
             DRIVER if kind.driver is not None and not kind.relations else JOINT,
-            kind.pose is not None and not kind.free,
+            kind.placing.pose is not None and not kind.placing.free,
         )
     # a coupling is drawn between two of the bodies whose coordinates it reads, a rate from its state to one of them
     reads = e.component.relations or is_rate(e.component)

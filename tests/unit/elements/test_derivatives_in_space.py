@@ -64,7 +64,7 @@ def component(name, kind, values, **ports):
     formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
     constraints = tuple(map(formulas.row, rows))
     relations = tuple(map(formulas.row, getattr(declared, "relations", ())))
-    for k, (function, signals) in enumerate(getattr(declared, "couplings", ())):
+    for k, (function, signals) in enumerate(getattr(declared, "functions", ())):
         values[function] = surface([formulas.signal(x) for x in (signals if k else signals[::-1])])
     friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
     if isinstance(declared, ForceKind) and declared.springs is None:
