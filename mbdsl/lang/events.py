@@ -12,6 +12,7 @@ from mbdsl.expressions.symbolic import Expr, input_signal
 from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, loop
+from mbdsl.lang.event_functions import ACTIONS, FUNCTIONS
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
@@ -22,10 +23,6 @@ from mbdsl.messages import did_you_mean
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
 
-#: functions that have a meaning at events only
-FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
-#: what a `when` does beside assignments
-ACTIONS = ("reinit", "terminate", "assert")
 HOLDS = 'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`'
 
 

@@ -78,6 +78,8 @@ end M;
         ("  function f\n    input Real x;\n    output Real y;\n  algorithm\n    y := x;\n  end f;\n  Foo z;\n", [8]),
         ("  record R\n    Real a;\n  end R;\n", [2]),
         ("equation\n  when time > 1 then\n    reinit(x, 0);\n  end when;\n  Rod late(m = 1 kg);\n", [6]),
+        ("equation\n  when time > 1 then\n    reinit(x, 0);\n  end whn;\n  v = 2;\n", [5, 6]),
+        ("equation\n  v = 2;\n  when time > 1 then\n    reinit(x, 0);\n", [3, 6]),
         ("equation\n  if time < 1 then\n    u = 0;\n  else\n    u = 1;\n  end if;\n  v = 2;\n", [3, 8]),
         ("algorithm\n  x := 1;\n  if x > 2 then\n    y := 3;\n  end if;\nequation\n  v = 2;\n", [2, 8]),
         ("  for i in 1:n loop\n    Rod r[i](m = 1 kg, length = 1 m);\n  end for;\n  Foo x;\n", [2, 5]),
