@@ -174,8 +174,19 @@ class JointKind(PairKind):
     #: of the element module ``friction_along``; it does not act if the parameter ``mu_s`` is zero
     friction: str = ""
     friction_along: str = ""
-    normal: str = ""  #: the normal force in ``friction``, or its torque, of kinds whose friction can stick
-    #: if the module has several coordinates: formulas of the resistances along them, in which ``friction`` is its size
+    #: of kinds whose friction can stick: the normal force in ``friction``, or its torque; the rates of sliding;
+    #: positions place[1], ... where the joint is held, by default those with these rates; and the rows that hold it,
+    #: over these, by default their changes
+    normal: str = ""
+    slides: tuple[str, ...] = ()
+    places: tuple[str, ...] = ()
+    holds: tuple[str, ...] = ()
+    #: friction along ``slides`` while it is held, over the multipliers grip[1], ... of ``holds``; by default these
+    grips: tuple[str, ...] = ()
+    #: ``friction_rows`` of friction that sticks, over its components rub[1], ... along ``slides``; by default these
+    sticking_rows: tuple[str, ...] = ()
+    #: if the module has several coordinates: formulas of the resistances along them, in which ``friction`` is its size;
+    #: in ``exerts``, drag[1], ... are these, whether friction sticks or not
     friction_rows: tuple[str, ...] = ()
     placing: Placing = Placing()  #: what it leaves free
 

@@ -28,15 +28,15 @@ KIND = JointKind(
     placing=Placing(pose=lambda v, s: (0.0, 0.0, s), free="phi", angle=("phi",)),
     drawing="pin",
 )
+LOAD = "radius*hypot(hypot(lam[1], lam[2]), lam[3])"
 IN_SPACE = in_space(
     KIND,
     doc="A hinge: the origins of frame_a and frame_b coincide, and so does the axis n in both.",
-    parameters=(AXIS_Z, *KIND.parameters[:-1]),  # its friction does not stick
+    parameters=(AXIS_Z, *KIND.parameters),
     signals=TURNING_IN_SPACE,
-    friction=friction.formula("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w"),
+    friction=friction.formula(LOAD, "w"),
     friction_along="torque",
-    normal="",
-    results=KIND.results[:1],
+    normal=LOAD,
     resists=(),
     exerts=wrench(None, total(("(-friction)", Z_A))),
     axes=both("z"),

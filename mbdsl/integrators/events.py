@@ -25,11 +25,12 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
 from mbdsl.integrators.contact_set import UnsolvedContactsError
-from mbdsl.integrators.event_set import EventSet
-from mbdsl.integrators.friction_set import UndecidedFrictionError
+from mbdsl.integrators.event_set import EventSet, ReinitError
+from mbdsl.integrators.final_slide import End, final_slide
+from mbdsl.integrators.friction_set import At, UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
-from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF
+from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF, TURNING
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
@@ -55,6 +56,8 @@ MANY_KNOWN = 10_000
 #: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
 #: rounding of many steps
 UNDECIDED = 1e-9
+#: the same of one step
+ROUNDED = 16 * EPS
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
@@ -64,6 +67,8 @@ SLIDING_HINT = (
 #: the same if the condition depends on a reaction
 #: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
 SHORT = 1e-6
+#: the same, in which an event that acts is searched behind a step that was cut short
+TINY = 1e-9
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -113,7 +118,7 @@ class Events:
         self.rounding: list[float] = []
         #: the when-equations of the model; None if it has none
         self.set: EventSet | None = EventSet(self.system) if self.system.scene.has_events else None
-        self.unsolved: UnsolvedContactsError | None = None
+        self.unsolved: UnsolvedContactsError | ReinitError | None = None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -152,7 +157,8 @@ class Events:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches or self.set is not None:
-            integers[S.WATCHING] = REACTIONS if self._of_reactions else 1
+            turning = self.set is not None and self.set.friction is not None and self.set.friction.turning
+            integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else 1
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
             integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
@@ -230,23 +236,10 @@ class Events:
             self._next(t + s)
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
-            if not known:
-                most = self._left(cut) * reals[S.LAST_H]
-                if at_once:  # reactions of shorter steps have larger errors, of rounding
-                    short = SHORT * run.span if self._of_reactions else 0.0
-                    most = max(4 * least, 1.01 * run.sliver * run.grid, short)
-                way = self._way(q, v, a)
-                found = self._distance(t, way, lam, old, most)
-                if found is None:
-                    return self._progress(t, old) if at_once else S.RUNNING, None
-                if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
-                    way = self._refined(t, q, v, a, found)
-                    found = self._distance(t, way, lam, old, most) or found
-                # behind an event, rounding may leave a condition on its former side
-                s = 2 * least if found == 0.0 and at_once and self.set is not None else found
-            else:
-                way = self._way(q, v, a)
-            old_a = a
+            located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
+            if located is None:
+                return self._progress(t, old) if at_once else S.RUNNING, None
+            (s, way), old_a = located, a
             t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
@@ -266,10 +259,67 @@ class Events:
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
+        if struck:
+            self._cut = []
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
         return status, Restart(t, q, v, a, lam, longest)
+
+    def _located(
+        self, t: float, state: tuple[Array, Array, Array], lam: Array, old: States, cut: int, at_once: bool
+    ) -> tuple[float, Way] | None:
+        """The time from t to just behind the change of a switch, and the way there from q, v, a; None if it is farther
+        away than steps can end before it."""
+        run, least, (q, v, a) = self.run, self.run.reals[S.LEAST_H], state
+        if at_once and (end := self._end_of_slide(t, q, v)) is not None:
+            return end.s, lambda s: (end.q, end.v)
+        most = self._left(cut) * run.reals[S.LAST_H]
+        if at_once:  # reactions of shorter steps have larger errors, of rounding
+            most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
+        if self.set is not None:  # rounding may keep a gap from closing
+            most = max(most, TINY * run.span)
+        way = self._way(q, v, a)
+        late = self._of_reactions and not declared(run.method).own_reactions
+        if late and combined(old) != run.integers[S.SIGNATURE]:
+            return self._missed(t, way, lam), way
+        found = self._distance(t, way, lam, old, most)
+        if found is None and not at_once:
+            found = self._within_rounding(t, q, v, way, lam, old)
+        if found is None:
+            return None
+        if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
+            way = self._refined(t, q, v, a, found)
+            found = self._distance(t, way, lam, old, most) or found
+        # behind an event, rounding may leave a condition on its former side
+        return 2 * least if found == 0.0 and at_once and self.set is not None else found, way
+
+    def _missed(self, t: float, way: Way, lam: Array) -> float:
+        """The time from t back to just behind the change of a switch, which the reactions of the last step have not
+        shown because they are less accurate than the motion; 0 if it changes here."""
+        low, high = -self.run.reals[S.LAST_H], 0.0
+
+        def same(s: float) -> bool:
+            q, v = way(s)
+            states = self.system.switches(t + s, q, v, self._reactions(t + s, q, v, lam))
+            return combined(states) == self.run.integers[S.SIGNATURE]
+
+        if not same(low):
+            return 0.0
+        while high - low > 0.01 * self.run.reals[S.LEAST_H] - 1e-9 * low:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if same(middle) else (low, middle)
+        return high
+
+    def _end_of_slide(self, t: float, q: Array, v: Array) -> End | None:
+        """Where a joint stops that slides in several directions, if this is near."""
+        friction = self.set.friction if self.set is not None else None
+        if friction is None or self.set is None or not friction.turning:
+            return None
+        at = At(t, q, v, self.run.left_out, dict(self.set.values), [])
+        end = final_slide(friction, at, self.run.grid or self.run.reals[S.LAST_H])
+        friction.put(self.set.values, self.run.left_out)
+        return end
 
     def _acted(
         self, t: float, q: Array, v: Array, given: Mapping[str, float] | None = None
@@ -284,7 +334,7 @@ class Events:
             if v is not before:
                 q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
-        except UnsolvedContactsError as problem:
+        except (UnsolvedContactsError, ReinitError) as problem:
             self.unsolved = problem
             return S.UNSOLVED
         except UndecidedFrictionError:
@@ -395,6 +445,19 @@ class Events:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high
+
+    def _within_rounding(self, t: float, q: Array, v: Array, way: Way, lam: Array, old: States) -> float | None:
+        """The time until just behind a change of a switch that the rounding error of q and v could hide; None if there
+        is none. Where a motion begins on the threshold of a switch, steps up to it do not change q."""
+        s = self._distance(t, way, lam, old, 2.0 * self.run.reals[S.LAST_H])
+        if not s:
+            return None
+        (q1, v1), scale = way(s), self.system.tables.scale
+        far, fast = ROUNDED / scale, ROUNDED * np.abs(v * scale).max(initial=0.0) / scale
+        q1 = self.system.moved(q, np.clip(q1 - q, -far, far))
+        v1 = v + np.clip(v1 - v, -fast, fast)
+        near = self.system.switches(t, q1, v1, self._reactions(t, q1, v1, lam))
+        return s if (near != old).any() else None
 
     def _reactions(self, t: float, q: Array, v: Array, lam: Array) -> Array:
         """The multipliers at a state; ``lam``, those of a state nearby, if no switch depends on them."""

@@ -236,7 +236,7 @@ class FlatComponent:
             laws = filter(self.has_law, self.kind.law_parameters)
             rubs = self.has_friction()
             sticks = self.formulas.sticks or (rubs and getattr(self.kind, "unilateral", False))
-            self._signal_names = signals.names(self.kind, laws, rubs, sticks)
+            self._signal_names = signals.names(self.own_kind, laws, rubs, sticks)
         return self._signal_names
 
     def has_friction(self) -> bool:
@@ -249,10 +249,15 @@ class FlatComponent:
         return parameter is not None and (self.modifier(name) is not None or parameter.default not in (None, REQUIRED))
 
     @property
+    def own_kind(self) -> Kind:
+        """Its kind, or the one that its values make of it."""
+        return self.kind.specialised(self.values) or self.kind
+
+    @property
     def formulas(self) -> signals.Formulas:
         """The formulas of its kind."""
         if self._formulas is None:
-            self._formulas = signals.Formulas(self.kind, self.name, self._given, self._coordinate)
+            self._formulas = signals.Formulas(self.own_kind, self.name, self._given, self._coordinate)
         return self._formulas
 
     def _formulas_at(self, port: str) -> signals.Formulas:
@@ -283,7 +288,7 @@ class FlatComponent:
         if (key := _of_centre(self.kind, name)) is not None:
             return self.assembly.coordinate(self.frames["c"], key)
         own = self.units().get(name) if self.kind.coupled else None
-        return Quantity(self.formulas.signal(name), units.dimension(own) if own else _dimension(self.kind, name))
+        return Quantity(self.formulas.signal(name), units.dimension(own) if own else _dimension(self.own_kind, name))
 
     def units(self) -> dict[str, str]:
         """Units of signals of a joint that couples coordinates, by their dimensions."""

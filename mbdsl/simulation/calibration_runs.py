@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.simulation.event_sequences import Event
 from mbdsl.simulation.ladder_constants import LADDER, order_bounds
 from mbdsl.simulation.mechanism_run import Kept
 
@@ -37,6 +38,7 @@ class Trial:
     difference: Array = field(default_factory=lambda: np.empty(0))
     claim: Array = field(default_factory=lambda: np.empty(0))
     contacts: Array = field(default_factory=lambda: np.empty(0))
+    event: Event | None = None  #: the first event that this run and the one before do not have both
     hoped: float = np.inf  #: the error estimate at the end, if errors decrease regularly
 
     @property

@@ -30,10 +30,11 @@ from numpy.typing import NDArray
 
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.run import longest_part
+from mbdsl.integrators.run import MethodRun, longest_part
 from mbdsl.numerics import error_norm
 from mbdsl.simulation.calibration_growth import AmplifiedRounding
 from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial, observed_order
+from mbdsl.simulation.event_sequences import Compared, between, compared
 from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import Plan
@@ -46,6 +47,8 @@ Array = NDArray[np.float64]
 #: reasons for a horizon
 NO_CONVERGENCE = "runs with shorter steps do not converge"
 CONTACT = "the path comes so close to a condition of a law that its error decides whether the condition changes"
+#: the same of events
+OTHER_EVENTS = "runs with different errors have different events: {} occurs in one of them only"
 
 
 def calibrated(motion: MechanismRun, tol: float, integrate: Callable[..., int]) -> tuple[int, Found]:
@@ -163,7 +166,13 @@ class Ladder(AmplifiedRounding):
         before = self.trials[-1]
         n, norm = min(len(before.t), len(last.t)), weights(self.motion.system.tables, last.v, self.span)
         dq = self.motion.system.difference(before.q[:n], last.q[:n])
-        found = error_norm.differences(norm.q, norm.speed, dq, before.v[:n] - last.v[:n], norm.v)
+        dv = before.v[:n] - last.v[:n]
+        found = error_norm.differences(norm.q, norm.speed, dq, dv, norm.v)
+        events = self._compared(last, before, norm.speed)
+        if events is not None and len(events.times):
+            late = norm.speed * between(last.t[:n], events.times)
+            of_q = error_norm.differences(norm.q, norm.speed, dq, np.zeros_like(dv), norm.v)
+            found = np.where(late > 0.0, np.maximum(late, of_q), found)
         beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, observed_order([*self.trials, last])
@@ -186,7 +195,18 @@ class Ladder(AmplifiedRounding):
         if len(before.claim):  # the difference is due to the error of the run before, unless this run is worse
             before.claim[:n] = np.maximum(before.claim[:n], last.difference[:n])
         last.contacts = self._undecided(last, before, norm.speed)
+        if events is not None and events.first is not None:
+            last.contacts[last.t >= events.end] = np.inf
+            last.event = events.first
         last.claim = np.maximum(last.claim, last.contacts)
+
+    def _compared(self, last: Trial, before: Trial, speed: float) -> Compared | None:
+        """The events of both runs; None if the model has none."""
+        for one, other in zip(last.kept.integrations, before.kept.integrations, strict=True):
+            pair = [x.events.set for x in (one, other) if isinstance(x, MethodRun)]
+            if len(pair) == 2 and pair[0] is not None and pair[1] is not None:  # events make a scene one part
+                return compared(pair[0], pair[1], self.tol / speed, min(last.t[-1], before.t[-1]))
+        return None
 
     def _fall(self, before: Trial, last: Trial, fall: float) -> float:
         """The factor by which the error falls from one run to the next, which is not larger than the steps allow.
@@ -200,9 +220,14 @@ class Ladder(AmplifiedRounding):
     def _undecided(self, last: Trial, before: Trial, speed: float) -> Array:
         """The effect (N,) of contacts that the runs leave undecided, up to each time."""
         effect = np.zeros(len(last.t))
+
+        def apart(t: float) -> float:
+            at = int(np.searchsorted(last.t, t))  # the first output behind it, which a difference there has reached
+            return float(last.difference[at]) if at < len(last.difference) else np.inf
+
         present, former = last.kept.integrations, before.kept.integrations
         for p, run, other in zip(self.motion.parts, present, former, strict=True):
-            for x in undecided(run, other, p.initial.redundant, speed, self.span):
+            for x in undecided(run, other, p.initial.redundant, speed, self.span, apart):
                 later = last.t >= x.time
                 effect[later] = np.maximum(effect[later], x.effect)
         return effect
@@ -349,9 +374,9 @@ class Ladder(AmplifiedRounding):
             best = self.failed[-1]
         if not best.done and whole and (why := self._why(best)):
             self.reason = why
-            best = min(whole, key=lambda x: x.error)
+            best = min(reversed(whole), key=lambda x: x.error)
         elif best.done and best.error > self.tol and (best.differs < LADDER.saturated or not np.isfinite(best.differs)):
-            best = min(whole, key=lambda x: x.error)
+            best = min(reversed(whole), key=lambda x: x.error)
         status = best.status
         motion.recall(best.kept)
         others = [x for x in [*trials, *self.failed] if x is not best or self.again]
@@ -375,7 +400,7 @@ class Ladder(AmplifiedRounding):
         kept = np.flatnonzero(~(claim <= self.tol))[0]
         horizon = float(best.t[max(0, kept - 1)])
         if best.contacts[kept] > self.tol:
-            self.reason = CONTACT
+            self.reason = CONTACT if best.event is None else OTHER_EVENTS.format(best.event.text)
         if not self.reason and self.growth is not None:
             self.reason = self._of_rounding()
         error = float(claim[-1]) if np.isfinite(claim[-1]) else None

@@ -2,8 +2,9 @@
 
 If a path turns back at a distance from a stop that is smaller than its error, runs with different tolerances may agree
 with each other and all miss a stop that the motion touches. The distance d of each close approach
-(:mod:`mbdsl.system.close_approaches`) is compared with that in the run before; the difference e estimates its error. If
-d is not larger, the contact is undecided, and the change of velocity that it can cause bounds the error:
+(:mod:`mbdsl.system.close_approaches`) is compared with that in the run before; the difference e estimates its error. An
+approach that the run before does not have is at most as uncertain as the states of the two runs differ. If d is not
+larger, the contact is undecided, and the change of velocity that it can cause bounds the error:
 
     min(|da| T, |da|/|dg| 2 sqrt(2 c p)),   T = 2 sqrt(2 p/c), p = |d| + e,
 
@@ -15,7 +16,7 @@ returns the whole velocity of the path at d = 0; conditions on velocities and re
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -53,7 +54,14 @@ class Undecided(NamedTuple):
     effect: float
 
 
-def undecided(run: Run, before: Run, left_out: tuple[int, ...], speed: float, span: float) -> list[Undecided]:
+def undecided(
+    run: Run,
+    before: Run,
+    left_out: tuple[int, ...],
+    speed: float,
+    span: float,
+    apart: Callable[[float], float] = lambda t: np.inf,
+) -> list[Undecided]:
     """The undecided contacts of a run, by comparison with the run before.
 
     Parameters
@@ -66,6 +74,9 @@ def undecided(run: Run, before: Run, left_out: tuple[int, ...], speed: float, sp
         The largest scaled velocity.
     span : float [s]
         The duration of the run.
+    apart : function of time [s]
+        The largest difference between the states of both runs up to a time, in the norm of
+        :mod:`mbdsl.numerics.error_norm`.
     """
     present: Sequence[Approach] = getattr(run, "approaches", ())
     former = sorted(getattr(before, "approaches", ()), key=lambda y: y.t)
@@ -74,7 +85,7 @@ def undecided(run: Run, before: Run, left_out: tuple[int, ...], speed: float, sp
     for x in present:
         some = former[bisect_left(times, x.t - TOGETHER * span) : bisect_right(times, x.t + TOGETHER * span)]
         near = [abs(x.d - y.d) for y in some if (x.number, x.side) == (y.number, y.side)]
-        e = min(near, default=2.0 * abs(x.d)) + x.error
+        e = (min(near) if near else min(2.0 * abs(x.d), _sensitivity(run.system, x, speed) * apart(x.t))) + x.error
         if abs(x.d) <= MARGIN * e:
             found.append((x, abs(x.d) + e))
     found.sort(key=lambda pair: -pair[1] * pair[0].curvature)
@@ -84,6 +95,8 @@ def undecided(run: Run, before: Run, left_out: tuple[int, ...], speed: float, sp
 
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:
     """The largest scaled change of a velocity that a contact of this depth causes [1/s]."""
+    if x.number in system.kept(Approaches).of_events:
+        return np.inf  # what a when-equation does has no bound
     scale, (q, v), argument = system.tables.scale, np.array(x.state).reshape(2, -1), _argument(system, x)
     positions = of_positions(argument)
     g_q = np.zeros(system.n)
@@ -113,6 +126,18 @@ def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]
     duration = 2.0 * np.sqrt(2.0 * depth / x.curvature)
     rebound = 2.0 * np.sqrt(2.0 * x.curvature * depth)
     return size * min(duration, rebound / along if positions and along > 0.0 else np.inf)
+
+
+def _sensitivity(system: System, x: Approach, speed: float) -> float:
+    """The largest difference of the argument between two states whose difference is 1 in the norm; infinite if it
+    depends on reactions."""
+    argument = _argument(system, x)
+    if any(leaf.op == "multiplier" for leaf in leaves(argument)):
+        return np.inf
+    q, v = np.array(x.state).reshape(2, -1)
+    _, by_q, by_v = gradients(system, [argument], x.t, q, v)
+    by_q, by_v = (np.abs(_dense(by)).ravel() / system.tables.scale for by in (by_q, by_v))
+    return float(by_q.sum() + speed * by_v.sum())
 
 
 def _argument(system: System, x: Approach) -> Expr:

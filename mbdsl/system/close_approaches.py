@@ -13,7 +13,7 @@ of steps turn back close to zero.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import TIME, Expr, const, leaves, walk
+from mbdsl.expressions.symbolic import TIME, Expr, const, is_const, leaves, walk
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import gradients, values
 
 if TYPE_CHECKING:
@@ -40,8 +41,13 @@ POSITIONS = ("x", "y", "phi")
 #: most ends of steps around which the rate of an argument of velocities or reactions is computed, in a search; the
 #: difference of time for that, relative to the step; values below this part of the largest one are at a switch
 MOST_RATES, APART, AT_SWITCH = 32, 1e-2, 1e-9
+EPS = float(np.finfo(float).eps)
+#: least number of states whose accelerations are computed together
+FEW = 8
 #: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
 NARROW, MOST_KNOTS = 1e-2, 32
+#: comparisons in a condition that are examined
+MOST_COMPARED = 16
 
 
 class Approach(NamedTuple):
@@ -62,10 +68,7 @@ def arguments(system: System) -> list[Expr]:
     """The arguments whose signs determine the forces: differences of what is compared."""
     found: dict[Expr, None] = {}
     for switch in system.tables.switches:
-        nodes = [n for n in walk(switch.node) if n.op in COMPARISONS]
-        nodes += [switch.node] if switch.node.op in (*CORNERS, "abs", "sign") else []
-        compared = [n.args[0] - n.args[1] if len(n.args) == 2 else n.args[0] for n in nodes]
-        for g in [*compared, *_corners(switch.node)]:
+        for g in _compared(switch.node):
             variables = leaves(g)
             moves = any(x.op in ("coordinate", "multiplier") for x in variables)
             # in space, positions are searched between steps; angles count turns, which states do not contain
@@ -75,6 +78,24 @@ def arguments(system: System) -> list[Expr]:
             if moves and not apart and not mixed and all(x.op != "input" for x in variables):
                 found[g] = None
     return list(found)
+
+
+def of_events(system: System) -> set[Expr]:
+    """The arguments of conditions of when-equations: what these do is not bounded by a change of forces."""
+    events = system.scene.events
+    conditions = [c for branch in events.branches if not events.of_component(branch) for c in branch.conditions]
+    return {g for c in conditions for g in _compared(c)}
+
+
+def _compared(node: Expr) -> list[Expr]:
+    """The differences of what is compared in a node; of the choice among many, as of the nearest feature of a profile,
+    that of the outermost comparison, if its arguments vary."""
+    nodes = [n for n in walk(node) if n.op in COMPARISONS]
+    if len(nodes) > MOST_COMPARED:
+        varies = node.op in COMPARISONS and any(not is_const(x) for x in diff(node.args[0], *leaves(node)))
+        nodes = [node] if varies else []
+    nodes += [node] if node.op in (*CORNERS, "abs", "sign") else []
+    return [*(n.args[0] - n.args[1] if len(n.args) == 2 else n.args[0] for n in nodes), *_corners(node)]
 
 
 def _corners(node: Expr) -> list[Expr]:
@@ -121,6 +142,13 @@ class _Course:
         self.c2, self.c3 = 3.0 * dy - 2.0 * self.r0 - r1, self.r0 + r1 - 2.0 * dy
         self.bend, self.third = (2.0 * self.c2 + 6.0 * self.c3) / h**2, 6.0 * self.c3 / h**3  # at the ends of steps
 
+    def leave_out_rounding(self, noise: float) -> None:
+        """Take second and third derivatives at the end of a step from the step before, if they are rounding errors;
+        ``noise`` is that of y, and rates are differences of y over the part APART of a step."""
+        good = 0.1 * np.abs(self.bend) * self.h**2 * APART > 4.0 * noise
+        last = np.maximum.accumulate(np.where(good, np.arange(len(good)), -1))
+        self.bend, self.third = (np.where(last < 0, np.nan, x[last]) for x in (self.bend, self.third))
+
 
 class Approaches:
     """Finds the approaches in the recorded steps of a run.
@@ -133,6 +161,9 @@ class Approaches:
     def __init__(self, system: System) -> None:
         self.system = system
         self.arguments = arguments(system)
+        own = of_events(system)
+        self.of_events = frozenset(k for k, g in enumerate(self.arguments) if g in own)  #: numbers of their arguments
+        self._of_velocities = [k for k, g in enumerate(self.arguments) if not of_positions(g)]
         self._roots = self.arguments + [der(g) if of_positions(g) else const(np.nan) for g in self.arguments]
         self._most = max(16, min(MOST, NUMBERS // max(1, system.n)))
 
@@ -162,14 +193,18 @@ class Approaches:
         given = {name: np.full(len(t), value) for name, value in inputs.items()}
         known = np.array(values(self.system, self._roots, t, q, v, lam, given))
         count, h = len(self.arguments), np.diff(t)
+        sizes = np.fmax(past[4], np.abs(known[:count]).max(axis=1))
+        near = {k: _turning(np.append(past[0, k], known[k]), CLOSE * sizes[k]) for k in self._of_velocities}
+        a = self._accelerations(near.values(), rows, inputs, left_out)
         with np.errstate(all="ignore"):
             for k, (y, rate) in enumerate(zip(known[:count], known[count:], strict=True)):
-                largest = max(past[4, k], float(np.abs(y).max()))
-                if not of_positions(self.arguments[k]):
-                    for i in _turning(np.append(past[0, k], y), CLOSE * largest).tolist():
-                        rate[i] = self._rate(k, APART * h[min(i, len(h) - 1)], t[i], q[i], v[i], inputs, left_out)
+                largest = sizes[k]
+                if k in near:
+                    rate[near[k]] = self._rates(k, near[k], a, rows, inputs, left_out)
                 before = past[:, k].copy()
                 course = _Course(t, h, q, v, y, rate)
+                if k in near:
+                    course.leave_out_rounding(EPS * largest)
                 past[:, k] = y[-1], rate[-1], course.bend[-1], course.third[-1], largest
                 self._turns(found, k, course, before[3], largest)
                 self._crossings(found, k, course, before, largest)
@@ -180,7 +215,7 @@ class Approaches:
 
     def _turns(self, found: list[Approach], k: int, on: _Course, third: float, largest: float) -> None:
         """Add the turning points within steps that do not cross; ``third`` is the last third derivative before."""
-        positions, h, y = of_positions(self.arguments[k]), on.h, on.y
+        positions, h, y = k not in self._of_velocities, on.h, on.y
         least = 0.0 if positions else AT_SWITCH * largest
         change = np.abs(np.diff(on.third, prepend=third))
         error = h**3 / 384.0 * np.fmin(np.fmin(change, np.append(change[1:], np.inf)), np.abs(on.third))
@@ -203,7 +238,7 @@ class Approaches:
     def _crossings(self, found: list[Approach], k: int, on: _Course, before: Array, largest: float) -> None:
         """Add crossings between consecutive rows, beginning with the last row of the previous call: ``before`` is its
         column of ``past``."""
-        y, positions = on.y, of_positions(self.arguments[k])
+        y, positions = on.y, k not in self._of_velocities
         value, slope = np.append(before[0], y[:-1]), np.append(before[1], on.rate[:-1])
         bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((before[2], on.bend), (before[3], on.third)))
         side = np.sign(value)
@@ -221,33 +256,55 @@ class Approaches:
                 d_i = min(d_i, side[i] * y[i])
                 found.append(_approach(k, on.t[j], side[i], d_i, curvature, 0.0, [*on.q[j], *on.v[j]]))
 
-    def _rate(
+    def _rates(
         self,
         k: int,
-        dt: float,
-        t: float,
-        q: Array,
-        v: Array,
+        at: NDArray[np.int64],
+        a: Array,
+        rows: tuple[Array, Array, Array, Array],
         inputs: Mapping[str, float],
         left_out: tuple[int, ...],
-    ) -> float:
-        """The time derivative of argument k at a state, by a central difference along the motion; nan where there are
-        no accelerations."""
-        system, g = self.system, self.arguments[k]
-        try:
-            a, _ = accelerations(system, t, q, v, left_out)
-            ends = []
-            for s in (-dt, dt):
-                there = t + s, system.moved(q, s * v, 0.5 * s * s * a), v + s * a
-                lam = np.zeros(system.m + system.p)
-                if any(x.op == "multiplier" for x in leaves(g)):
-                    lam = accelerations(system, *there, left_out)[1]
-                given = {name: np.array([x]) for name, x in inputs.items()}
-                at, where, rate = (np.array([x]) for x in there)
-                ends.append(values(system, [g], at, where, rate, lam[None], given)[0][0])
-        except InitialisationError:
-            return np.nan
-        return float(ends[1] - ends[0]) / (2.0 * dt)
+    ) -> Array:
+        """The time derivatives of argument k at the rows ``at`` with accelerations a (N, n), by central differences
+        along the motion; nan where there are no accelerations."""
+        system, g, (t, q, v, _) = self.system, self.arguments[k], rows
+        h, of_reactions = np.diff(t), any(x.op == "multiplier" for x in leaves(g))
+        dt, given = APART * h[np.minimum(at, len(h) - 1)], {x: np.full(len(at), value) for x, value in inputs.items()}
+        t, q, v, a, ends = t[at], q[at], v[at], a[at], []
+        for s in (-dt[:, None], dt[:, None]):
+            there = t + s[:, 0], system.moved(q, s * v, 0.5 * s * s * a), v + s * a
+            lam = np.zeros((len(at), system.m + system.p))
+            for i in np.flatnonzero(np.isfinite(a).all(axis=1)).tolist() if of_reactions else ():
+                try:
+                    lam[i] = accelerations(system, there[0][i], there[1][i], there[2][i], left_out)[1]
+                except InitialisationError:
+                    lam[i] = np.nan
+            ends.append(values(system, [g], *there, lam, given)[0])
+        return (ends[1] - ends[0]) / (2.0 * dt)
+
+    def _accelerations(
+        self,
+        rows: Iterable[NDArray[np.int64]],
+        states: tuple[Array, Array, Array, Array],
+        inputs: Mapping[str, float],
+        left_out: tuple[int, ...],
+    ) -> Array:
+        """Those (N, n) at the ``rows`` of ``states``; nan at others, and where there are none."""
+        system, (t, q, v, _) = self.system, states
+        at, found = np.unique(np.concatenate([np.zeros(0, np.int64), *rows])), np.full_like(q, np.nan)
+        if not len(at):
+            return found
+        numbers = {system.tables.inputs[x]: np.full(len(at), value) for x, value in inputs.items()}
+        together = sampled(system, t[at], q[at], v[at], left_out, numbers, FEW)
+        done = np.zeros(len(at), bool)
+        if together is not None:
+            found[at], _, done = together
+        for i in at[~done].tolist():
+            try:
+                found[i] = accelerations(system, t[i], q[i], v[i], left_out)[0]
+            except InitialisationError:
+                found[i] = np.nan
+        return found
 
     def _second(self, number: int, t: float, q: Array, v: Array) -> float:
         """The second time derivative of an argument at a state; 0 where there are no accelerations."""

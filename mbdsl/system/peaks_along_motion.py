@@ -46,6 +46,7 @@ JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "ma
 PRODUCTS, MOST_FACTORS, JOINT = ("add", "sub", "neg", "mul", "div"), 3, "joint"
 #: coefficients of the cubic polynomial with given values at 0, 1/3, 2/3 and 1
 THROUGH = np.linalg.inv(np.vander(np.arange(4) / 3.0, increasing=True))
+LENGTHS = ("x", "y", "z")
 POSITION = {rate: key for key, rate in RATE.items()} | {"vz": "z"}
 
 
@@ -131,6 +132,13 @@ class OnTheWay:
         others = [x for x, motion in self._motions.items() if motion is None and x.op != "time"]
         known = [*(x for both in moving for x in both), *others, TIME]
         return moving, others, {x: known.index(x) for x in self._motions}
+
+    @cached_property
+    def _sizes(self) -> Array:
+        """The mechanism's size for each position of ``_states``, 0 of angles: a point of a body near zero has the
+        rounding error of the body's position."""
+        size = self._system.tables.size
+        return np.array([size if where.value[1] in LENGTHS else 0.0 for where, _ in self._states[0]])
 
     def first(
         self,
@@ -227,7 +235,7 @@ class OnTheWay:
         at, count = np.array([*known, t]), 2 * len(moving)
         p, r, h = at[0:count:2], at[1:count:2], np.diff(t)
         way, r0, r1 = np.diff(p, axis=1), h * r[:, :-1], h * r[:, 1:]
-        sizes = np.abs(p)
+        sizes = np.maximum(np.abs(p), self._sizes[:, None])
         known_way = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(sizes[:, :-1], sizes[:, 1:])
         way = np.where(known_way, way, 0.5 * (r0 + r1))
         c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way

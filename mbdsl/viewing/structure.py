@@ -21,6 +21,7 @@ from mbdsl.messages import few
 from mbdsl.viewing.structure_redundancy import redundancy
 
 JOINT, DRIVER, FORCE = "joint", "driver", "force"
+EQUATION = "equation"  #: the kind of links that are equations of states
 
 
 @dataclass(frozen=True)
@@ -243,7 +244,8 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
     # a coupling is drawn between two of the bodies whose coordinates it reads, a rate from its state to one of them
     reads = e.component.relations or is_rate(e.component)
     first, last = (e.body_j, e.also[-1]) if reads and e.also else (e.body_i, e.body_j)
-    return Link(e.name, kind.name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
+    name = EQUATION if is_rate(e.component) else kind.name
+    return Link(e.name, name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
 
 
 def _bodies(graph: MechanismGraph, notes: Iterable[Note]) -> dict[str, BodyNode]:

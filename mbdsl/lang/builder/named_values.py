@@ -1,20 +1,23 @@
-"""Values that a Builder declares under names: parameters, inputs, variables and states."""
+"""Values that a Builder declares under names, parameters, inputs, variables and states, and what changes them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.builder.declaring import Declarations, displayed
+from mbdsl.lang.builder.declaring import Action, Declarations, displayed
 from mbdsl.lang.builder.handles import Handle, Law, Number, Place
 from mbdsl.lang.calls import CallLine
 from mbdsl.lang.unparse import write
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 
 class NamedValues(Declarations):
-    """The part of ``mbdsl.Builder`` for values."""
+    """The part of ``mbdsl.Builder`` for values and events."""
 
     def parameter(
         self, name: str, value: Any, doc: str = "", type: str = "", *, display_unit: str = "", replace: bool = False
@@ -168,3 +171,89 @@ class NamedValues(Declarations):
         left = s.Call(s.Reference((s.Step("der"),)), (goal,), at=(CallLine(), 0, 0))
         item = s.Relation(left, self._node(rate, f"der({write(goal.value)})"), at=left.at)  # type: ignore[arg-type]
         self._draft.rate(item, python_values.flag(replace, "replace"))
+
+    def discrete(
+        self,
+        name: str,
+        start: Number | Sequence[Number] = 0.0,
+        unit: str = "",
+        doc: str = "",
+        *,
+        type: str = "Real",
+        replace: bool = False,
+    ) -> Handle:
+        """Declare a variable that only when-equations change.
+
+        Parameters
+        ----------
+        name : str
+        start : number, bool or str, optional
+            Its value at the start, in SI units or with a unit: "2 N". An array has one variable for each element.
+        unit : str, optional
+            Its unit, such as "N".
+        doc : str, optional
+            Description, one line.
+        type : {"Real", "Integer", "Boolean"}, optional
+            Its type, or a quantity of the language, such as "Force".
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one.
+
+        Returns
+        -------
+        Handle
+        """
+        arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
+        if python_values.text(unit, f"{name}.unit"):
+            arguments.append(s.Argument("unit", s.String(unit)))
+        of = python_values.text(type, "type")
+        return self._enter(name, frozenset({"discrete"}), of, doc, replace, arguments=tuple(arguments))
+
+    def when(
+        self,
+        condition: Law | Sequence[Law],
+        *actions: Action,
+        elsewhen: Sequence[tuple[Law | Sequence[Law], Unpack[tuple[Action, ...]]]] = (),
+    ) -> None:
+        """Add what is done where a condition becomes true.
+
+        Parameters
+        ----------
+        condition : str or Expr, or a sequence of them
+            The condition, such as "rod.phi > 1" or "sample(0, 1 ms)"; of a sequence, one of them becomes true.
+        *actions : str or mapping
+            What is done: a text as in a model, "n = pre(n) + 1", "reinit(rod.w, 0 rad/s)", 'terminate("done")',
+            'assert(rod.w < 9 rad/s, "too fast")'; or new values of variables, {u: "-2*rod.phi"}.
+        elsewhen : sequence of (condition, *actions), optional
+            Further branches, of which the first acts whose condition becomes true.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a name is not known, or an action is not written correctly.
+        """
+        branches = []
+        others: list[Any] = [(condition, *actions), *elsewhen]
+        for k, (given, *does) in enumerate(others):
+            what = "when" if k == 0 else f"elsewhen[{k - 1}]"
+            branches.append((self._node(given, f"{what}.condition"), self._actions(does, what)))
+        self._draft.event(s.When(tuple(branches), at=(CallLine(), 0, 0)))
+
+    def assertion(self, condition: Law, text: str) -> None:
+        """Add a condition that must hold during a run, as ``assert(condition, "text")`` does in a model.
+
+        Parameters
+        ----------
+        condition : str or Expr
+            The condition.
+        text : str
+            The reason, for the message of a run that ends because of it.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a name is not known.
+        """
+        reason = s.String(python_values.text(text, "assertion.text"))
+        given = (s.Argument("", self._node(condition, "assertion.condition")), s.Argument("", reason))
+        call = s.Call(s.Reference((s.Step("assert"),)), given, at=(CallLine(), 0, 0))
+        self._draft.event(s.Relation(call, None, at=call.at))
