@@ -93,7 +93,8 @@ class ContactSteps:
         self.contacts = system.scene.contacts
         self.rows = system.tables.contact_rows
         self.normals = np.array([rows[0] for rows in self.rows], int)
-        self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
+        self.e = np.array([c.e for c in self.contacts])
+        self.present = np.array([not c.absent for c in self.contacts], bool)
         self.mu, self.mu_s = (np.array([getattr(c, x) for c in self.contacts]) for x in ("mu", "mu_s"))
         self.sequential = bool(self.contacts) and self.contacts[0].sequential
         out = {*problem.left_out, *(row for rows in self.rows for row in rows)}
