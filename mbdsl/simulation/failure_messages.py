@@ -178,9 +178,7 @@ def _of_chatter(branches: Sequence[Branch], trajectory: Trajectory) -> Integrati
     """The error of a run that such when-equations have ended."""
     message = f"the when-equation acts again and again without progress of time at t = {float(trajectory.t[-1]):.9g} s"
     if any(a.what == "reinit" for b in branches for a in b.actions):
-        hint = (
-            "a body that bounces comes to rest at a rigid contact, `Contact(gap = ..., e = ...)` in place of `reinit`"
-        )
+        hint = "a body that bounces comes to rest at a rigid `Contact(gap = ..., e = ...)` in place of `reinit`"
     else:
         hint = "give a hysteresis: a threshold to switch on and another one to switch off; or sample the condition"
     notes = tuple(("this one acts in turn with it", b.span) for b in branches[1:4] if b.span is not None)
