@@ -274,7 +274,7 @@ class Approaches:
             lam = np.zeros((len(at), system.m + system.p))
             for i in np.flatnonzero(np.isfinite(a).all(axis=1)).tolist() if of_reactions else ():
                 try:
-                    lam[i] = accelerations(system, *(x[i] for x in there), left_out)[1]
+                    lam[i] = accelerations(system, there[0][i], there[1][i], there[2][i], left_out)[1]
                 except InitialisationError:
                     lam[i] = np.nan
             ends.append(values(system, [g], *there, lam, given)[0])
