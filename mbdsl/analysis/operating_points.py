@@ -12,6 +12,7 @@ from mbdsl.analysis.equilibria import prepare, settle
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import is_velocity_level, walk
 from mbdsl.initial.consistent import initial_position, initial_state
+from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
@@ -146,7 +147,8 @@ def find(
         return OperatingPoint(system, name, found.t, found.q, v, rest, found.lam, found.left_out, notes)
     if at == "start" or at == start:
         first = initial_state(system, mechanism, start)
-        return OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])
+        found = OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])
+        return _with_friction(found)
     assert not isinstance(at, str)
     for outputs in OUTPUTS:  # as many as show the turns of angles
         run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start) / outputs, announce=announce)
@@ -160,4 +162,17 @@ def find(
     for node, angle in zip(nodes, values(run.system, nodes, run.t, run.q, run.v), strict=True):
         system.set_first_angle(node, float(angle[-1]))
     a, lam = accelerations(system, t, q, v, run.left_out)
-    return OperatingPoint(system, name, t, q, v, a, lam, tuple(run.left_out), [])
+    return _with_friction(OperatingPoint(system, name, t, q, v, a, lam, tuple(run.left_out), []))
+
+
+def _with_friction(point: OperatingPoint) -> OperatingPoint:
+    """A state of a motion in which joints slide or are held by friction that sticks."""
+    system, name, t, q, v = point[:5]
+    if not system.scene.sticking:
+        return point
+    friction, numbers = FrictionSet(system), system.scene.discrete_starts
+    friction.begin(t, 0.0, q, v, numbers)
+    v = friction.act(t, q, v, point.left_out, numbers)
+    left_out = friction.left_out(point.left_out, numbers)
+    friction.put(numbers, left_out)
+    return OperatingPoint(system, name, t, q, v, *accelerations(system, t, q, v, left_out), left_out, point.notes)

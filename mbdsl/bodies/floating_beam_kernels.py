@@ -203,13 +203,8 @@ def forces(block, vectors, numbers, layout):
     """
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
-        d, k, at, n, x = (
-            layout[o + FIRST],
-            layout[o + SIZE],
-            layout[o + NOW],
-            layout[o + CONSTANTS],
-            layout[o + SCRATCH],
-        )
+        d, k, at = layout[o + FIRST], layout[o + SIZE], layout[o + NOW]
+        n, x = layout[o + CONSTANTS], layout[o + SCRATCH]
         c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
         q, v, w, f = (
             vectors[L.POSITION, d + 3 :],
@@ -343,13 +338,8 @@ def tangents(block, factors, vectors, numbers, layout, matrix):
     cM, cK, cD, cA = factors.cM, factors.cK, factors.cD, factors.cA
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
-        d, k, at, n, x = (
-            layout[o + FIRST],
-            layout[o + SIZE],
-            layout[o + NOW],
-            layout[o + CONSTANTS],
-            layout[o + SCRATCH],
-        )
+        d, k, at = layout[o + FIRST], layout[o + SIZE], layout[o + NOW]
+        n, x = layout[o + CONSTANTS], layout[o + SCRATCH]
         c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
         cx, cy, Hq = numbers[at + LISTS :], numbers[at + LISTS + k :], numbers[at + LISTS + 3 * k :]
         v, w, a = vectors[L.VELOCITY, d + 3 :], vectors[L.VELOCITY, d + 2], vectors[layout[L.TANGENT_ROW], d:]

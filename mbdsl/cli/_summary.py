@@ -45,8 +45,9 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     ]
     if acted := stats.get("acted"):
         first, most = next(iter(acted.items()))
+        where = f"line {first}" if first[:1] != "`" and ":" in first else first
         kinds = ", ".join(f"{n} {kind}" for kind, n in stats["kinds of events"].items())
-        lines.append(f"{count(sum(acted.values()), 'event')} ({kinds}); most of them by line {first}: {most}")
+        lines.append(f"{count(sum(acted.values()), 'event')} ({kinds}); most of them by {where}: {most}")
     if stats.get("terminated"):
         lines.append(f"ended by terminate at t = {reached:.9g} s: {stats['terminated']}")
     peaks = trajectory.cut_peaks(names)

@@ -16,10 +16,10 @@ COMMAND = Command(
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.integrators import available, compiled, declared, problems
+    from mbdsl.integrators import available, declared, own, problems
     from mbdsl.integrators.method_files import spelled
 
-    own = {name for name in compiled() if spelled(name) == name}
+    known = {name for name in own() if spelled(name) == name}
     chosen = {name: declared(name) for name in args.methods} or available()
     width = max(map(len, chosen)) + 2
     for name, method in chosen.items():
@@ -28,7 +28,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"    {method.doc}")
         for option, o in method.parameters.items():
             default = "" if o.default is None else f" {o.default:g}"
-            flag = f"--{option}" if name in own else f"--option {option}="
+            flag = f"--{option}" if name in known else f"--option {option}="
             print(f"    {flag}{default}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
         print(f"    {' and '.join(method.steps)} steps")
         if method.needs:

@@ -60,7 +60,7 @@ COMMAND = Command(
     --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is
         done
     --checkpoint-every T  time between checkpoints, wall clock; default 60 s. An interrupted run always writes one
-    --events FILE.csv  write the time, the kind and the line of each event of when-equations
+    --events FILE.csv  write the time, the kind and the line of each event
     --stats FILE.json  write counts and phase times
     @talk
     """,
@@ -70,7 +70,7 @@ COMMAND = Command(
 
 
 def add_options(parser: argparse.ArgumentParser, words: Sequence[str] | None = None) -> None:
-    """The parameters of compiled methods, as options of the same name.
+    """The parameters of mbdsl's own methods, as options of the same name.
 
     They are left out if the words of the command contain no other options than those that the parser has: the files of
     all methods are imported for them.
@@ -78,9 +78,9 @@ def add_options(parser: argparse.ArgumentParser, words: Sequence[str] | None = N
     parser.set_defaults(option=[])
     if words is not None and isinstance(parser, Parser) and parser.has_options(words):
         return
-    from mbdsl.integrators import compiled
+    from mbdsl.integrators import own
 
-    for name in sorted({name for method in compiled().values() for name in method.parameters}):
+    for name in sorted({name for method in own().values() for name in method.parameters}):
         parser.add_argument(
             f"--{name}", metavar="X", dest="option", action="append", type=values.named_number(name), default=[]
         )

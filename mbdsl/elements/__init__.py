@@ -26,7 +26,7 @@ class Declared:
 
     def __init__(self, kind: Kind, file: ModuleType) -> None:
         self.KIND, self.file = kind, file
-        self.name = kind.variant or file.__name__.rpartition(".")[2]
+        self.name = kind.variant.partition("_of_")[0] or file.__name__.rpartition(".")[2]
         #: by which :func:`loaded` finds it
         self.__name__ = f"{_package(kind.spatial)}.{self.name}"
 
@@ -107,14 +107,17 @@ def declaring(kind: Kind) -> Declared:
 
 @cache
 def of_variant(name: str, spatial: bool) -> Declared:
-    """A variant of a kind: of its own file, or of a joint in space with its first rows in other axes."""
+    """A variant of a kind: of its own file, for a number of features, or of a joint in space with its first rows in
+    other axes."""
     base = name.removesuffix("_in_axes")
     if base == name:
         from mbdsl.elements import sliding_friction
 
         if name in sliding_friction.MOTIONS:
             return Declared(sliding_friction.MOTIONS[name], sliding_friction)
-        file = importlib.import_module(f"{__name__}.{name}")
+        file = importlib.import_module(f"{__name__}.{name.partition('_of_')[0]}")
+        if "_of_" in name:
+            return Declared(file.of_count(int(name.rpartition("_")[2])), file)
         return Declared(file.IN_SPACE if spatial else file.KIND, file)
     found = loaded(f"{_package(True)}.{base}")
     return Declared(found.joint.in_axes(name), found.file)

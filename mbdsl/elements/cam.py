@@ -31,7 +31,7 @@ KIND = JointKind(
         Signal("s", "m", LIFT, "position of the follower along its x axis, from the centre of the cam"),
         Signal("v", "m/s", "der(s)", "its rate"),
     ),
-    coupling=("s", "phi"),
+    functions=(("s", ("phi",)),),
     drawing="cam",
 )
 IN_SPACE = in_space(

@@ -2,10 +2,11 @@
 
     force = k d^n max(0, 1 + alpha d'),  d = r_a + r_b - |r_b - r_a| > 0                   see contact_law.py
 
-(in a hole d = |r_b - r_a| - (r_a - r_b)), along the line of centres, without friction.
+(in a hole d = |r_b - r_a| - (r_a - r_b)), along the line of centres. With `mu` the component is of the kind in
+circle_friction.py; without, it needs the distance of the centres only.
 """
 
-from mbdsl.elements import contact_law
+from mbdsl.elements import contact_law, friction, of_variant
 from mbdsl.elements.declaration import Parameter, Signal, power
 from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
@@ -16,30 +17,43 @@ def check(values):
     if values["internal"] and not values["r_a"] > values["r_b"]:
         r_a, r_b = values["r_a"], values["r_b"]
         return f"frame_a has the hole, but its radius r_a = {r_a:g} m is not larger than r_b = {r_b:g} m"
-    return contact_law.check(values, "v_0")
+    return contact_law.check(values, "v_0") or friction.check(values)
 
 
 def derive(values):
     """``side``: the sign of the contact force along the distance; ``reach``: the distance at first touch."""
     inside = values["internal"]
     reach = values["r_a"] - values["r_b"] if inside else values["r_a"] + values["r_b"]
-    return {"side": (-1.0 if inside else 1.0,), "reach": (reach,), **contact_law.derive(values, "v_0")}
+    found = {"side": (-1.0 if inside else 1.0,), "reach": (reach,), **contact_law.derive(values, "v_0")}
+    return found | friction.derive(values)
 
 
+def rubbing(values, spatial=False):
+    """The kind of components with friction."""
+    if not values["mu_s"]:
+        return None
+    return of_variant("circle_friction", spatial).KIND
+
+
+SHAPE = (
+    Parameter("r_a", "m", doc="radius about frame_a", positive=True),
+    Parameter("r_b", "m", doc="radius about frame_b", positive=True),
+    Parameter("internal", "", False, "whether circle a is a round hole that contains circle b"),
+)
+DEPTH = Signal("depth", "m", "side[1]*(reach[1] - s)", "overlap; negative: the gap")
 KIND = ForceKind(
     "CircleContact",
-    doc="Contact of two circles about the frame origins, which push each other apart where they overlap; without "
-    "friction.",
+    doc="Contact of two circles about the frame origins, which push each other apart where they overlap; with "
+    "friction if it has `mu`.",
     g=(LENGTH,),
     parameters=(
-        Parameter("r_a", "m", doc="radius about frame_a", positive=True),
-        Parameter("r_b", "m", doc="radius about frame_b", positive=True),
-        Parameter("internal", "", False, "whether circle a is a round hole that contains circle b"),
+        *SHAPE,
         *contact_law.parameters("N/m", "v_0", "m/s"),
+        *friction.parameters("v", "m/s", 1e-3),
     ),
     signals=(
         *APART,
-        Signal("depth", "m", "side[1]*(reach[1] - s)", "overlap; negative: the gap"),
+        DEPTH,
         Signal(
             "force",
             "N",
@@ -54,13 +68,15 @@ KIND = ForceKind(
     derive=derive,
     laws=("force",),
     sign=1.0,
-    effects=contact_law.EFFECTS,
+    effects={**contact_law.EFFECTS, **friction.EFFECTS},
+    specialised=rubbing,
     latches=(contact_law.latch(1, "lt(0, depth)", "abs(v)", "v_0"),),
     drawing="circles",
 )
 IN_SPACE = in_space(
     KIND,
-    doc="Contact of two balls about the frame origins, which push each other apart where they overlap; without "
-    "friction.",
+    doc="Contact of two balls about the frame origins, which push each other apart where they overlap; with "
+    "friction if it has `mu`.",
+    specialised=lambda values: rubbing(values, True),
     signals=(*APART_IN_SPACE, *KIND.signals[2:]),
 )

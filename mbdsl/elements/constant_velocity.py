@@ -6,7 +6,7 @@ r_b - r_a = 0,   x_a . y_b - y_a . x_b = 0      with z along the shafts; in spac
 from dataclasses import replace
 
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind, axis_given
+from mbdsl.elements.kind import JointKind, Placing, axis_given
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import POINT, X_A, X_B, Y_A, Y_B
 from mbdsl.elements.vectors import both, cardan_angles, dot
@@ -26,8 +26,7 @@ IN_SPACE = JointKind(
     signals=tuple(replace(x, doc=BENDS[x.name]) for x in cardan_angles() if x.name in BENDS),
     check=axis_given,
     axes=both("z"),
-    moves=(("phi_x", "rx"), ("phi_y", "ry")),
-    aligned=f"({dot(X_A, X_B)} + {dot(Y_A, Y_B)})",
+    placing=Placing(moves=(("phi_x", "rx"), ("phi_y", "ry")), aligned=f"({dot(X_A, X_B)} + {dot(Y_A, Y_B)})"),
     spatial=True,
     drawing="ball",
 )

@@ -25,6 +25,11 @@ def check(v):
     return None
 
 
+def absent(v):
+    """The values without contact: it never closes."""
+    return {} if v["impacts"] == "never" else {"impacts": "never"}
+
+
 GAP = Parameter("gap", "m", doc="the distance, an expression of positions such as `ball.y - r`", law=True)
 SLIP = Parameter("slip", "m/s", None, "the velocity of sliding, an expression linear in velocities", law=True)
 KIND = JointKind(
@@ -61,7 +66,7 @@ KIND = JointKind(
     ),
     check=check,
     derive=lambda v: {} if v["mu_s"] is not None else {"mu_s": v["mu"]},
-    effects=EFFECTS,
+    effects={**EFFECTS, "contact": absent},
     unilateral=True,
     drawing="nothing",
 )

@@ -16,8 +16,8 @@ forces, and their moment about the origin of frame_b, are the laws of the rows
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from mbdsl.elements import contact_law, friction, sliding_friction
 from mbdsl.elements.declaration import Parameter, Signal, power
@@ -50,49 +50,81 @@ def contact(
     points: Sequence[Point],
     spatial: bool = False,
     terms: Mapping[str, str] = {},
-    check: Callable[[Mapping], str | None] = lambda values: None,
-    **more: object,
+    one: bool = False,
+    **more: Any,
 ) -> ForceKind:
-    """The declaration of a kind; ``terms`` are formulas that those of the points contain."""
-    count = len(points)
+    """The declaration of a kind.
+
+    Parameters
+    ----------
+    name, doc, parameters, spatial
+        As of a kind; ``parameters`` are those of the shapes.
+    points : sequence of Point
+        Where the bodies may touch.
+    terms : mapping, optional
+        Formulas that those of the points contain.
+    one : bool, optional
+        Whether it is one contact wherever it is: its damping is set where the first point touches, which is the
+        nearest one, and only then there are forces.
+    **more
+        Further fields; ``signals``, ``check`` and ``derive`` are in addition to those of all contacts.
+    """
+    count, signals, check, derive = len(points), *(more.pop(x, None) for x in ("signals", "check", "derive"))
+    touches = 1 if one else count
     each, own = dict(terms), {}
     for i, point in enumerate(points, 1):
         each |= _in_space(i, point) if spatial else _in_plane(i, point)
-        own |= _law(i)
-    loads, total = _total(count, spatial)
-    if count == 1:
-        visible = (Signal("gap", "m", "gap_1", "distance of the surfaces; negative: depth"),)
-        visible += (Signal("slip", "m/s", "slip_1", "velocity of frame_b's body along the surface, there"),)
-        forces = (Signal("force", "N", "force_1", "normal force"),)
-        forces += (Signal("friction_force", "N", "drag_1", "friction, against the slip"),)
-    else:
-        visible = tuple(Signal(f"gap_{i}", "m", each.pop(f"gap_{i}"), f"gap of point {i}") for i in _of(count))
-        least = _least([f"gap_{i}" for i in _of(count)])
-        visible = (Signal("gap", "m", least, "least distance of the surfaces; negative: depth"), *visible)
-        forces = tuple(
-            Signal(f"force_{i}", "N", own.pop(f"force_{i}"), f"normal force at point {i}") for i in _of(count)
-        )
-        forces = (Signal("force", "N", _sum(f"force_{i}" for i in _of(count)), "sum of the normal forces"), *forces)
+        own |= _law(i, min(i, touches))
+    loads, total = _total(count, spatial, "lt(gap_1, 0)" if one else "")
+    visible, forces = _one(count, each, own) if count == 1 else _several(count, each, own)
     active = Signal("active", "1", _sum(f"lt(gap_{i}, 0)" for i in _of(count)), "number of points that touch")
     return ForceKind(
         name,
         doc=doc,
         g=ROWS,
         parameters=(*parameters, *PARAMETERS),
-        signals=(*visible, *forces, active),
+        signals=(*(signals or ()), *visible, *forces, active),
         results=(*loads, power(total)),
         exerts={x.name: x.name for x in loads},
         laws=tuple(x.name for x in loads),
         sign=1.0,
         energy=_sum(contact_law.energy(f"(-gap_{i})") for i in _of(count)),
-        terms={**each, **own, "overlap": _sum(f"max(0, -gap_{i})" for i in _of(count))},
+        terms={"overlap": _sum(f"max(0, -gap_{i})" for i in _of(count)), **each, **own},
         searched="overlap",
-        latches=tuple(contact_law.latch(i, f"lt(gap_{i}, 0)", f"-rate_{i}", "v_0") for i in _of(count)),
-        check=lambda v: check(v) or contact_law.check(v, "v_0") or friction.check(v),
-        derive=lambda v: {**contact_law.derive(v, "v_0", count), **friction.derive(v)},
+        latches=tuple(contact_law.latch(i, f"lt(gap_{i}, 0)", f"-rate_{i}", "v_0") for i in _of(touches)),
+        check=lambda v: (check and check(v)) or contact_law.check(v, "v_0") or friction.check(v),
+        derive=lambda v: {
+            **contact_law.derive(v, "v_0", touches),
+            **friction.derive(v),
+            **(derive(v) if derive else {}),
+        },
         effects={**contact_law.EFFECTS, **friction.EFFECTS},
         spatial=spatial,
-        **more,  # type: ignore[arg-type]
+        **more,
+    )
+
+
+def _one(count: int, each: dict[str, str], own: dict[str, str]) -> tuple[tuple[Signal, ...], tuple[Signal, ...]]:
+    """The signals of motion and of force of a contact with one point."""
+    visible = (
+        Signal("gap", "m", "gap_1", "distance of the surfaces; negative: depth"),
+        Signal("slip", "m/s", "slip_1", "velocity of frame_b's body along the surface, there"),
+    )
+    forces = (
+        Signal("force", "N", "force_1", "normal force"),
+        Signal("friction_force", "N", "drag_1", "friction, against the slip"),
+    )
+    return visible, forces
+
+
+def _several(count: int, each: dict[str, str], own: dict[str, str]) -> tuple[tuple[Signal, ...], tuple[Signal, ...]]:
+    """Those of a contact with several points; their formulas are no terms then."""
+    visible = tuple(Signal(f"gap_{i}", "m", each.pop(f"gap_{i}"), f"gap of point {i}") for i in _of(count))
+    least = _least([f"gap_{i}" for i in _of(count)])
+    forces = tuple(Signal(f"force_{i}", "N", own.pop(f"force_{i}"), f"normal force at point {i}") for i in _of(count))
+    return (
+        (Signal("gap", "m", least, "least distance of the surfaces; negative: depth"), *visible),
+        (Signal("force", "N", _sum(f"force_{i}" for i in _of(count)), "sum of the normal forces"), *forces),
     )
 
 
@@ -111,9 +143,10 @@ def _least(of: list[str]) -> str:
     return found
 
 
-def _law(i: int) -> dict[str, str]:
-    """The normal force and the friction of a point from its gap, the rate of it, and the speed of sliding."""
-    normal = f"{contact_law.spring(f'(-gap_{i})')}*max(0, 1 - alpha[{i}]*rate_{i})"
+def _law(i: int, touch: int) -> dict[str, str]:
+    """The normal force and the friction of a point from its gap, the rate of it, and the speed of sliding; the damping
+    is that of a ``touch``."""
+    normal = f"{contact_law.spring(f'(-gap_{i})')}*max(0, 1 - alpha[{touch}]*rate_{i})"
     return {f"force_{i}": normal, f"drag_{i}": friction.formula(f"force_{i}", f"slip_{i}", "v")}
 
 
@@ -151,13 +184,14 @@ def _vector(letter: str, i: int) -> Vector:
     return f"{letter}x_{i}", f"{letter}y_{i}", f"{letter}z_{i}"
 
 
-def _total(count: int, spatial: bool) -> tuple[tuple[Signal, ...], str]:
-    """The wrench on frame_b, and its power."""
+def _total(count: int, spatial: bool, condition: str) -> tuple[tuple[Signal, ...], str]:
+    """The wrench on frame_b, zero unless a ``condition`` holds, and its power."""
     names = [f"f{x}" for x in "xyz"] + [f"t{x}" for x in "xyz"] if spatial else ["fx", "fy", "tau"]
     rates = (*slip(), *W) if spatial else (*SLIP, SPIN)
     loads = []
     for name in names:
         what, unit = ("force", "N") if name[0] == "f" else ("torque", "N.m")
         doc = f"{what} on frame_b" + (f", along {name[1]}" if name != "tau" else "")
-        loads.append(Signal(name, unit, _sum(f"{name}_{i}" for i in _of(count)), doc))
+        found = _sum(f"{name}_{i}" for i in _of(count))
+        loads.append(Signal(name, unit, f"select({condition}, {found}, 0)" if condition else found, doc))
     return tuple(loads), _sum(f"{name}*{rate}" for name, rate in zip(names, rates, strict=True))

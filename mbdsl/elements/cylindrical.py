@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 from mbdsl.elements import friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Signal, axis_given
+from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Placing, Signal, axis_given
 from mbdsl.elements.motions import AXIS_X, SLIDING_IN_SPACE
 from mbdsl.elements.rows import X_A, X_B, Y_A, Y_B, Z_A, along, normal
 from mbdsl.elements.sliding_friction import components, delivered, speed
@@ -20,7 +20,8 @@ from mbdsl.elements.vectors import W, both, dot, total, wrench
 LINES = along("y"), along("z"), normal("y", "x"), normal("z", "x")
 RATES = "v", "(radius*w)"
 ALONG, AROUND = components("v", *RATES)
-PARAMETERS = friction.parameters("v", "m/s", 1e-3)
+PARAMETERS = (*friction.parameters("v", "m/s", 1e-3), friction.STICKS)
+NORMAL = "hypot(lam[1], lam[2])"
 
 
 def derive(v: Mapping) -> dict:
@@ -41,20 +42,26 @@ IN_SPACE = JointKind(
         Signal("phi", "rad", f"angle({dot(Z_A, Y_B)}, {dot(Y_A, Y_B)}, w)", "angle of frame_b about the axis"),
         Signal("w", "rad/s", dot(W, X_A), "its rate"),
     ),
-    friction=friction.formula("hypot(lam[1], lam[2])", speed("v", *RATES), "v"),
+    friction=friction.formula(NORMAL, speed("v", *RATES), "v"),
     friction_along="sliding_on_shaft",
     friction_rows=(ALONG, f"radius*{AROUND}"),
+    normal=NORMAL,
+    slides=RATES,
+    places=("s", "radius*phi"),
+    sticking_rows=("rub[1]", "radius*rub[2]"),
     touches=AT_B_IN_SPACE,
-    results=(delivered("v", *RATES),),
-    exerts=wrench(total((f"(-{ALONG})", X_A)), total((f"(-radius*{AROUND})", X_A))),
-    check=lambda v: axis_given(v) or friction.check({"mu": v["mu"], "mu_s": v["mu_s"]}),
+    results=(delivered("v", *RATES), friction.SLIDING_ON_SURFACE),
+    exerts=wrench(total(("(-drag[1])", X_A)), total(("(-drag[2])", X_A))),
+    check=lambda v: axis_given(v) or friction.check({**v, "radius": 0.0}),
     derive=derive,
     effects=friction.EFFECTS,
     axes=both("x"),
-    along=("s",),
-    moves=(("s", "x"), ("phi", "rx")),
-    aligned=dot(X_A, X_B),
-    free_axes={"rotation": "n", "translation": "n"},
+    placing=Placing(
+        along=("s",),
+        moves=(("s", "x"), ("phi", "rx")),
+        aligned=dot(X_A, X_B),
+        free_axes={"rotation": "n", "translation": "n"},
+    ),
     spatial=True,
     drawing="sleeve",
 )

@@ -18,6 +18,7 @@ EFFECTS = {
     "gravity": "gravity",
     "contact": "contacts and stops",
 }
+Shape = tuple[int | None, ...]  #: of an array; None: any number
 K = TypeVar("K", bound="Kind")
 REQUIRED = object()  #: default of a parameter that must be given
 ANY = "any"  #: unit of a parameter that is a number of any dimension
@@ -29,16 +30,16 @@ class Parameter:
 
     A value must have the dimension of ``unit`` ("1": a pure number; "": not a number, as for choices and frame lists;
     of a law: any unit, as ``ANY`` for other numbers). ``shape`` is () for a scalar, (2,) for a vector in the plane,
-    (3,) for one in space. ``law`` parameters take expressions in time and signals, evaluated at every step. A default
-    of None means that the parameter is optional.
+    (3,) for one in space, (None, 2) for any number of points. ``law`` parameters take expressions in time and signals,
+    evaluated at every step. A default of None means that the parameter is optional.
     """
 
     name: str
     unit: str = "1"
     default: Any = REQUIRED
     doc: str = ""
-    shape: tuple[int, ...] = ()
-    or_shapes: tuple[tuple[int, ...], ...] = ()  #: other shapes that are accepted
+    shape: Shape = ()
+    or_shapes: tuple[Shape, ...] = ()  #: other shapes that are accepted
     law: bool = False
     minimum: float | None = None
     positive: bool = False
@@ -133,6 +134,8 @@ class Kind:
     doubt: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
+    #: values (after ``derive``) -> the kind that components with them are, if it has other formulas or rows than this
+    specialised: Callable[[Mapping], Kind | None] = lambda values: None
     #: effect (of ``EFFECTS``) -> function from values to those that change without the effect, {} if there is none
     effects: Mapping[str, Callable[[Mapping], dict]] = field(default_factory=dict)
     #: values -> the numbers of one component that its kernels read as ``p``

@@ -4,7 +4,7 @@
 """
 
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AXIAL, JointKind, in_space
+from mbdsl.elements.kind import AXIAL, JointKind, Placing, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH, less
 
@@ -15,7 +15,7 @@ KIND = JointKind(
     parameters=(Parameter("length", "m", doc="the constant distance", positive=True),),
     signals=APART,
     results=(AXIAL,),
-    along=("s", "length"),
+    placing=Placing(along=("s", "length")),
     size="length",
     drawing="rod",
 )

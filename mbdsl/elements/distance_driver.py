@@ -4,7 +4,7 @@
 """
 
 from mbdsl.elements.declaration import Parameter, power
-from mbdsl.elements.kind import AXIAL, JointKind, in_space
+from mbdsl.elements.kind import AXIAL, JointKind, Placing, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH
 
@@ -16,7 +16,7 @@ KIND = JointKind(
     signals=APART,
     results=(AXIAL, power("-(force*v)")),
     driver="s",
-    along=("s",),
+    placing=Placing(along=("s",)),
     drawing="actuator",
 )
 IN_SPACE = in_space(KIND, signals=APART_IN_SPACE)

@@ -9,7 +9,7 @@ With psi = 0, and both joints bent by the same angle in one plane, the joint is 
 """
 
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AXIAL, JointKind
+from mbdsl.elements.kind import AXIAL, JointKind, Placing
 from mbdsl.elements.motions import APART_IN_SPACE
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import LENGTH, Z_A, Z_B, less
@@ -33,8 +33,7 @@ IN_SPACE = JointKind(
     results=(AXIAL,),
     check=lambda v: None if any(v["n_a"]) and any(v["n_b"]) else "an axis is zero",
     axes=lambda v: {"frame_a": turned_to("z", v["n_a"]), "frame_b": turned_to("z", v["n_b"])},
-    along=("s", "length"),
-    aligned=f"(cos(psi)*{COSINE} + sin(psi)*{SINE})",
+    placing=Placing(along=("s", "length"), aligned=f"(cos(psi)*{COSINE} + sin(psi)*{SINE})"),
     size="length",
     drawing="rod",
     spatial=True,

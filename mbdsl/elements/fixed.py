@@ -5,7 +5,7 @@
 In the plane the last rows are phi_b - phi_a - phi0 = 0 (3 rows).
 """
 
-from mbdsl.elements.kind import JointKind, Signal, in_space
+from mbdsl.elements.kind import JointKind, Placing, Signal, in_space
 from mbdsl.elements.prismatic import PHI0, PHI0_IN_SPACE
 from mbdsl.elements.rows import POINT, SAME, SAME_ATTITUDE, X_A, Y_A, Z_A
 from mbdsl.elements.vectors import about, dot
@@ -35,9 +35,7 @@ KIND = JointKind(
     g=(*POINT, *SAME_ATTITUDE),
     parameters=(PHI0,),
     results=SECTION,
-    pose=lambda v, s: (0.0, 0.0, v["phi0"]),
-    keeps_attitude=True,
-    angle=("phi0",),
+    placing=Placing(pose=lambda v, s: (0.0, 0.0, v["phi0"]), keeps_attitude=True, angle=("phi0",)),
     drawing="weld",
 )
 IN_SPACE = in_space(
@@ -46,6 +44,5 @@ IN_SPACE = in_space(
     parameters=(PHI0_IN_SPACE,),
     results=SECTION_IN_SPACE,
     axes=lambda v: {"frame_b": about((0.0, 0.0, 1.0), -v["phi0"])} if v["phi0"] else {},
-    angle=(),
-    aligned=SAME,
+    placing=Placing(keeps_attitude=True, aligned=SAME),
 )

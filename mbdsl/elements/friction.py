@@ -1,4 +1,4 @@
-"""Coulomb friction in joints: common to Revolute, Prismatic and PointOnLine.
+"""Coulomb friction in joints: what they have in common, and joints that slide along one coordinate.
 
 The resistance along a coordinate with rate v is
 
@@ -20,9 +20,10 @@ from mbdsl.elements.declaration import Parameter, Signal, power
 from mbdsl.elements.kind import zero
 
 EFFECTS = {"friction": zero("mu", "mu_s")}
-#: of joints that stick
+#: of joints that stick: those that slide along one coordinate, and along several
 SLIDING = Signal("sliding", "1", "number[1]", "sense of sliding, 1 or -1; 0 while friction holds the joint")
-#: whether friction sticks, of joints that slide along one coordinate
+SLIDING_ON_SURFACE = Signal("sliding", "1", SLIDING.formula, "1 while the joint slides, 0 while friction holds it")
+#: whether friction sticks
 STICKS = Parameter("sticks", "", False, "whether friction holds the joint at rest, without creep, up to mu_s")
 STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its limit well before the exponential falls
 
@@ -77,6 +78,8 @@ def against(normal: str, rate: str, signal: str, along: str) -> dict:
         "friction": formula(normal, rate),
         "friction_along": along,
         "normal": normal,
+        "slides": (rate,),
+        "places": (signal,),
         "results": (power(f"-(friction*{rate})"), SLIDING),
         "resists": (("friction", signal),),
         "check": check,

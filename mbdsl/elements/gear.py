@@ -20,7 +20,7 @@ from math import atan2, floor, pi
 
 from mbdsl.elements.coordinates_in_space import PHI_A, PHI_B, X, Y, Z, add_cross
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind, Signal
+from mbdsl.elements.kind import JointKind, Placing, Signal
 from mbdsl.elements.rows import X_A, X_B, Y_A, Y_B, Z_A, Z_B
 from mbdsl.elements.universal import product, unit
 from mbdsl.elements.vectors import W, dot, reactions, total, turned_to
@@ -76,7 +76,7 @@ IN_SPACE = JointKind(
     axes=axes,
     counts_turns=True,
     counted=("phi_a", "phi_b"),
-    crossing=True,
+    placing=Placing(crossing=True),
     spatial=True,
     drawing="dashed",
 )

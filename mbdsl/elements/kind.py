@@ -81,6 +81,9 @@ class PairKind(Kind):
     #: formulas of the point, in world axes, at which it acts on the body of frame_a, if this is not the origin of
     #: frame_a: of kinds that slide or roll along this body
     touches: tuple[str, ...] = ()
+    #: (values, distance of the frame origins at the start) -> why they do not fit together, or None; the kind
+    #: constrains angles about a line of centres, which does not exist at zero distance
+    misfit: Callable[[Mapping, float], str | None] | None = None
 
     def __post_init__(self) -> None:
         if self.g:
@@ -113,43 +116,10 @@ class SensorKind(Kind):
         return (*self.results, *self.measured)
 
 
-_TORQUES = ("rotational_spring_damper", "torque", "sliding_in_socket")
+@dataclass(frozen=True)
+class Placing:
+    """What a joint leaves free: how it places its bodies at the start, and which axes drivers on it have."""
 
-
-@dataclass(eq=False, repr=False)
-class JointKind(PairKind):
-    """A kind that requires g(z) = 0, or g(z) = u(t) in its last row if ``driver`` names the law parameter u, and
-    Gamma = 0 for its ``velocity_rows``.
-
-    Its multipliers lam belong to its ``rows``, then to its ``velocity_rows``; the constraint force is -Phi_q^T lam.
-    """
-
-    driver: str | None = None
-    #: (law parameter, signal of positions): f, a function of the signal alone. The row contains f itself: the kernels
-    #: of the kind read f, f' and f'' as p[0], p[1], p[2], which ``table`` reserves; in formulas, slope[1] is f'
-    coupling: tuple[str, str] | None = None
-    #: the same for functions of several signals: ((law parameter, signals), ...). Of each, the kernels read its value,
-    #: its derivatives with respect to the signals, and the second ones, 11, 12, ..., 22, ...; slope[1], ... are the
-    #: first derivatives of all of them, in this order
-    functions: tuple[tuple[str, tuple[str, ...]], ...] = ()
-    #: of joints without frames: formulas of g for their ``rows``, like those of signals, in place of kernels; in them,
-    #: a name of both a law parameter and a signal denotes the law
-    relations: tuple[str, ...] = ()
-    #: whether its row is an inequality g >= 0, a rigid contact: the row is left out while the contact is open
-    unilateral: bool = False
-    #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
-    velocity_rows: tuple[str, ...] = ()
-    #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...; that
-    #: of rows ``g`` follows from these, without formulas
-    reactions: tuple[Signal, ...] = ()
-    tau: str = ""  #: in space, formula of the reaction ``tau``, the torque about n, of kinds that transmit one about n
-    #: formula, also over lam, of a force or torque that resists growth of the scalar coordinate whose kernels are those
-    #: of the element module ``friction_along``; it does not act if the parameter ``mu_s`` is zero
-    friction: str = ""
-    friction_along: str = ""
-    normal: str = ""  #: the normal force in ``friction``, or its torque, of kinds whose friction can stick
-    #: if the module has several coordinates: formulas of the resistances along them, in which ``friction`` is its size
-    friction_rows: tuple[str, ...] = ()
     #: (values, s) -> pose (x, y, phi) of frame_b in frame_a, s being the signal named ``free`` ("": nothing is free);
     #: None if a joint leaves more than one coordinate free, or has several solutions
     pose: Callable | None = None
@@ -170,10 +140,55 @@ class JointKind(PairKind):
     #: in space, a formula that is positive in the intended poses of frame_b and negative in mirrored ones, in which the
     #: constraints hold as well because axes have opposite senses
     aligned: str = ""
-    #: (values, distance of the frame origins at the start) -> why they do not fit together, or None; the kind
-    #: constrains angles about a line of centres, which does not exist at zero distance
-    misfit: Callable[[Mapping, float], str | None] | None = None
     crossing: bool = False  #: in space, whether it has no meaning if the z axes of its frames are parallel at the start
+
+
+_TORQUES = ("rotational_spring_damper", "torque", "sliding_in_socket")
+
+
+@dataclass(eq=False, repr=False)
+class JointKind(PairKind):
+    """A kind that requires g(z) = 0, or g(z) = u(t) in its last row if ``driver`` names the law parameter u, and
+    Gamma = 0 for its ``velocity_rows``.
+
+    Its multipliers lam belong to its ``rows``, then to its ``velocity_rows``; the constraint force is -Phi_q^T lam.
+    """
+
+    driver: str | None = None
+    #: functions in its rows: ((law parameter, signals of positions), ...). The rows contain f itself: of each function,
+    #: the kernels read its value, its derivatives with respect to the signals, and the second ones, 11, 12, ..., 22,
+    #: ..., from p[0] on, which ``table`` reserves; in formulas, slope[1], ... are the first derivatives of all of them
+    functions: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    #: of joints without frames: formulas of g for their ``rows``, like those of signals, in place of kernels; in them,
+    #: a name of both a law parameter and a signal denotes the law
+    relations: tuple[str, ...] = ()
+    #: whether its row is an inequality g >= 0, a rigid contact: the row is left out while the contact is open
+    unilateral: bool = False
+    #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
+    velocity_rows: tuple[str, ...] = ()
+    #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...; that
+    #: of rows ``g`` follows from these, without formulas
+    reactions: tuple[Signal, ...] = ()
+    tau: str = ""  #: in space, formula of the reaction ``tau``, the torque about n, of kinds that transmit one about n
+    #: formula, also over lam, of a force or torque that resists growth of the scalar coordinate whose kernels are those
+    #: of the element module ``friction_along``; it does not act if the parameter ``mu_s`` is zero
+    friction: str = ""
+    friction_along: str = ""
+    #: of kinds whose friction can stick: the normal force in ``friction``, or its torque; the rates of sliding;
+    #: positions place[1], ... where the joint is held, by default those with these rates; and the rows that hold it,
+    #: over these, by default their changes
+    normal: str = ""
+    slides: tuple[str, ...] = ()
+    places: tuple[str, ...] = ()
+    holds: tuple[str, ...] = ()
+    #: friction along ``slides`` while it is held, over the multipliers grip[1], ... of ``holds``; by default these
+    grips: tuple[str, ...] = ()
+    #: ``friction_rows`` of friction that sticks, over its components rub[1], ... along ``slides``; by default these
+    sticking_rows: tuple[str, ...] = ()
+    #: if the module has several coordinates: formulas of the resistances along them, in which ``friction`` is its size;
+    #: in ``exerts``, drag[1], ... are these, whether friction sticks or not
+    friction_rows: tuple[str, ...] = ()
+    placing: Placing = Placing()  #: what it leaves free
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -220,7 +235,7 @@ class JointKind(PairKind):
 
     @property
     def _arguments(self) -> tuple[int, ...]:
-        return tuple(len(signals) for _, signals in self.couplings)
+        return tuple(len(signals) for _, signals in self.functions)
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:
@@ -228,9 +243,15 @@ class JointKind(PairKind):
         return {x.name: x.formula for x in (*self.signals, *self.reactions, *self.results)} | friction
 
     @property
-    def couplings(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The law parameters that are functions of signals in its rows, with these signals."""
-        return self.functions if self.coupling is None else ((self.coupling[0], (self.coupling[1],)),)
+    def coupling(self) -> tuple[str, str] | None:
+        """The law parameter and the signal of a kind whose row contains a function of one signal."""
+        (law, signals), *others = self.functions or (("", ()),)
+        return None if others or len(signals) != 1 else (law, signals[0])
+
+    @property
+    def of_position(self) -> bool:
+        """Whether its rows contain functions of several signals, such as the coordinates of a point."""
+        return bool(self.functions) and self.coupling is None
 
     @property
     def is_expression(self) -> bool:
@@ -274,21 +295,18 @@ class ForceKind(PairKind):
     path: Callable | None = None
     #: the formula, by its name, that is searched for peaks within a step in place of the laws: "" for these themselves
     searched: str = ""
-    misfit: Callable[[Mapping, float], str | None] | None = None  #: as of a JointKind
 
     @property
     def computed(self) -> tuple[str, ...]:
         return () if self.path is None else tuple(x.name for x in (*self.signals, *self.results))
 
 
-#: fields that are not those of the counterpart in space
-_IN_PLANE_ONLY = {"pose": None, "free": ""}
-
-
 def in_space(kind: K, motion: Callable[[K], Mapping] = lambda kind: {}, **changes: object) -> K:
     """The declaration of a kind in space: that in the plane with the changes of a ``motion`` of
     :mod:`mbdsl.elements.motions` and with ``changes``. If no check is among them, an axis n must have a direction."""
-    given = {x.name: getattr(kind, x.name) for x in fields(kind)} | {"spatial": True} | _IN_PLANE_ONLY
+    given = {x.name: getattr(kind, x.name) for x in fields(kind)} | {"spatial": True}
+    if "placing" in given:  # a pose in the plane
+        given["placing"] = replace(given["placing"], pose=None, free="")
     if given.get("touches") == AT_B:
         given["touches"] = AT_B_IN_SPACE
     given = {name: given[name] for name in kind.__dataclass_fields__} | dict(motion(kind)) | changes

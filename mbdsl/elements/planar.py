@@ -9,7 +9,7 @@ torque about n depends on the distribution of the pressure, and is left out.
 from dataclasses import fields
 
 from mbdsl.elements import point_on_plane
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import JointKind, Placing
 from mbdsl.elements.motions import TURNING_IN_SPACE
 from mbdsl.elements.rows import Z_A, Z_B, along, normal
 from mbdsl.elements.vectors import both, dot
@@ -24,10 +24,12 @@ IN_SPACE = JointKind(
         "g": (along("z"), normal("x", "z"), normal("y", "z")),
         "signals": (*ON_PLANE.signals, *TURNING_IN_SPACE),
         "axes": both("z"),
-        "angle": ("phi",),
-        "moves": (*ON_PLANE.moves, ("phi", "rz")),
-        "aligned": dot(Z_A, Z_B),
+        "placing": Placing(
+            angle=("phi",),
+            moves=(*ON_PLANE.placing.moves, ("phi", "rz")),
+            aligned=dot(Z_A, Z_B),
+            free_axes={"rotation": "n", "translation": None},
+        ),
         "drawing": "plate",
-        "free_axes": {"rotation": "n", "translation": None},
     }
 )

@@ -6,7 +6,7 @@
 """
 
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AT_B, JointKind, Signal, in_space
+from mbdsl.elements.kind import AT_B, JointKind, Placing, Signal, in_space
 from mbdsl.elements.motions import AXIS_Z
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import IN_AXES, LENGTH, along, less
@@ -32,7 +32,7 @@ KIND = JointKind(
     parameters=(Parameter("radius", "m", doc="radius of the circle", positive=True),),
     signals=turning(f"({X.plane})", f"({Y.plane})"),
     touches=AT_B,
-    along=("radius",),
+    placing=Placing(along=("radius",)),
     size="radius",
     drawing="rod",
 )

@@ -6,7 +6,7 @@ Friction: a force mu |lam| against the sliding, see friction.py.
 """
 
 from mbdsl.elements import friction
-from mbdsl.elements.kind import AT_B, JointKind, in_space
+from mbdsl.elements.kind import AT_B, JointKind, Placing, in_space
 from mbdsl.elements.motions import AXIS_X, SLIDING, SLIDING_IN_SPACE, TURNING, TURNING_ASKEW
 from mbdsl.elements.rows import along
 from mbdsl.elements.vectors import both
@@ -19,8 +19,7 @@ KIND = JointKind(
     signals=(*SLIDING, *TURNING),
     **friction.against("abs(lam[1])", "v", "s", "translational_spring_damper"),
     touches=AT_B,
-    angle=("phi",),
-    along=("s",),
+    placing=Placing(angle=("phi",), along=("s",)),
     drawing="pin in slot",
 )
 IN_SPACE = in_space(
@@ -31,6 +30,6 @@ IN_SPACE = in_space(
     friction=friction.formula("hypot(lam[1], lam[2])", "v"),
     normal="hypot(lam[1], lam[2])",
     axes=both("x"),
-    free_axes={"translation": "n"},
+    placing=Placing(angle=("phi",), along=("s",), free_axes={"translation": "n"}),
     drawing="bead",
 )

@@ -7,11 +7,13 @@ Friction: a force mu |lam| against the sliding, see friction.py and sliding_fric
 
 from mbdsl.elements import friction, sliding_friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Signal, axis_given
+from mbdsl.elements.kind import AT_B_IN_SPACE, JointKind, Placing, Signal, axis_given
 from mbdsl.elements.rows import X_A, Y_A, along
 from mbdsl.elements.vectors import turned_to
 
-ON_PLANE = sliding_friction.against("abs(lam[1])", "v", "sliding_on_plane", ("der(s_x)", "der(s_y)"), (X_A, Y_A))
+ON_PLANE = sliding_friction.against(
+    "abs(lam[1])", "v", "sliding_on_plane", ("der(s_x)", "der(s_y)"), (X_A, Y_A), ("s_x", "s_y")
+)
 
 IN_SPACE = JointKind(
     "PointOnPlane",
@@ -20,6 +22,7 @@ IN_SPACE = JointKind(
     parameters=(
         Parameter("n", "1", (0.0, 0.0, 1.0), "normal of the plane, in frame_a", shape=(3,)),
         *friction.parameters("v", "m/s", 1e-3),
+        friction.STICKS,
     ),
     signals=(
         Signal("s_x", "m", along("x").space, "position of frame_b along the x axis of the plane"),
@@ -28,8 +31,7 @@ IN_SPACE = JointKind(
     **ON_PLANE | {"check": lambda v: axis_given(v) or friction.check(v)},
     touches=AT_B_IN_SPACE,
     axes=lambda v: {"frame_a": turned_to("z", v["n"])},
-    moves=(("s_x", "x"), ("s_y", "y")),
-    free_axes={"translation": None},
+    placing=Placing(moves=(("s_x", "x"), ("s_y", "y")), free_axes={"translation": None}),
     spatial=True,
     drawing="point",
 )

@@ -28,7 +28,23 @@ def level(k: int) -> Row:
     return Row(f"law[{k}]", reacts=(True, False))
 
 
-FRICTION = friction.parameters("v", "m/s", 1e-3)
+FRICTION = (*friction.parameters("v", "m/s", 1e-3), friction.STICKS)
+
+#: the unit normal, and two tangents normal to it and to each other: T. Duff et al., *Building an orthonormal basis,
+#: revisited*, J. Comput. Graphics Techniques 6 (2017) 1-8
+N_X, N_Y, N_Z = (f"(slope[{k}]/hypot(hypot(slope[1], slope[2]), slope[3]))" for k in (1, 2, 3))
+_SIDE = f"(1 - 2*lt({N_Z}, 0))"
+_A = f"(-1/({_SIDE} + {N_Z}))"
+TANGENTS = (
+    (f"1 + {_SIDE}*{N_X}^2*{_A}", f"{_SIDE}*{N_X}*{N_Y}*{_A}", f"-{_SIDE}*{N_X}"),
+    (f"{N_X}*{N_Y}*{_A}", f"{_SIDE} + {N_Y}^2*{_A}", f"-{N_Y}"),
+)
+
+
+def held(first: int) -> str:
+    """The displacement along a tangent place[first], ... of the place that friction holds."""
+    return " + ".join(f"place[{first + k}]*({key} - place[{k + 1}])" for k, key in enumerate("xyz"))
+
 
 IN_SPACE = JointKind(
     "PointOnSurface",
@@ -40,8 +56,15 @@ IN_SPACE = JointKind(
     ),
     signals=SIGNALS,
     **sliding_friction.against(
-        "hypot(hypot(fx, fy), fz)", "v", "sliding_in_space", ("vx", "vy", "vz"), (X_A, Y_A, Z_A)
+        "hypot(hypot(fx, fy), fz)",
+        "v",
+        "sliding_in_space",
+        ("vx", "vy", "vz"),
+        (X_A, Y_A, Z_A),
+        ("x", "y", "z", *TANGENTS[0], *TANGENTS[1]),
     ),
+    holds=(held(4), held(7)),
+    grips=tuple(f"grip[1]*place[{4 + k}] + grip[2]*place[{7 + k}]" for k in range(3)),
     touches=AT_B_IN_SPACE,
     functions=(("f", ("x", "y", "z")),),
     spatial=True,

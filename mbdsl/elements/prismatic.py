@@ -10,7 +10,7 @@ the guide depends on its length, and they are left out.
 
 from mbdsl.elements import friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import AT_B, JointKind, in_space
+from mbdsl.elements.kind import AT_B, JointKind, Placing, in_space
 from mbdsl.elements.motions import AXIS_X, SLIDING, SLIDING_IN_SPACE
 from mbdsl.elements.rows import SAME, SAME_ATTITUDE, along
 from mbdsl.elements.vectors import UNTURNED, about, turned_to
@@ -37,11 +37,9 @@ KIND = JointKind(
     signals=SLIDING,
     **friction.against("abs(lam[1])", "v", "s", "translational_spring_damper"),
     touches=AT_B,
-    pose=lambda v, s: (s, 0.0, v["phi0"]),
-    free="s",
-    keeps_attitude=True,
-    angle=("phi0",),
-    along=("s",),
+    placing=Placing(
+        pose=lambda v, s: (s, 0.0, v["phi0"]), free="s", keeps_attitude=True, angle=("phi0",), along=("s",)
+    ),
     drawing="slider",
 )
 IN_SPACE = in_space(
@@ -52,7 +50,5 @@ IN_SPACE = in_space(
     friction=friction.formula("hypot(lam[1], lam[2])", "v"),
     normal="hypot(lam[1], lam[2])",
     axes=axes,
-    angle=(),
-    aligned=SAME,
-    free_axes={"translation": "n"},
+    placing=Placing(keeps_attitude=True, along=("s",), aligned=SAME, free_axes={"translation": "n"}),
 )

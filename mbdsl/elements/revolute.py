@@ -9,7 +9,7 @@ length, and they are left out.
 
 from mbdsl.elements import friction
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind, in_space
+from mbdsl.elements.kind import JointKind, Placing, in_space
 from mbdsl.elements.motions import AXIS_Z, TURNING, TURNING_IN_SPACE
 from mbdsl.elements.rows import POINT, Z_A, Z_B, normal
 from mbdsl.elements.vectors import both, dot, total, wrench
@@ -25,24 +25,21 @@ KIND = JointKind(
     ),
     signals=TURNING,
     **friction.against("radius*hypot(lam[1], lam[2])", "w", "phi", "rotational_spring_damper"),
-    pose=lambda v, s: (0.0, 0.0, s),
-    free="phi",
-    angle=("phi",),
+    placing=Placing(pose=lambda v, s: (0.0, 0.0, s), free="phi", angle=("phi",)),
     drawing="pin",
 )
+LOAD = "radius*hypot(hypot(lam[1], lam[2]), lam[3])"
 IN_SPACE = in_space(
     KIND,
     doc="A hinge: the origins of frame_a and frame_b coincide, and so does the axis n in both.",
-    parameters=(AXIS_Z, *KIND.parameters[:-1]),  # its friction does not stick
+    parameters=(AXIS_Z, *KIND.parameters),
     signals=TURNING_IN_SPACE,
-    friction=friction.formula("radius*hypot(hypot(lam[1], lam[2]), lam[3])", "w"),
+    friction=friction.formula(LOAD, "w"),
     friction_along="torque",
-    normal="",
-    results=KIND.results[:1],
+    normal=LOAD,
     resists=(),
     exerts=wrench(None, total(("(-friction)", Z_A))),
     axes=both("z"),
-    aligned=dot(Z_A, Z_B),
-    free_axes={"rotation": "n"},
+    placing=Placing(angle=("phi",), aligned=dot(Z_A, Z_B), free_axes={"rotation": "n"}),
     drawing="hinge",
 )

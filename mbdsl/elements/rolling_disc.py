@@ -22,7 +22,7 @@ flat has no lowest point.
 
 from mbdsl.elements import universal
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind, Signal, in_space
+from mbdsl.elements.kind import JointKind, Placing, Signal, in_space
 from mbdsl.elements.motions import SLIDING, TURNING
 from mbdsl.elements.row import Row
 from mbdsl.elements.rows import X_B, Y_A, Y_B, Z_A, Z_B, along
@@ -50,8 +50,7 @@ KIND = JointKind(
     signals=(SLIDING[0], Signal("v", "m/s", "der(s)", "velocity of the centre along the axis"), *TURNING),
     velocity_rows=("v + radius*w",),
     touches=BELOW,
-    angle=("phi",),
-    along=("s",),
+    placing=Placing(angle=("phi",), along=("s",)),
     drawing="wheel",
 )
 IN_SPACE = in_space(
@@ -73,7 +72,6 @@ IN_SPACE = in_space(
     check=check,
     # where both frames coincide, the disc is upright, with its axis n in the direction n of the plane's frame
     axes=lambda v: universal.axes({"n_a": v["normal"], "n_b": v["n"]}),
-    angle=(),
-    along=(),
+    placing=Placing(),
     drawing="nothing",
 )

@@ -47,7 +47,7 @@ KIND = JointKind(
         f"lam[1]*(1 - slope[1])*(frame_b.x - frame_a.x)/{SQUARE}",
         "-lam[1]",
     ),
-    coupling=("beta", "phi"),
+    functions=(("beta", ("phi",)),),
     misfit=lambda values, distance: None,
     table=lambda v: (0.0, 0.0, 0.0),
     drawing="dashed",

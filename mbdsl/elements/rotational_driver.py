@@ -4,7 +4,7 @@ phi - u(t) = 0      in space, phi is the angle of x_b about z_a, with z along n 
 """
 
 from mbdsl.elements.declaration import Parameter, power
-from mbdsl.elements.kind import JointKind, in_space
+from mbdsl.elements.kind import JointKind, Placing, in_space
 from mbdsl.elements.motions import TURNING, about_n
 from mbdsl.elements.rows import ANGLE
 
@@ -16,7 +16,7 @@ KIND = JointKind(
     signals=TURNING,
     results=(power("tau*w"),),
     driver="phi",
-    angle=("phi",),
+    placing=Placing(angle=("phi",)),
     drawing="turning",
 )
 IN_SPACE = in_space(KIND, about_n, tau="-lam[1]")

@@ -52,7 +52,7 @@ def functions(kind: PairKind) -> tuple[Links, list[Expr]]:
     links: dict[Expr, list[tuple[Expr, Expr]]] = {}
     order: list[Expr] = []
     count = 0
-    for k, (_, signals) in enumerate(getattr(kind, "couplings", ()), 1):
+    for k, (_, signals) in enumerate(getattr(kind, "functions", ()), 1):
         arguments = [Names(kind).value(name) for name in signals]
         slopes = [symbolic.input_signal(f"slope[{count + i}]") for i in range(1, len(signals) + 1)]
         law, count = symbolic.input_signal(f"law[{k}]"), count + len(signals)
@@ -135,7 +135,7 @@ def freedom(kind: Kind) -> Freedom | None:
     coordinates of frame_b along axes of frame_a, and angles of its axes with these, are constant."""
     if not (isinstance(kind, JointKind) and kind.spatial and kind.g) or kind.held.counted:
         return None
-    if kind.couplings or kind.driver or kind.velocity_rows:
+    if kind.functions or kind.driver or kind.velocity_rows:
         return None
     at = {coordinate(port, x + y): float(x == y) for port in PORTS for x in "xyz" for y in "xyz"}
     held: tuple[set[int], set[int]] = set(), set()

@@ -3,6 +3,8 @@
 The law of :mod:`mbdsl.elements.friction` gives the size of the force (or torque) from the speed u of sliding, and it
 acts against the rates r_i: its components are F r_i/u. With u = (r_1^2 + ... + (1e-6 v_s)^2)^(1/2) they are smooth at
 standstill, and in motion the last term changes them by less than 1e-12.
+
+With `sticks = true` they are mu N r_i/u with u = |r|, until the joint is held (:mod:`mbdsl.mechanism.sticking`).
 """
 
 from collections.abc import Sequence
@@ -29,15 +31,20 @@ MOTIONS = {
 }
 
 
-def against(normal: str, parameter: str, along: str, rates: Sequence[str], axes: Sequence[Vector]) -> dict:
+def against(
+    normal: str, parameter: str, along: str, rates: Sequence[str], axes: Sequence[Vector], places: Sequence[str] = ()
+) -> dict:
     """The fields of a joint with friction for the normal force or its torque; ``parameter`` is v or w, ``rates`` are
-    those of sliding ``along`` one of ``MOTIONS``, which has ``axes``."""
-    acts = total(*((f"(-{x})", a) for x, a in zip(components(parameter, *rates), axes, strict=True)))
+    those of sliding ``along`` one of ``MOTIONS``, which has ``axes``, and of ``places``, if these exist."""
+    acts = total(*((f"(-drag[{k + 1}])", a) for k, a in enumerate(axes)))
     return {
         "friction": friction.formula(normal, speed(parameter, *rates), parameter),
         "friction_along": along,
         "friction_rows": components(parameter, *rates),
-        "results": (delivered(parameter, *rates),),
+        "normal": normal,
+        "slides": tuple(rates),
+        "places": tuple(places),
+        "results": (delivered(parameter, *rates), friction.SLIDING_ON_SURFACE),
         "exerts": wrench(None, acts) if along == "sliding_in_socket" else wrench(acts, None),
         "check": friction.check,
         "derive": friction.derive,

@@ -4,7 +4,7 @@ x_a . (r_b - r_a) - u(t) = 0      with x along n, in the plane the x axis       
 """
 
 from mbdsl.elements.declaration import Parameter, power
-from mbdsl.elements.kind import AXIAL, JointKind, in_space
+from mbdsl.elements.kind import AXIAL, JointKind, Placing, in_space
 from mbdsl.elements.motions import SLIDING, along_n
 from mbdsl.elements.rows import along
 
@@ -16,7 +16,7 @@ KIND = JointKind(
     signals=SLIDING,
     results=(AXIAL, power("-(force*v)")),
     driver="s",
-    along=("s",),
+    placing=Placing(along=("s",)),
     drawing="pushing",
 )
 IN_SPACE = in_space(KIND, along_n, drawing="actuator")

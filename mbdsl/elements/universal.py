@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from math import hypot
 
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.kind import JointKind, Signal
+from mbdsl.elements.kind import JointKind, Placing, Signal
 from mbdsl.elements.rows import POINT, X_A, X_B, Y_A, Y_B, Z_A, Z_B, normal
 from mbdsl.elements.vectors import W, dot, turned_to
 
@@ -54,8 +54,7 @@ IN_SPACE = JointKind(
     ),
     check=lambda v: None if any(v["n_a"]) and any(v["n_b"]) else "an axis is zero",
     axes=axes,
-    moves=(("phi_a", "rz"), ("phi_b", "rx")),
-    free_axes={"rotation": None},
+    placing=Placing(moves=(("phi_a", "rz"), ("phi_b", "rx")), free_axes={"rotation": None}),
     spatial=True,
     drawing="cross",
 )

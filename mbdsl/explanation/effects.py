@@ -12,7 +12,7 @@ from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.integrators import declared
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.scene import Component, is_rate, is_state
-from mbdsl.messages import few
+from mbdsl.messages import count, few
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
@@ -96,13 +96,15 @@ class Effects:
         nothing = self.without("damping", "no force depends on velocities")
         yield self.entry("velocity-dependent forces", found, nothing, ("within those of the forces",))
         yield self.friction()
-        found = [c for c in self.solved if "contact" in c.kind.effects and c.values["k"]]
+        found = [c for c in self.solved if "contact" in c.kind.effects and c.kind.effects["contact"](c.values)]
         nothing = self.without("contact", "no stop or contact")
         yield self.entry("contact", found, nothing, self.kernels("laws", "expressions"))
         found = [c for c in self.solved if any(leaf.op == "multiplier" for leaf in leaves(*_laws(c)))]
         yield self.entry("forces that depend on reactions", found, "none")
         inputs = self.scene.inputs
         yield Entry("inputs", bool(inputs), few(list(inputs)) or "none", next((x.span for x in inputs.values()), None))
+        if self.scene.has_events:
+            yield self.events()
         yield from self.flexibility()
 
     def entry(
@@ -161,6 +163,18 @@ class Effects:
         idle = [c.name for c in self.scene.components.values() if c.friction is not None]
         why = f"of {few(idle, 4)}: it changes no motion" if idle else "no mu"
         return self.entry("friction", found, self.without("friction", why), self.kernels("laws", "expressions"))
+
+    def events(self) -> Entry:
+        """What acts at events, which end steps."""
+        scene = self.scene
+        typed = [x for x in scene.events.whens if any(b.span is not None for b in x.branches)]
+        clocks = few([f"{float(clock.period):g} s" for clock in scene.events.clocks])
+        found = [count(len(typed), "when-equation")] if typed else []
+        found += [f"clocks of {clocks}"] if clocks else []
+        touching = [*(c.name for c in scene.contacts), *(x.name for x in scene.sticking)]
+        found += [few(touching, 4)] if touching else []
+        first = next(span for _, span in scene.kinds_of_events.values())
+        return Entry("events", True, ", ".join(found), first)
 
     def flexibility(self) -> Iterator[Entry]:
         """Flexible bodies, bodies that turn in space, and their effect on the mass matrix."""

@@ -121,5 +121,5 @@ def _no_rate(leaf: Expr) -> str:
         joint, _ = leaf.value
         return f"der() of a reaction of `{joint}`: reactions follow from the motion, their rates are not known"
     if leaf.op == "input":
-        return f"der() of the input `{leaf.value}`: inputs may jump, their rates are not known"
+        return f"der() of `{leaf.value}`: inputs and discrete variables jump, their rates are not known"
     return "der() takes a position or an angle: accelerations cannot be used; filter the velocity, `der(y) = (v - y)/T`"

@@ -19,6 +19,9 @@ COORDINATES = ("x", "y", "phi", "vx", "vy", "w")
 _VELOCITIES = frozenset((*RATE.values(), "vz", "wx", "wy", "wz"))
 #: operations without arguments whose value varies
 LEAVES = ("time", "coordinate", "input", "multiplier")
+#: operations with jumps and corners; their payload QUIET: events are not located there
+SWITCHING = frozenset("lt le eq ne and or not sign floor ceil mod abs min max".split())
+QUIET = "no event"
 
 
 class Expr:
@@ -26,7 +29,8 @@ class Expr:
 
     ``op`` is "const" (value: float), a leaf that varies (one of ``LEAVES``: "time", "coordinate" with value (frame,
     key), "input" with value name, "multiplier" with value (joint, k)), "table" (value: (Table, order of derivative)),
-    "start" (value: an Expr, see :func:`at_start`) or a key of ``OPERATIONS``.
+    "start" (value: an Expr, see :func:`at_start`) or a key of ``OPERATIONS``, of which those in ``SWITCHING`` may have
+    the value ``QUIET``.
     """
 
     __slots__ = ("__weakref__", "args", "op", "value")
@@ -319,7 +323,20 @@ def rebuild(node: Expr, args: list[Expr]) -> Expr:
         return call("angle", *args, node.value)
     if node.op in _ARITHMETIC:
         return _ARITHMETIC[node.op](*args)
-    return call(node.op, *args)
+    return _quiet(call(node.op, *args)) if node.value == QUIET else call(node.op, *args)
+
+
+def without_events(root: Expr) -> Expr:
+    """``root`` without events at the changes of its conditions, signs and corners: noEvent() of Modelica."""
+    new: dict[Expr, Expr] = {}
+    for n in walk(root):
+        made = n if all(new[a] is a for a in n.args) else rebuild(n, [new[a] for a in n.args])
+        new[n] = _quiet(made)
+    return new[root]
+
+
+def _quiet(node: Expr) -> Expr:
+    return Expr(node.op, node.args, QUIET) if node.op in SWITCHING else node
 
 
 def evaluate(

@@ -81,7 +81,8 @@ def count_from(
     joints = dict[frozenset[str], list[_Angle]]()
     angles = list(_counted_angles(scene))
     for x in angles:
-        if isinstance(x.component.kind, JointKind) and x.component.name in drivers and x.key in x.component.kind.angle:
+        kind = x.component.kind
+        if isinstance(kind, JointKind) and x.component.name in drivers and x.key in kind.placing.angle:
             known[x.node] = drivers[x.component.name]
     for x in angles:
         c, own = x.component, x.node

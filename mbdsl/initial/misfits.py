@@ -46,7 +46,7 @@ def misfits(system: System, t: float, q: Array, v: Array) -> list[str]:
             found += _stretched(system, component, state)
         if not isinstance(component.kind, JointKind | ForceKind):
             continue
-        if isinstance(component.kind, JointKind) and component.kind.crossing:
+        if isinstance(component.kind, JointKind) and component.kind.placing.crossing:
             ends = [coordinate(frame, f"z{key}") for frame in component.ports.values() for key in "xyz"]
             z = np.array([x[0] for x in values(system, ends, *state)])
             if np.linalg.norm(np.cross(z[:3], z[3:])) < PARALLEL:
@@ -55,7 +55,7 @@ def misfits(system: System, t: float, q: Array, v: Array) -> list[str]:
                     component.span,
                     hint="wheels with parallel axes: GearPair",
                 )
-        if scene.spatial and isinstance(component.kind, JointKind) and component.kind.functions:
+        if scene.spatial and isinstance(component.kind, JointKind) and component.kind.of_position:
             _check_gradients(system, component, [f for f, _ in component.kind.functions], t, q)
         if component.kind.misfit is None:
             continue

@@ -56,9 +56,9 @@ class _Motion(NamedTuple):
 
 def _motions(kind: JointKind) -> tuple[_Motion, ...]:
     """One after the other; by default one along x and one about z."""
-    if kind.moves:
-        return tuple(_Motion((name,), way) for name, way in kind.moves)
-    return _Motion(kind.along, "x"), _Motion(kind.angle, "rz")
+    if kind.placing.moves:
+        return tuple(_Motion((name,), way) for name, way in kind.placing.moves)
+    return _Motion(kind.placing.along, "x"), _Motion(kind.placing.angle, "rz")
 
 
 class _Held(NamedTuple):
@@ -128,7 +128,7 @@ class _Placed:
         assert isinstance(joint.kind, JointKind)
         motions = _motions(joint.kind)
         moves = [self._known(joint, motion) for motion in motions]
-        angle = motions.index(of_angle) if (of_angle := _Motion(joint.kind.angle, "rz")) in motions else None
+        angle = motions.index(of_angle) if (of_angle := _Motion(joint.kind.placing.angle, "rz")) in motions else None
         between = self._turn(other) - turn_of(self.scene.frames[own])  # of the body if that of the joint is zero
         if angle is not None:
             if driven is not None:
@@ -220,7 +220,7 @@ class _Placed:
         for c in self.scene.components.values():
             if isinstance(c.kind, JointKind) and c.kind.driver is not None and c.ports:
                 (u,) = self._now([expr(c.values[c.kind.driver])])
-                yield _Driver(c, c.kind.driver in c.kind.angle, c.kind.driver, u)
+                yield _Driver(c, c.kind.driver in c.kind.placing.angle, c.kind.driver, u)
 
     def _now(self, laws: Sequence[Expr]) -> list[float]:
         """The values of laws of time at the start."""
@@ -241,4 +241,4 @@ def _attitudes(scene: Scene, given: list[InitialValue]) -> dict[str, SpatialPose
 def _turns_freely(scene: Scene, joint: str | None) -> bool:
     """Whether a body that is placed at a joint may have any attitude."""
     kind = None if joint is None else scene.components[joint].kind
-    return kind is None or (isinstance(kind, JointKind) and kind.rows <= 3 and not kind.aligned)
+    return kind is None or (isinstance(kind, JointKind) and kind.rows <= 3 and not kind.placing.aligned)

@@ -35,10 +35,12 @@ def _joints(system: System, rows: Sequence[int]) -> list[str]:
 
 def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[int]) -> list[str]:
     """A line for each joint with redundant constraints: its place, the joints that imply it, and its misfit."""
+    at_times = system.tables.switchable  # such rows hold at times only
+    redundant = [k for k in redundant if k not in at_times]
     J = _rows(system, t, q, v) if redundant else None
     if J is None:
         return []
-    rest = [k for k in range(len(J)) if k not in redundant]
+    rest = [k for k in range(len(J)) if k not in redundant and k not in at_times]
     violation = np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])
     lines = []
     for joint in _joints(system, redundant):

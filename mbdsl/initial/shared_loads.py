@@ -55,13 +55,15 @@ def undetermined(system: System, t: float, q: Array, left_out: tuple[int, ...]) 
 
     A pose nearby decides: in a special pose, axes may be parallel by chance.
     """
-    if not left_out:
+    at_times = list(system.tables.switchable)  # rows that hold at times only say nothing about others
+    if set(left_out) <= set(at_times):
         return []
     near = pose_nearby(system, t, q) if system.m else None
     q = q if near is None else near
     left, weight = _directions(system, t, q)
     free = left[:, len(weight) - len(left_out) :]
     some = free @ np.random.default_rng(1).normal(size=free.shape[1]) / weight
+    some[at_times] = 0.0
     nodes, names, sizes = [], [], []
     for c in system.scene.components.values():
         if isinstance(c.kind, JointKind):

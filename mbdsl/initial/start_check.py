@@ -92,7 +92,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
         lines += [*state.notes, *state.turned]
         rates += rates_not_given(system, state)
         names = system.constraint_names()
-        redundant += [names[k] for k in state.redundant]
+        redundant += [names[k] for k in state.redundant if k not in system.tables.switchable]
         lines += [f"  {line}" for line in repeated(system, t, state.q, state.v, state.redundant)]
         if scene.spatial:
             lines += [f"  {line}" for line in not_unique(system, t, state.q, state.redundant)]
@@ -115,7 +115,7 @@ def _size(whole: System) -> str:
 
 def _mobility(whole: System, redundant: int) -> str:
     """The mobility that counts independent rows only."""
-    rows = whole.m + whole.p - redundant
+    rows = whole.m + whole.p - len(whole.tables.switchable) - redundant
     sides = f"{count(whole.n, 'coordinate')} - {count(rows, 'independent constraint row')}"
     return f"true mobility {whole.n - rows} = {sides}"
 

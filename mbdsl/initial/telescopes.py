@@ -30,14 +30,14 @@ def positions(system: System) -> dict[str, Expr]:
     driven = [set(c.ports.values()) for c in scene.components.values() if getattr(c.kind, "driver", None)]
     found = {}
     for c in scene.components.values():
-        if not (isinstance(c.kind, JointKind) and c.kind.along and c.kind.rows >= 2 and c.kind.driver is None):
+        if not (isinstance(c.kind, JointKind) and c.kind.placing.along and c.kind.rows >= 2 and c.kind.driver is None):
             continue
         bodies = [scene.frames[name].body for name in c.ports.values()]
         moving = all(scene.components[body].coordinates for body in bodies) and bodies[0] != bodies[1]
         given = any(scene.frames[name].body in bodies for name in frames if name in scene.frames)
-        s = scene.signal_of(c, c.kind.along[0])
+        s = scene.signal_of(c, c.kind.placing.along[0])
         if moving and not given and s is not None and s not in said and set(c.ports.values()) not in driven:
-            found[f"{c.name}.{c.kind.along[0]}"] = s
+            found[f"{c.name}.{c.kind.placing.along[0]}"] = s
     return found
 
 

@@ -52,7 +52,7 @@ class Metric:
         found, size, scene = copy(self), 1.0 / self.system.tables.size, self.system.scene
         lengths, angles = list[Expr](), list[Expr]()
         for c in scene.components.values():
-            if isinstance(c.kind, JointKind) and c.kind.driver is None and (c.kind.rows > 1 or c.kind.along):
+            if isinstance(c.kind, JointKind) and c.kind.driver is None and (c.kind.rows > 1 or c.kind.placing.along):
                 a, b = sorted(c.ports.values(), key=lambda name: is_point(_body_of(scene, name).kind))
                 lengths += slip(a, b, scene.spatial)
                 if not is_point(_body_of(scene, b).kind):

@@ -26,7 +26,20 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators.method import KERNELS, OPTIONAL_KERNELS, STEP_KERNELS, Method, Option, Run
 from mbdsl.messages import did_you_mean
 
-__all__ = ["Method", "Option", "Run", "available", "backend", "compiled", "declared", "modules", "problems", "register"]
+__all__ = [
+    "Method",
+    "Option",
+    "Run",
+    "available",
+    "backend",
+    "compiled",
+    "declared",
+    "modules",
+    "own",
+    "problems",
+    "register",
+    "uncompiled",
+]
 
 GROUP = "mbdsl.integrators"
 _given: dict[str, object] = {}  # backends passed to ``register``
@@ -217,6 +230,11 @@ def register(backend: object) -> None:
 def compiled() -> dict[str, Method]:
     """Method name -> declaration, for the compiled methods that users can choose."""
     return {name: module.METHOD for name, module in modules().items() if module.METHOD.chosen}
+
+
+def own() -> dict[str, Method]:
+    """Method name -> declaration, for mbdsl's own methods that users can choose."""
+    return {**compiled(), **{name: module.METHOD for name, module in uncompiled().items()}}
 
 
 def available(spatial: bool = False) -> dict[str, Method]:

@@ -48,6 +48,9 @@ Array = NDArray[np.float64]
 #: relative to the mechanism's size: gaps that count as closed; error of the gap of a closed contact, and overlap at the
 #: start that is rounding; and the overlap at which a gap has closed, which is more than the rounding error of gaps
 NEAR, OVERLAP, ROUNDING = 1e-9, 1e-6, 1e-14
+NEVER = -1e300  #: the gap [m] at which a contact closes that is left out
+#: height of a bounce, relative to the coordinates in its gap, below which it is rounding
+ROUNDED = 64.0 * float(np.finfo(float).eps)
 #: speed of a gap, relative to the fastest motion, that counts as rest; and relative to the size over the run
 REST, STILL = 1e-10, 1e-13
 SAME = 1e-13  #: relative change of velocities that is rounding
@@ -95,9 +98,10 @@ class ContactSet:
         self.system, self.contacts = system, system.scene.contacts
         self.all_rows = system.tables.contact_rows
         self.rows = np.array([rows[0] for rows in self.all_rows], int)
-        self.e = np.array([c.e for c in self.contacts])
+        self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
         self.shortest, self.struck, self.span = 0.0, False, 1.0
+        self._before: tuple[float, dict[str, float]] = np.nan, {}  # time of the last event, and values before it
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: dict[str, float]) -> None:
         """Start a run of ``span`` [s] with this tolerance.
@@ -107,11 +111,11 @@ class ContactSet:
         InitialisationError
             If bodies overlap.
         """
-        size = self.system.tables.size
+        size, self._before = self.system.tables.size, (np.nan, {})
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
-            values[number(contact.name, EDGE)] = -ROUNDING * size
-            if gap < -OVERLAP * size:
+            values[number(contact.name, EDGE)] = NEVER if contact.absent else -ROUNDING * size
+            if not contact.absent and gap < -OVERLAP * size:
                 message = f"the gap of `{contact.name}` is {gap:.6g} m at the start: the bodies overlap"
                 raise InitialisationError(message, contact.span, "give initial values at which it is not negative")
 
@@ -145,8 +149,12 @@ class ContactSet:
         self.struck = False
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
         gaps = self._gaps(t, q)
-        which = np.flatnonzero(gaps < np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size)
-        given, before = v, dict(values)
+        near = np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size
+        which = np.flatnonzero((gaps < near) & self.present)
+        given = v
+        if t != self._before[0]:
+            self._before = t, dict(values)
+        before = self._before[1]
         self._release(values)
         if len(which):
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))
@@ -246,8 +254,10 @@ class ContactSet:
         b = touching.W @ a - self.system.gamma_c(t, q, v)[self._rows_of(touching.which)]
         N = np.array(touching.normals)
         rest = np.abs(u[N]) <= slow
+        height = ROUNDED * np.abs(touching.W[N]) @ np.abs(q)  # in which rounding decides the times of impacts
         for k in np.flatnonzero(self.struck & ~rest):
-            rest[k] = comes_to_rest(u[N[k]], -b[N[k]], self.e[touching.which[k]], self.shortest) is not None
+            n, e = N[k], self.e[touching.which[k]]
+            rest[k] = comes_to_rest(u[n], -b[n], e, self.shortest) is not None or u[n] ** 2 < -2.0 * b[n] * height[k]
         at = np.flatnonzero(rest)
         rows = [r for k in at for r in range(N[k], N[k] + touching.laws.sizes[k])]
         own, u, b = touching.only(at), u[rows], b[rows]

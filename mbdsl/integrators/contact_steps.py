@@ -18,11 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import IntegrationError
+from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.contact_modes import OPEN, SENSE, STICK, Contacts, Modes
-from mbdsl.numerics.impact import UnsolvableError, at_once, in_sequence
+from mbdsl.numerics.impact import UnsolvableError, in_sequence, separating
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.accelerations import balance
 from mbdsl.system.contact_numbers import (
@@ -31,6 +32,7 @@ from mbdsl.system.contact_numbers import (
     CLOSED,
     COEFFICIENT,
     COUNT,
+    FRICTION,
     HELD,
     IMPULSE,
     MODE,
@@ -104,7 +106,7 @@ class ContactSteps:
         self.contacts = system.scene.contacts
         self.rows = system.tables.contact_rows
         self.normals = np.array([rows[0] for rows in self.rows], int)
-        self.e = np.array([c.e for c in self.contacts])
+        self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
         self.mu, self.mu_s = (np.array([getattr(c, x) for c in self.contacts]) for x in ("mu", "mu_s"))
         self.sequential = bool(self.contacts) and self.contacts[0].sequential
         out = {*problem.left_out, *(row for rows in self.rows for row in rows)}
@@ -114,7 +116,21 @@ class ContactSteps:
         self.P = np.zeros(system.m + system.p)  #: impulses of contacts in the last step, at their rows
         self.scale = system.tables.scale
         self._balance: Array | None = None
+        self._check_laws()
         self._begin()
+
+    def _check_laws(self) -> None:
+        scene, own = self.system.scene, {c.name for c in self.contacts}
+        for c in scene.components.values():
+            laws = [x for p in c.kind.parameters if p.law and isinstance(x := c.values[p.name], Expr)]
+            read = {leaf.value[0] for leaf in leaves(*laws) if leaf.op == "multiplier"} & own
+            if read and c.kind.name != FRICTION:
+                raise UsageError(
+                    f"time stepping solves the reaction of `{min(read)}` as an impulse: {c.kind.name} `{c.name}` "
+                    "cannot read it",
+                    c.span,
+                    "take another method, such as hht-si2",
+                )
 
     def states(self) -> Iterator[tuple[float, Array, Array, Array]]:
         """Yield t, q, v and lam at the ends of all steps."""
@@ -159,17 +175,19 @@ class ContactSteps:
         system, far, start = self.system, self.theta * h, Start(t, q, v, h)
         f, phi, rate = self._at(t + far, system.moved(q, far * v), v)
         if not np.isfinite(f).all():
-            raise IntegrationError(NOT_FINITE)
+            raise IntegrationError(NOT_FINITE, hint="try a shorter step")
         matrix, linear = self._linear(t + far, h)
-        which = np.flatnonzero(phi[self.normals] <= NEAR * system.tables.size)
+        which = np.flatnonzero((phi[self.normals] <= NEAR * system.tables.size) & self.present)
         rows = [row for i in which for row in self.rows[i]]
         s, c = h * f, -rate[self.kept]
         fastest = self._largest(v) + self._largest(linear.inverse[: system.n] @ np.concatenate([s, c]))
         W, slow = matrix[[system.n + row for row in rows], : system.n], REST * fastest * system.tables.size
         touching = Touching(which, rows, W, rate[rows], slow)
-        if len(self.kept):
-            linear, c = self._constrained(start, linear, self._struck(t + h, linear, touching, s, c))
-        linear, found = self._forced(start, linear, touching, s, c)
+        found = self._struck(linear, touching, s, c)
+        if len(self.kept) and (changed := self._constrained(start, linear, found)) is not None:
+            linear, c = changed
+            found = self._struck(linear, touching, s, c)
+        linear, found = self._forced(start, linear, touching, found, c)
         q, v = self._projected(start, linear, found)
         self.lam[self.kept] = self._multipliers(found.x, h)
         self._keep(t + h, touching, found)
@@ -220,12 +238,13 @@ class ContactSteps:
             raise IntegrationError(SINGULAR, hint=OF_SINGULAR)
         return found
 
-    def _forced(self, start: Start, linear: Linear, touching: Touching, s: Array, c: Array) -> tuple[Linear, Solution]:
-        """The solution with the forces of the step's own motion, and the equations that gave it."""
+    def _forced(
+        self, start: Start, linear: Linear, touching: Touching, found: Solution, c: Array
+    ) -> tuple[Linear, Solution]:
+        """The equations and the solution with the forces of the step's own motion, from a solution with others."""
         (t, q, v, h), n = start, self.system.n
         at, lam = t + self.theta * h, None
         for k in range(1, MOST):
-            found = self._struck(t + h, linear, touching, s, c)
             dv = found.x[:n]
             middle = v + self.theta * dv
             if self.system.of_multipliers:
@@ -235,7 +254,7 @@ class ContactSteps:
             new = h * f + linear.C @ dv
             if lam is not None:  # forces contain -J^T lam
                 new += linear.U @ found.x[n:]
-            error = self._largest(linear.inverse[:n, :n] @ (new - s))
+            error = self._largest(linear.inverse[:n, :n] @ (new - found.s))
             if error <= AGREED * self._largest(dv) + ROUNDING * self._largest(v):
                 return linear, found
             self.problem.counts["iterations"] += 1
@@ -245,24 +264,23 @@ class ContactSteps:
                 new += (linear.C - former.C) @ dv
                 if lam is not None:
                     new += (linear.U - former.U) @ found.x[n:]
-            s = new
+            found = self._struck(linear, touching, new, c)
         raise IntegrationError(DIVERGES, hint="try a shorter step, or forces that change less abruptly")
 
     def _largest(self, x: Array) -> float:
         return float(np.abs(x * self.scale).max(initial=0.0))
 
-    def _constrained(self, start: Start, linear: Linear, first: Solution) -> tuple[Linear, Array]:
+    def _constrained(self, start: Start, linear: Linear, first: Solution) -> tuple[Linear, Array] | None:
         """The equations with the rows J of the constraints at the end of the step, which a first solution shows, and
-        their right-hand side c."""
+        their right-hand side c; None if they do not change."""
         n, t = self.system.n, start.t + start.h
         _, _, rate = self._at(t, *self._end(start, first.x))
         J = dense(self.system.matrix(self.system.entries(t, cP=1.0, cV=1.0)))[n + self.kept, :n]
-        c = J @ first.x[:n] - rate[self.kept]
-        return self._with_rows(linear, J), c
+        if (J == linear.J).all():
+            return None
+        return self._with_rows(linear, J), J @ first.x[:n] - rate[self.kept]
 
     def _with_rows(self, linear: Linear, J: Array) -> Linear:
-        if (J == linear.J).all():
-            return linear
         return linear._replace(J=J, inverse=self._inverse(linear.A, linear.U, J))
 
     def _projected(self, start: Start, linear: Linear, found: Solution) -> tuple[Array, Array]:
@@ -284,30 +302,30 @@ class ContactSteps:
 
     # -- contacts ------------------------------------------------------------------------------------------------------
 
-    def _struck(self, t: float, linear: Linear, touching: Touching, s: Array, c: Array) -> Solution:
+    def _struck(self, linear: Linear, touching: Touching, s: Array, c: Array) -> Solution:
         """The solution for s (n,) and c (k,), with the impulses of the contacts."""
         x = linear.inverse @ np.concatenate([s, c])
         if not len(touching.which):
             return Solution(s, x, np.zeros(0), ())
         n, W = self.system.n, touching.W
         X = linear.inverse[:, :n] @ W.T
-        P, modes = self._impulses(t, touching, W @ X[:n], touching.u + W @ x[:n])
+        P, modes = self._impulses(touching, W @ X[:n], touching.u + W @ x[:n])
         return Solution(s, x + X @ P, P, modes)
 
-    def _impulses(self, t: float, touching: Touching, G: Array, free: Array) -> tuple[Array, Modes]:
+    def _impulses(self, touching: Touching, G: Array, free: Array) -> tuple[Array, Modes]:
         """Impulses and modes; ``free``: the velocities that the forces alone give."""
         which, rows, _, u, slow = touching
         mu = np.where(self.modes[which] == STICK, self.mu_s[which], self.mu[which])
         laws = Contacts(G, tuple(len(self.rows[i]) for i in which), mu)
-        before = np.where(np.abs(u) <= slow, 0.0, u)
-        last = tuple(self.modes[which].tolist()), self.P[rows]
+        N = np.array(laws.first)
+        approach = np.where(u[N] < -slow, -u[N], 0.0)
         try:
-            if not (self.sequential and (before[laws.first] < 0.0).any()):
-                found = at_once(laws, free, self.e[which], before, last)
-                return found.P, found.modes
-            first = in_sequence(laws, u, self.e[which]).P
-            then = at_once(laws, free + G @ first, np.zeros(len(which)))
-            return first + then.P, then.modes
+            speeds = self.e[which] * approach
+            if self.sequential and approach.any():
+                first = in_sequence(laws, u, self.e[which]).P
+                speeds = np.where(first[N] > 0.0, np.maximum((u + G @ first)[N], 0.0), 0.0)
+            found = separating(laws, free, speeds, tuple(self.modes[which].tolist()), self.P[rows])
+            return found.P, found.modes
         except UnsolvableError as error:
             names = ", ".join(f"`{self.contacts[which[i]].name}`" for i in error.which)
             raise IntegrationError(

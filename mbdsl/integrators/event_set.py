@@ -13,14 +13,13 @@ A jump of a velocity signal s by reinit is an impulse along s:
 from __future__ import annotations
 
 import heapq
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import InitialisationError, ModelError, Span
+from mbdsl.errors import InitialisationError, ModelError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.friction_set import FrictionSet
@@ -34,11 +33,15 @@ from mbdsl.system.clock_tables import CLOCKS, PLACE
 from mbdsl.system.signals import gradients, values
 
 if TYPE_CHECKING:
-    from mbdsl.mechanism.events import Action, Branch, Events
+    from mbdsl.mechanism.events import Action, Branch
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
 MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
+
+
+class ReinitError(InitialisationError):
+    """A jump of velocities that is not possible."""
 
 
 class Acted(NamedTuple):
@@ -46,14 +49,6 @@ class Acted(NamedTuple):
 
     t: float
     branches: tuple[Branch, ...]
-
-
-class Happened(NamedTuple):
-    """A when-equation that acted: time [s], kind, and place of its condition."""
-
-    t: float
-    kind: str
-    span: Span | None
 
 
 class EventSet:
@@ -242,7 +237,7 @@ class EventSet:
     def like(self, other: EventSet) -> None:
         """Take the scales of another set, of a run that has begun."""
         if self.contacts is not None and other.contacts is not None:
-            self.contacts.shortest = other.contacts.shortest
+            self.contacts.shortest, self.contacts.span = other.contacts.shortest, other.contacts.span
         if self.friction is not None and other.friction is not None:
             self.friction.span = other.friction.span
 
@@ -399,8 +394,21 @@ class EventSet:
         return self._jumped(jumps, t, q, v) if jumps else v
 
     def _jumped(self, jumps: list[tuple[Action, float]], t: float, q: Array, v: Array) -> Array:
-        """The velocities after impulses along the signals of reinit."""
+        """The velocities after impulses along the signals of reinit.
+
+        Raises
+        ------
+        ReinitError
+            If one velocity jumps twice, or constraints do not allow it.
+        """
         system = self.system
+        first: dict[Expr | None, Action] = {}
+        for action, _ in jumps:
+            if (other := first.setdefault(action.signal, action)) is not action:
+                notes = (("the first one is here", other.span),) if other.span is not None else ()
+                hint = "write one `when ... elsewhen ...`"
+                message = f"reinit of {action.target} acts twice at t = {t:.9g} s"
+                raise ReinitError(message, action.span, hint, notes)
         signals = [a.signal for a, _ in jumps if a.signal is not None]
         now, _, w = gradients(system, signals, t, q, v)
         rows = [dense(w)]
@@ -415,7 +423,8 @@ class EventSet:
         dv = least_squares(K, change, 1e-13)[:n]
         if np.abs(J @ dv - change[n:]).max(initial=0.0) > 1e-8 * max(1.0, float(np.abs(change).max(initial=0.0))):
             names = ", ".join(a.target for a, _ in jumps)
-            raise InitialisationError(f"reinit of {names} at t = {t:g} s: the constraints do not allow this velocity")
+            message = f"reinit of {names} at t = {t:.9g} s: the constraints do not allow this velocity"
+            raise ReinitError(message, jumps[0][0].span)
         return v + dv
 
     @property
@@ -486,51 +495,20 @@ class EventSet:
         """The numbers of the model at times t (N,); at the time of an event, behind it."""
         if not self.history:
             return {}
-        if len(self.history) > 1:
-            self.history = [np.concatenate(self.history)]
-        times, rows = self.history[0][:, 0], self.history[0][:, 1:]
+        times, rows = self.table()
         which = np.clip(np.searchsorted(times, t + 1e-13 * (1.0 + np.abs(t)), side="right") - 1, 0, None)
         return {name: rows[which, k] for k, name in enumerate(self.names)}
 
-    def counts(self) -> Counter[Span | None]:
-        """How often each branch acted, by its place in the text."""
-        found = Counter(branch.span for event in self.acted for branch in event.branches)
-        found.update({branch.span: len(times) for branch, times in self._of_ticks()})
-        return found
+    def table(self) -> tuple[Array, Array]:
+        """Times (k,) of all events and the numbers (k, names) behind them."""
+        if len(self.history) > 1:
+            self.history = [np.concatenate(self.history)]
+        return self.history[0][:, 0], self.history[0][:, 1:]
 
-    def kinds(self) -> Counter[str]:
-        """How often branches of each kind acted."""
-        found = Counter(kind(branch, self.events) for event in self.acted for branch in event.branches)
-        for branch, times in self._of_ticks():
-            found[kind(branch, self.events)] += len(times)
-        return found
-
-    def happened(self) -> list[Happened]:
-        """All that happened, in the order of time."""
-        found = [Happened(float(x.t), kind(b, self.events), b.span) for x in self.acted for b in x.branches]
-        for branch, times in self._of_ticks():
-            what = kind(branch, self.events)
-            found += [Happened(t, what, branch.span) for t in times.tolist()]
-        return sorted(found, key=lambda x: x.t)
-
-    def _of_ticks(self) -> Iterator[tuple[Branch, Array]]:
+    def ticks_done(self) -> list[tuple[Branch, Array]]:
         """The branches that the compiled loop does, and their times."""
-        if self.ticked:
-            self.ticked = [np.concatenate(self.ticked)]
-            t, due = self.ticked[0][:, 0], self.ticked[0][:, 1].astype(np.int64)
-            for k, clock in self._of_clocks.items():
-                yield self._conditions[k][0], t[(due >> clock) & 1 == 1]
-
-
-def kind(branch: Branch, events: Events) -> str:
-    """The kind of an event: "terminate" or "reinit" by what it does, "touch" of a component that keeps the speed of a
-    touch, else "sample", "initial" or "when"."""
-    does = {action.what for action in branch.actions}
-    if found := does & {"terminate", "reinit"}:
-        return min(found, key=("terminate", "reinit").index)
-    if events.of_component(branch):
-        return "touch"
-    read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
-    if read & {clock.name for clock in events.clocks}:
-        return "sample"
-    return "initial" if events.initial in read else "when"
+        if not self.ticked:
+            return []
+        self.ticked = [np.concatenate(self.ticked)]
+        t, due = self.ticked[0][:, 0], self.ticked[0][:, 1].astype(np.int64)
+        return [(self._conditions[k][0], t[(due >> clock) & 1 == 1]) for k, clock in self._of_clocks.items()]

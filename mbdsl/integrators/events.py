@@ -25,11 +25,12 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
 from mbdsl.integrators.contact_set import UnsolvedContactsError
-from mbdsl.integrators.event_set import EventSet
-from mbdsl.integrators.friction_set import UndecidedFrictionError
+from mbdsl.integrators.event_set import EventSet, ReinitError
+from mbdsl.integrators.final_slide import End, final_slide
+from mbdsl.integrators.friction_set import At, UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
-from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS
+from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF, TURNING
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
@@ -67,6 +68,10 @@ SLIDING_HINT = (
     "if only rounding decides the condition, it reads the wrong quantity"
 )
 #: the same if the condition depends on a reaction
+#: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
+SHORT = 1e-6
+#: the same, in which an event that acts is searched behind a step that was cut short
+TINY = 1e-9
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -116,7 +121,7 @@ class Events:
         self.rounding: list[float] = []
         #: the when-equations of the model; None if it has none
         self.set: EventSet | None = EventSet(self.system) if self.system.scene.has_events else None
-        self.unsolved: UnsolvedContactsError | None = None
+        self.unsolved: UnsolvedContactsError | ReinitError | None = None
         self._fastest = 0.0
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
@@ -155,7 +160,8 @@ class Events:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches or self.set is not None:
-            integers[S.WATCHING] = REACTIONS if self._of_reactions else 1
+            turning = self.set is not None and self.set.friction is not None and self.set.friction.turning
+            integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else 1
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
             integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
@@ -214,7 +220,7 @@ class Events:
         """
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
-        known, cut = t >= reals[S.NEXT_EVENT], integers[S.CUT] > 0
+        known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
         at_once = not (known or cut)  # the switch is so close that no step was possible
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
@@ -233,25 +239,10 @@ class Events:
             self._next(t + s)
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
-            if not known:
-                most = max(4 * least, 1.01 * run.sliver * run.grid) if at_once else LEFT * reals[S.LAST_H]
-                way = self._way(q, v, a)
-                refines = run.grid or declared(run.method).order > PRECISE
-                rough = ROUGH if refines and self.set is not None else LOCATED
-                found = self._distance(t, way, lam, old, most, part=rough)
-                if found is None and not at_once:
-                    found = self._within_rounding(t, q, v, way, lam, old)
-                if found is None:
-                    return self._progress(t, old) if at_once else S.RUNNING, None
-                if found > 0.0 and refines:
-                    way = self._refined(t, q, v, a, found)
-                    near = found if rough > LOCATED else 0.0
-                    found = self._distance(t, way, lam, old, most, near) or found
-                # behind an event, rounding may leave a condition on its former side
-                s = 2 * least if found == 0.0 and at_once and self.set is not None else found
-            else:
-                way = self._way(q, v, a)
-            old_a = a
+            located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
+            if located is None:
+                return self._progress(t, old) if at_once else S.RUNNING, None
+            (s, way), old_a = located, a
             t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
@@ -264,7 +255,7 @@ class Events:
                 return acted, None
             jumped = acted[1] is not v and not (self.set.struck or self.set.status)
             q, v, a, lam = acted
-            if jumped and (there := self._left(t, q, v, lam, s)) is not q:
+            if jumped and (there := self._cleared(t, q, v, lam, s)) is not q:
                 acted = self._acted(t, there, v)
                 if isinstance(acted, int):
                     return acted, None
@@ -277,12 +268,14 @@ class Events:
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
+        if struck:
+            self._cut = []
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
         return status, Restart(t, q, v, a, lam, longest)
 
-    def _left(self, t: float, q: Array, v: Array, lam: Array, s: float) -> Array:
+    def _cleared(self, t: float, q: Array, v: Array, lam: Array, s: float) -> Array:
         """The positions behind a jump of velocities, moved along v by a little if that changes a switch.
 
         The side of a threshold follows from the motion behind the jump: the way is longer than rounding, and than the
@@ -293,6 +286,64 @@ class Events:
         there = self.system.moved(q, late * v)
         changes = (self.system.switches(t, q, v, lam) != self.system.switches(t, there, v, lam)).any()
         return there if changes else q
+
+    def _located(
+        self, t: float, state: tuple[Array, Array, Array], lam: Array, old: States, cut: int, at_once: bool
+    ) -> tuple[float, Way] | None:
+        """The time from t to just behind the change of a switch, and the way there from q, v, a; None if it is farther
+        away than steps can end before it."""
+        run, least, (q, v, a) = self.run, self.run.reals[S.LEAST_H], state
+        if at_once and (end := self._end_of_slide(t, q, v)) is not None:
+            return end.s, lambda s: (end.q, end.v)
+        most = self._left(cut) * run.reals[S.LAST_H]
+        if at_once:  # reactions of shorter steps have larger errors, of rounding
+            most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
+        if self.set is not None:  # rounding may keep a gap from closing
+            most = max(most, TINY * run.span)
+        way = self._way(q, v, a)
+        late = self._of_reactions and not declared(run.method).own_reactions
+        if late and combined(old) != run.integers[S.SIGNATURE]:
+            return self._missed(t, way, lam), way
+        refines = run.grid or declared(run.method).order > PRECISE
+        rough = ROUGH if refines and self.set is not None else LOCATED
+        found = self._distance(t, way, lam, old, most, part=rough)
+        if found is None and not at_once:
+            found = self._within_rounding(t, q, v, way, lam, old)
+        if found is None:
+            return None
+        if found > 0.0 and refines:
+            way = self._refined(t, q, v, a, found)
+            near = found if rough > LOCATED else 0.0
+            found = self._distance(t, way, lam, old, most, near) or found
+        # behind an event, rounding may leave a condition on its former side
+        return 2 * least if found == 0.0 and at_once and self.set is not None else found, way
+
+    def _missed(self, t: float, way: Way, lam: Array) -> float:
+        """The time from t back to just behind the change of a switch, which the reactions of the last step have not
+        shown because they are less accurate than the motion; 0 if it changes here."""
+        low, high = -self.run.reals[S.LAST_H], 0.0
+
+        def same(s: float) -> bool:
+            q, v = way(s)
+            states = self.system.switches(t + s, q, v, self._reactions(t + s, q, v, lam))
+            return combined(states) == self.run.integers[S.SIGNATURE]
+
+        if not same(low):
+            return 0.0
+        while high - low > 0.01 * self.run.reals[S.LEAST_H] - 1e-9 * low:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if same(middle) else (low, middle)
+        return high
+
+    def _end_of_slide(self, t: float, q: Array, v: Array) -> End | None:
+        """Where a joint stops that slides in several directions, if this is near."""
+        friction = self.set.friction if self.set is not None else None
+        if friction is None or self.set is None or not friction.turning:
+            return None
+        at = At(t, q, v, self.run.left_out, dict(self.set.values), [])
+        end = final_slide(friction, at, self.run.grid or self.run.reals[S.LAST_H])
+        friction.put(self.set.values, self.run.left_out)
+        return end
 
     def _acted(
         self, t: float, q: Array, v: Array, given: Mapping[str, float] | None = None
@@ -307,7 +358,7 @@ class Events:
             if v is not before:
                 q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
-        except UnsolvedContactsError as problem:
+        except (UnsolvedContactsError, ReinitError) as problem:
             self.unsolved = problem
             return S.UNSOLVED
         except UndecidedFrictionError:
@@ -336,6 +387,11 @@ class Events:
         q, v, a, lam = acted
         run.integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         return self.set.status, Restart(t, q, v, a, lam, run.longest)
+
+    def _left(self, cut: int) -> float:
+        """The largest remaining time to a switch at which it is an event, by the last step, which was cut ``cut``
+        times. Where reactions decide, their errors let steps end earlier."""
+        return max(LEFT, min(1.0, 2.0 * SHORT_OF * 10.0 ** (cut - 1))) if self._of_reactions else LEFT
 
     def _ticked(self, t: float, q: Array, v: Array, lam: Array) -> bool:
         """Whether a clock has ticked that changes discrete variables only; the jump of forces is then in the history.

@@ -9,7 +9,7 @@ import sys
 from fractions import Fraction
 from pathlib import Path
 
-from mbdsl.integrators import compiled, shipped_backends
+from mbdsl.integrators import compiled, shipped_backends, uncompiled
 from mbdsl.integrators.method import Method
 from mbdsl.storage.output_files import write_text
 
@@ -29,6 +29,12 @@ def reference() -> str:
         "| method | order | index | enforces | parameters |",
         "|---|---|---|---|---|",
         *(f"{_identity(method)} {_parameters(method)} |" for method in own.values()),
+        "",
+        "The steps of these methods are not compiled:",
+        "",
+        "| method | order | index | enforces | parameters |",
+        "|---|---|---|---|---|",
+        *(f"{_identity(module.METHOD)} {_parameters(module.METHOD)} |" for module in uncompiled().values()),
         "",
         f"{len(others)} are [integrators of other packages](backends.md). If the order varies, it is the highest one:",
         "",

@@ -540,6 +540,8 @@ class MethodRun(RunState):
         UsageError
             If every step is output, the rows are not released, and they would need too much memory.
         """
+        if self.tol is not None and self.events.set is not None and self.events.set.status != S.RUNNING:
+            return self.events.set.status  # as at the start
         if self.every:
             status = S.RUNNING
             while steps > 0 and status == S.RUNNING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, TypeGuard, overload
 
-from mbdsl.elements.declaration import ANY, Parameter
+from mbdsl.elements.declaration import ANY, Parameter, Shape
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.lang import quantities, units, values
@@ -43,10 +43,15 @@ def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "", e:
     raise ModelError(f"{what}: found {describe(value)}, expected {quantities.words(dimension, unit)}", hint=hint)
 
 
-def shape_words(shape: tuple[int, ...]) -> str:
+def shape_words(shape: Shape) -> str:
     if not shape:
         return "a single value"
-    return "an array of " + " x ".join(map(str, shape)) + " values"
+    return "an array of " + " x ".join("n" if x is None else str(x) for x in shape) + " values"
+
+
+def _has(found: tuple[int, ...], shape: Shape) -> bool:
+    """Whether a shape is the declared one, in which None is any number."""
+    return len(found) == len(shape) and all(x is None or x == y for x, y in zip(shape, found, strict=True))
 
 
 def number(q: Quantity, what: str) -> float:
@@ -101,7 +106,7 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
     if parameter.shape == (3,) and found == (2,) and parameter.unit in ("m", "1"):
         assert isinstance(value, tuple)
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
-    if found not in (parameter.shape, *parameter.or_shapes):
+    if not any(_has(found, shape) for shape in (parameter.shape, *parameter.or_shapes)):
         right = other_names.in_braces(e, found) if parameter.shape == (2,) else None
         hint = f"a vector of the plane is written `{right}`" if right is not None else _form(parameter, found)
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)

@@ -30,11 +30,8 @@ def enter(namespace: Namespace, d: s.Declaration, make: Make, scope: Scope, most
             array = namespace.members[d.name] = ComponentArray(full, len(index), d.at)
         name = f"{full}[{','.join(map(str, index))}]"
         if not isinstance(array, ComponentArray) or len(array.sizes) != len(index) or index in array.items:
-            what = (
-                "is declared twice"
-                if isinstance(array, ComponentArray) and index in array.items
-                else "is already declared"
-            )
+            twice = isinstance(array, ComponentArray) and index in array.items
+            what = "is declared twice" if twice else "is already declared"
             raise ModelError(f"`{name}` {what}", span_of(d.at))
         array.add(index, make(name, namespace.contexts, index))
         return

@@ -1,4 +1,4 @@
-"""``assert(condition, "text")`` in the equation section: a condition that is known before the start is checked."""
+"""``assert(condition, "text")`` in the equation section: checked at once, or during the run if the condition varies."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def is_assertion(item: s.Relation) -> bool:
     return item.right is None and isinstance(item.left, s.Call) and write(item.left.function) == "assert"
 
 
-def check(item: s.Relation, scope: Scope) -> None:
-    """Check an assertion.
+def check(item: s.Relation, scope: Scope) -> bool:
+    """Check an assertion; whether its condition is known before the start.
 
     Raises
     ------
     ModelError
-        If its condition is false, varies in time, or is not a condition.
+        If its condition is false, or is not a condition.
     """
     call = item.left
     assert isinstance(call, s.Call)
@@ -38,22 +38,14 @@ def check(item: s.Relation, scope: Scope) -> None:
     try:
         decided = evaluate(condition, scope.for_signals())
     except NotConnected:  # a signal of a joint, spring or driver, before the connections are made
-        raise _varies(condition) from None
+        return False
     if isinstance(decided, tuple) or not decided.boolean:
         raise ModelError(
             f"assert() takes a condition (true or false), found {values.describe(decided)}", span_of(condition.at)
         )
     if decided.varying:
-        raise _varies(condition)
+        return False
     if bool(getattr(decided.value, "value", decided.value)):
-        return
+        return True
     text = given[1].value if isinstance(given[1], s.String) else write(given[1])
     raise ModelError(f"the assertion `{write(condition)}` is false: {text}", span_of(condition.at))
-
-
-def _varies(condition: s.Expression) -> ModelError:
-    return ModelError(
-        "this condition varies in time; only conditions that are known before the start can be checked",
-        span_of(condition.at),
-        "write the condition as a variable and check its results, or delete this line",
-    )

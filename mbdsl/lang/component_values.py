@@ -107,7 +107,7 @@ def _place_of(part: FlatComponent, problem: str) -> At:
 def _missing(part: FlatComponent, parameter: Parameter) -> ModelError:
     unit = "" if parameter.unit in ("", "1") else f" [{parameter.unit}]"
     examples = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m", "": "crank.w + 2*rod.w"}
-    if isinstance(part.kind, JointKind) and part.kind.functions:
+    if isinstance(part.kind, JointKind) and part.kind.of_position:
         examples[""] = "x^2 + y^2 - (1 m)^2"
     if parameter.name in part.kind.coupled:
         examples |= {"": "pin.phi", "rad": "pin.phi"}

@@ -234,9 +234,10 @@ def _call(e: s.Call, scope: Names) -> Value:
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:
             return found
+    from mbdsl.lang.events import FUNCTIONS as OF_EVENTS
     from mbdsl.messages import did_you_mean
 
-    known = [*functions.FUNCTIONS, "der", *scope.function_names()]
+    known = [*functions.FUNCTIONS, *OF_EVENTS, "der", *scope.function_names()]
     hint = other_names.FUNCTIONS.get(name) or did_you_mean(name, known)
     if hint is None and written.startswith("Modelica."):
         hint = other_names.constant(written)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr, input_signal
 from mbdsl.lang import argument_checks, units, values
@@ -17,12 +17,16 @@ from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.events import INITIAL, TERMINAL, Action, Branch, Clock, Discrete, Events, When
+from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
 
 #: functions that have a meaning at events only
 FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
+#: what a `when` does beside assignments
+ACTIONS = ("reinit", "terminate", "assert")
+HOLDS = 'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`'
 
 
 def assigned(items: Iterable[s.Item]) -> set[str]:
@@ -59,9 +63,10 @@ class EventsOfModel:
         self._booleans: set[str] = set()
         self._clocks: dict[str, Clock] = {}
         self._whens: list[tuple[s.When, Scope]] = []
+        self._assertions: list[tuple[s.Relation, Scope]] = []
 
     def __bool__(self) -> bool:
-        return bool(self._whens)
+        return bool(self._whens or self._assertions)
 
     # -- values --------------------------------------------------------------------------------------------------------
 
@@ -95,7 +100,7 @@ class EventsOfModel:
 
     # -- functions -----------------------------------------------------------------------------------------------------
 
-    def call(self, e: s.Call, scope: Scope) -> Quantity | None:
+    def call(self, e: s.Call, scope: Scope) -> Value | None:
         """The value of a function of events; None of other functions."""
         name = write(e.function)
         if name not in FUNCTIONS:
@@ -108,12 +113,17 @@ class EventsOfModel:
             return self._truth(INITIAL if name == "initial" else TERMINAL)
         if name == "sample":
             return self._sample(given, scope)
-        value = evaluate(given[0], scope.for_signals())
+        return self._of_variable(name, evaluate(given[0], scope.for_signals()), given[0])
+
+    def _of_variable(self, name: str, value: Value, e: s.Expression) -> Value:
+        """pre(x), edge(x) or change(x); of an array, that of each element."""
+        if isinstance(value, tuple):
+            return tuple(self._of_variable(name, x, e) for x in value)
         variable = self.variable(value)
-        if variable is None or isinstance(value, tuple):
+        if variable is None:
             raise ModelError(
-                f"{name}() takes a discrete variable, found `{write(given[0])}`",
-                span_of(given[0].at),
+                f"{name}() takes a discrete variable, found `{write(e)}`",
+                span_of(e.at),
                 "declare it without a value and set it in a `when`: `discrete Real x(start = 0);`",
             )
         before = f"pre({variable})"
@@ -125,7 +135,7 @@ class EventsOfModel:
         if name == "change":
             return values.boolean(differs)
         if not value.boolean:
-            raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(given[0].at))
+            raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(e.at))
         return values.boolean(symbolic.call("and", symbolic.expr(value.value), differs))  # type: ignore[arg-type]
 
     def _truth(self, name: str) -> Quantity:
@@ -146,9 +156,20 @@ class EventsOfModel:
     def enter(self, item: s.When, scope: Scope) -> None:
         self._whens.append((item, scope))
 
+    def watch(self, item: s.Relation, scope: Scope) -> None:
+        """Enter an assertion whose condition varies: it is checked at the start, and where it becomes false."""
+        self._assertions.append((item, scope))
+
+    def _assertion(self, item: s.Relation, scope: Scope) -> When:
+        action = self._call(item, scope.for_signals())
+        at_start = symbolic.expr(self._truth(INITIAL).value)  # type: ignore[arg-type]
+        assert action.value is not None
+        return When((Branch((symbolic.call("not", action.value), at_start), (action,), action.span),))
+
     def finished(self) -> Events:
         """The events of the model, checked."""
         whens = tuple(self._when(item, scope) for item, scope in self._whens)
+        whens += tuple(self._assertion(item, scope) for item, scope in self._assertions)
         self._single(whens)
         found = Events(dict(self._variables), tuple(self._clocks.values()), whens)
         if circle := found.circle():
@@ -174,6 +195,9 @@ class EventsOfModel:
                         f"`when` takes a condition (true or false), found {values.describe(q)}", span_of(condition.at)
                     )
             conditions = tuple(symbolic.expr(q.value) for q in each)  # type: ignore[union-attr,arg-type]
+            if any(n.value == symbolic.QUIET for n in symbolic.walk(*conditions)):
+                message = "`when` needs the event that noEvent() leaves out"
+                raise ModelError(message, span_of(condition.at), "write the condition without it")
             branches.append(Branch(conditions, tuple(self._actions(items, scope)), span_of(condition.at)))
         return When(tuple(branches))
 
@@ -187,7 +211,7 @@ class EventsOfModel:
             elif isinstance(item, s.Relation):
                 yield from self._assignment(item, scope) if item.right is not None else [self._call(item, scope)]
             else:
-                raise ModelError("a `when` holds assignments, reinit(), terminate() and assert()", span_of(item.at))
+                raise ModelError(f"found `{_first_word(item)}` in a `when`", span_of(item.at), HOLDS)
 
     def _chosen(self, item: s.If, scope: Scope) -> Iterable[Action]:
         """The actions of the branch of an `if` of parameters."""
@@ -213,12 +237,37 @@ class EventsOfModel:
         for t, v in zip(targets, given, strict=True):
             name = self.variable(t)
             if name is None:
+                raise self._not_discrete(item.left, t)
+            value = self._fitted(t, v, name, item.right)
+            if self._variables[name].type == "Integer" and not self.whole(value):
                 raise ModelError(
-                    f"`{write(item.left)}` is no discrete variable: a `when` cannot set it",
-                    span_of(item.left.at),
-                    f"a state or a velocity jumps by `reinit({write(item.left)}, ...)`",
+                    f"`{name}` is a whole number, found `{write(item.right)}`",
+                    span_of(item.right.at),
+                    "round it: `floor(...)` or `ceil(...)`",
                 )
-            yield Action("set", name, self._fitted(t, v, name, item.right), span=span_of(item.left.at))
+            yield Action("set", name, value, span=span_of(item.left.at))
+
+    def whole(self, x: Expr) -> bool:
+        """Whether an expression has whole values, by its form."""
+        if x.op == "const":
+            return float(x.value) == round(float(x.value))
+        if x.op == "input":
+            name = str(x.value).removeprefix("pre(").removesuffix(")")
+            return self._variables.get(name, Discrete("")).type in ("Integer", "Boolean")
+        if x.op in ("floor", "ceil", "sign", "lt", "le", "eq", "ne", "and", "or", "not"):
+            return True
+        if x.op == "select":
+            return all(map(self.whole, x.args[1:]))
+        return x.op in ("add", "sub", "mul", "neg", "abs", "min", "max", "mod") and all(map(self.whole, x.args))
+
+    def _not_discrete(self, e: s.Expression, target: Value) -> ModelError:
+        x, text = getattr(target, "value", None), write(e)
+        hint = f"declare it without a value: `discrete Real {text}(start = ...);`"
+        if self._states.of(target) is not None or (isinstance(x, Expr) and symbolic.is_velocity_level(x)):
+            hint = f"a state or a velocity jumps by `reinit({text}, ...)`"
+        elif isinstance(x, Expr) and x.op == "input":
+            hint = "inputs are given by `--input` or by a Simulation: set another variable"
+        return ModelError(f"`{text}` is no discrete variable: a `when` cannot set it", span_of(e.at), hint)
 
     def _fitted(self, target: Value, value: Value, name: str, e: s.Expression) -> Expr:
         """A value for a variable, of its type and dimension."""
@@ -238,9 +287,15 @@ class EventsOfModel:
         name = write(call.function) if isinstance(call, s.Call) else ""
         given = [a.value for a in call.arguments if a.value is not None] if isinstance(call, s.Call) else []
         span = span_of(item.at)
-        if name == "terminate" and len(given) == 1:
+        if name == "terminate" and len(given) == 1 and isinstance(given[0], s.String):
             return Action("terminate", "", None, None, _text(given[0]), span)
         if name == "assert" and len(given) in (2, 3):
+            if len(given) == 3 and write(given[2]).endswith("warning"):
+                raise ModelError(
+                    "an assertion that is a warning only is not available",
+                    span_of(given[2].at),
+                    "leave out the level: the run ends where the condition is false",
+                )
             condition = evaluate(given[0], scope)
             if isinstance(condition, tuple) or not condition.boolean:
                 raise ModelError(
@@ -252,16 +307,15 @@ class EventsOfModel:
         if name == "reinit" and len(given) == 2:
             target, value = evaluate(given[0], scope), evaluate(given[1], scope)
             return self._reinit(given, target, value, span)
-        raise ModelError(
-            f"found `{write(item.left)}` in a `when`",
-            span,
-            'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`',
-        )
+        raise no_action(call, span)
 
     def _reinit(self, given: list[s.Expression], target: Value, value: Value, span) -> Action:
         name = write(given[0])
         if isinstance(target, tuple) or not isinstance(target.value, Expr):
             raise ModelError(f"reinit() takes a state or a velocity, found `{name}`", span_of(given[0].at))
+        if self.variable(target) is not None:
+            hint = f"a discrete variable is set: `{name} = ...;`"
+            raise ModelError(f"reinit() takes a state or a velocity, found `{name}`", span_of(given[0].at), hint)
         if self._states.of(target) is None and not symbolic.is_velocity_level(target.value):
             hint = "give the velocity another value: `reinit(joint.v, ...)`"
             raise ModelError(f"reinit of `{name}`: positions do not jump", span_of(given[0].at), hint)
@@ -290,6 +344,15 @@ class EventsOfModel:
                         raise ModelError(f"`{action.target}` is set twice in one event", action.span, notes=notes)
 
 
+def no_action(found: s.Expression, span: Span | None = None) -> ModelError:
+    """The error about an expression in a when-equation."""
+    name = write(found.function) if isinstance(found, s.Call) else ""
+    hint = did_you_mean(name, ACTIONS) if name and name not in ACTIONS else None
+    if isinstance(found, s.Binary) and found.operator == "==":
+        hint = f"write `{write(found.left)} = {write(found.right)};`"
+    return ModelError(f"found `{write(found)}` in a `when`", span, hint or HOLDS)
+
+
 def _text(e: s.Expression) -> str:
     return e.value if isinstance(e, s.String) else write(e)
 
@@ -300,3 +363,7 @@ def _seconds(e: s.Expression, scope: Scope) -> Fraction:
         value = argument_checks.fit(evaluate(e, scope), units.dimension("s"), "sample()", "s", e)
         number = argument_checks.number(value, "sample()")  # type: ignore[arg-type]
     return Fraction(repr(float(f"{number:.15g}")))
+
+
+def _first_word(item: s.Item) -> str:
+    return {s.When: "when", s.Connect: "connect"}.get(type(item), "annotation")

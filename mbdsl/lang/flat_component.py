@@ -138,7 +138,7 @@ class FlatComponent:
                     joint_laws.check_law(name, law, self.kind, self.name)
                     if name in self.kind.coupled:
                         coupled_coordinates.check_law(name, law, self.kind, self.name)
-                    if arguments := dict(self.kind.couplings).get(name):
+                    if arguments := dict(self.kind.functions).get(name):
                         formulas = {argument: self.formulas.signal(argument) for argument in arguments}
                         joint_laws.check_coupling(name, law, formulas, self.kind, self.name)
         return self._laws[name]
@@ -178,13 +178,13 @@ class FlatComponent:
     def follow(self, joint: FlatComponent) -> None:
         """Take the axis of a joint that it is attached to, unless it has its own."""
         kind, follows = joint.kind, self.kind.follows
-        if not isinstance(kind, JointKind) or not kind.free_axes:
+        if not isinstance(kind, JointKind) or not kind.placing.free_axes:
             return
-        if follows not in kind.free_axes and kind.rows == 5 and isinstance(self.kind, JointKind):
+        if follows not in kind.placing.free_axes and kind.rows == 5 and isinstance(self.kind, JointKind):
             raise self._immovable(joint)  # it leaves one motion free, and another one is prescribed
-        if follows not in kind.free_axes or self.modifier("n"):
+        if follows not in kind.placing.free_axes or self.modifier("n"):
             return
-        axis = kind.free_axes[follows]
+        axis = kind.placing.free_axes[follows]
         if axis is None:
             self.joint = joint
         else:
@@ -236,7 +236,7 @@ class FlatComponent:
             laws = filter(self.has_law, self.kind.law_parameters)
             rubs = self.has_friction()
             sticks = self.formulas.sticks or (rubs and getattr(self.kind, "unilateral", False))
-            self._signal_names = signals.names(self.kind, laws, rubs, sticks)
+            self._signal_names = signals.names(self.own_kind, laws, rubs, sticks)
         return self._signal_names
 
     def has_friction(self) -> bool:
@@ -249,10 +249,15 @@ class FlatComponent:
         return parameter is not None and (self.modifier(name) is not None or parameter.default not in (None, REQUIRED))
 
     @property
+    def own_kind(self) -> Kind:
+        """Its kind, or the one that its values make of it."""
+        return self.kind.specialised(self.values) or self.kind
+
+    @property
     def formulas(self) -> signals.Formulas:
         """The formulas of its kind."""
         if self._formulas is None:
-            self._formulas = signals.Formulas(self.kind, self.name, self._given, self._coordinate)
+            self._formulas = signals.Formulas(self.own_kind, self.name, self._given, self._coordinate)
         return self._formulas
 
     def _formulas_at(self, port: str) -> signals.Formulas:
@@ -283,7 +288,7 @@ class FlatComponent:
         if (key := _of_centre(self.kind, name)) is not None:
             return self.assembly.coordinate(self.frames["c"], key)
         own = self.units().get(name) if self.kind.coupled else None
-        return Quantity(self.formulas.signal(name), units.dimension(own) if own else _dimension(self.kind, name))
+        return Quantity(self.formulas.signal(name), units.dimension(own) if own else _dimension(self.own_kind, name))
 
     def units(self) -> dict[str, str]:
         """Units of signals of a joint that couples coordinates, by their dimensions."""

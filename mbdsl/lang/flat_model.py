@@ -292,13 +292,7 @@ class Assembly:
                 aliases[member.name] = frame.name
         return frames, aliases
 
-    def scene(
-        self,
-        root: Namespace,
-        name: str,
-        doc: str = "",
-        experiment: Experiment | None = None,
-    ) -> Scene:
+    def scene(self, root: Namespace, name: str, doc: str = "", experiment: Experiment | None = None) -> Scene:
         """Complete the checks and make the Scene."""
         self._leave_out(experiment.without if experiment else ())
         for part in self.parts.values():

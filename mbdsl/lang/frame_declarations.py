@@ -25,22 +25,24 @@ from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.messages import did_you_mean
 
 
+def _base(base: Positional, contexts: Contexts) -> tuple[str, Frame | None]:
+    """The body that a frame is fixed to, and the frame on it; None: the reference point, by the body's bare name."""
+    entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
+    if isinstance(entity, FlatComponent) and is_body(entity):
+        return entity.name, None
+    found = base.find(contexts)
+    if not isinstance(found, Frame):
+        message = f"`{write(base.e)}` is a port or connector, a Frame is fixed to a body or to its frames"
+        raise ModelError(message, span_of(base.e.at))
+    return found.body, found
+
+
 def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
     """A frame at a given pose on a body, or relative to another frame."""
     if base.scope.namespace.assembly.spatial:
         return _in_space(name, base, modifiers, contexts, at)
-    entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
-    x0 = y0 = phi0 = 0.0
-    if isinstance(entity, FlatComponent) and is_body(entity):
-        body = entity.name  # a body's bare name: its reference point
-    else:
-        found = base.find(contexts)
-        if not isinstance(found, Frame):
-            raise ModelError(
-                f"`{write(base.e)}` is a port or connector, a Frame is fixed to a body or to its frames",
-                span_of(base.e.at),
-            )
-        body, x0, y0, phi0 = found.body, found.x, found.y, found.phi
+    body, on = _base(base, contexts)
+    x0, y0, phi0 = (0.0, 0.0, 0.0) if on is None else (on.x, on.y, on.phi)
     x = y = phi = 0.0
     if (r := modifiers.get("r")) is not None and r.value is not None:
         with placed(r.value.at):
@@ -66,20 +68,8 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
 
 def _in_space(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
     """As ``fixed_frame``, in space: see :mod:`mbdsl.lang.orientations`."""
-    entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
-    pose = SpatialPose.of_axes(SpatialFrame.axes)
-    turn = 0.0
-    if isinstance(entity, FlatComponent) and is_body(entity):
-        body = entity.name
-    else:
-        found = base.find(contexts)
-        if not isinstance(found, Frame):
-            raise ModelError(
-                f"`{write(base.e)}` is a port or connector, a Frame is fixed to a body or to its frames",
-                span_of(base.e.at),
-            )
-        body, pose = found.body, found.pose
-        turn = found.phi
+    body, on = _base(base, contexts)
+    pose, turn = (SpatialPose.of_axes(SpatialFrame.axes), 0.0) if on is None else (on.pose, on.phi)
     own, more = orientations.pose(f"`{name}`", modifiers, contexts, at, base.scope.namespace.assembly.warn)
     return _checked(base, frame_at(name, body, pose @ own, span_of(at), turn + more))
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from mbdsl.errors import ModelError
-from mbdsl.expressions.symbolic import OPERATIONS, Expr, leaves
+from mbdsl.expressions.symbolic import OPERATIONS, Expr, leaves, without_events
 from mbdsl.lang import limits, units, values
 from mbdsl.lang.modelica_names import CONVERSIONS
 from mbdsl.lang.quantities import words
@@ -205,6 +205,20 @@ def _to_unit(name: str, unit: str, arguments: list[Value]) -> Value:
     return values.divide(Quantity(a.value, known.dimension), Quantity(known.factor, known.dimension))
 
 
+def _without_events(value: Value) -> Value:
+    """A value at whose jumps and corners no events are located."""
+    if isinstance(value, tuple):
+        return tuple(map(_without_events, value))
+    if not isinstance(value.value, Expr):
+        return value
+    return Quantity(without_events(value.value), value.dimension, value.literal, value.boolean, value.unit)
+
+
+def _smooth(order: Value, value: Value) -> Value:
+    """smooth(p, x): without events if x has p >= 1 continuous derivatives; corners, p = 0, are located."""
+    return _without_events(value) if count(order, "the first argument of smooth()") >= 1 else value
+
+
 #: name -> (smallest and largest number of arguments, implementation)
 FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Value]], Value]]] = {
     **{name: (1, 1, partial(_pure, name)) for name in _PURE},
@@ -227,9 +241,8 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Value]], Value]]] = {
     "zeros": (1, 4, lambda a: _fill(values.literal(0), a)),
     "ones": (1, 4, lambda a: _fill(values.literal(1), a)),
     "linspace": (3, 3, _linspace),
-    # of Modelica, for its events: without an effect here
-    "noEvent": (1, 1, lambda a: a[0]),
-    "smooth": (2, 2, lambda a: a[1]),
+    "noEvent": (1, 1, lambda a: _without_events(a[0])),
+    "smooth": (2, 2, lambda a: _smooth(*a)),
     **{f"from_{name}": (1, 1, partial(_from_unit, f"from_{name}", unit)) for name, unit in CONVERSIONS.items()},
     **{f"to_{name}": (1, 1, partial(_to_unit, f"to_{name}", unit)) for name, unit in CONVERSIONS.items()},
 }

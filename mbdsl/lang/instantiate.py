@@ -348,7 +348,8 @@ class Instance:
                 return
             if not is_assertion(item):
                 raise checks.no_equation(item, equations.variable(item, self.around()))
-            check_assertion(item, scope)
+            if not check_assertion(item, scope):
+                self.assembly.events.watch(item, scope)
         else:
             self._check_branches(item)
             self._repeat(item, scope, self._equation)

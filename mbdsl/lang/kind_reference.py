@@ -77,7 +77,7 @@ def notes(kind: Kind, p: Parameter) -> str:
     found = [p.doc] if p.doc else []
     if p.law:
         driven = isinstance(kind, JointKind) and kind.driver == p.name
-        coupled = dict(kind.couplings) if isinstance(kind, JointKind) else {}
+        coupled = dict(kind.functions) if isinstance(kind, JointKind) else {}
         if p.name in coupled:
             arguments = ", ".join(f"`{name}`" for name in coupled[p.name])
             found.append(f"an expression of {arguments}, parameters and tables")

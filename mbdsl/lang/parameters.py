@@ -205,7 +205,7 @@ def _check(
         if unit == "rad":
             doubts.angle(assembly.warn, value, e, what)
         value = argument_checks.fit(value, dimension, what, unit, e)
-    value = _typed(value, d.type, what)
+    value = _typed(value, d.type, what, assembly)
     for name in ("min", "max"):
         bound = attributes.get(name)
         if bound is not None and bound.value is not None:
@@ -223,9 +223,11 @@ def _scaled(value: Value, unit: units.Unit) -> Value:
     return value
 
 
-def _typed(value: Value, type_name: str, what: str) -> Value:
+def _typed(value: Value, type_name: str, what: str, assembly: Assembly) -> Value:
     if isinstance(value, tuple):
-        return tuple(_typed(v, type_name, what) for v in value)
+        return tuple(_typed(v, type_name, what, assembly) for v in value)
+    if type_name == "Integer" and value.varying and value.number and assembly.events.whole(value.expression):
+        return value
     if type_name == "Integer":
         return values.literal(functions.count(value, what))
     if type_name == "Boolean":

@@ -25,11 +25,11 @@ def components_of(part: FlatComponent) -> list[Component]:
 
 def latches_of(part: FlatComponent) -> Iterable[tuple[str, Expr, Expr]]:
     """The numbers of a component that events set, as of :meth:`mbdsl.mechanism.signals.Formulas.latches`."""
-    return part.formulas.latches() if part.kind.latches else ()
+    return part.formulas.latches() if part.own_kind.latches else ()
 
 
 def _component(part: FlatComponent) -> Component:
-    kind = part.kind
+    kind = part.own_kind
     laws = {name: part.law(name) for name in kind.law_parameters}
     if isinstance(kind, ForceKind) and kind.springs is None:
         laws |= {name: part.formulas.signal(name) for name in kind.laws if laws.get(name) is None}
@@ -56,7 +56,7 @@ def _component(part: FlatComponent) -> Component:
 
 def _energy(part: FlatComponent) -> Expr | None:
     """The potential energy, if the kind has one; of a law, if it depends on the kind's coordinate and rate only."""
-    kind = part.kind
+    kind = part.own_kind
     if not getattr(kind, "energy", ""):
         return None
     given = [name for name in kind.law_parameters if part.has_law(name)]

@@ -82,17 +82,17 @@ def _values_are_independent(graph: MechanismGraph) -> bool:
             continue
         holder = scene.components[joint]
         kind = holder.kind
-        if not isinstance(kind, JointKind) or kind.pose is None or "phi" not in own.coordinates:
+        if not isinstance(kind, JointKind) or kind.placing.pose is None or "phi" not in own.coordinates:
             return False
-        if not kind.free:
+        if not kind.placing.free:
             continue
-        target = scene.signal_of(holder, kind.free)
+        target = scene.signal_of(holder, kind.placing.free)
         assert target is not None
-        freedoms[target] = joint, kind.free, False
-        of_joints.append((target, joint, kind.free))
-        if kind.free in kind.angle:
-            freedoms[scene.signal_of(own, "phi")] = joint, kind.free, False
-            freedoms[scene.signal_of(own, RATES["phi"])] = joint, kind.free, True
+        freedoms[target] = joint, kind.placing.free, False
+        of_joints.append((target, joint, kind.placing.free))
+        if kind.placing.free in kind.placing.angle:
+            freedoms[scene.signal_of(own, "phi")] = joint, kind.placing.free, False
+            freedoms[scene.signal_of(own, RATES["phi"])] = joint, kind.placing.free, True
     fixed = [x.target for x in scene.initial if x.fixed]
     if any(target not in freedoms for target in fixed):  # perhaps velocities of joints; derivatives take long
         freedoms |= {der(target): (joint, free, True) for target, joint, free in of_joints}

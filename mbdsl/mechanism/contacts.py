@@ -20,6 +20,7 @@ COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2 = "coefficient", "sliding", "he
 NUMBERS = (MODE, COUNT, IMPULSE, EDGE, COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2)
 #: modes: OPEN; CLOSED by its row; DEPENDENT: closed by the rows of others
 OPEN, CLOSED, DEPENDENT = 0.0, 1.0, 2.0
+FRICTION = "ContactFriction"  #: kind of the force that is the friction of a contact
 #: part of the largest friction by which a contact that sticks exceeds it before it slides: more than rounding
 MARGIN = 1e-8
 
@@ -40,6 +41,7 @@ class Contact(NamedTuple):
     mu_s: float
     span: Span | None
     closing: Expr
+    absent: bool  #: whether it is left out: it never closes
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -83,7 +85,8 @@ def contact_of(component) -> Contact:
     opens = call("and", call("eq", mode, CLOSED), call("lt", 0.0, multiplier(name, 0)))
     own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
     sequential = values["impacts"] == "sequential"
-    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens))
+    absent = values["impacts"] == "never"
+    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent)
 
 
 def rubbing(component) -> list[tuple[str, list[Expr]]]:

@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
 
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, call, input_signal, leaves
@@ -44,7 +43,8 @@ class Clock:
         return float(self.start + k * self.period)
 
 
-class Action(NamedTuple):
+@dataclass(frozen=True)
+class Action:
     """What a when-equation does: "set" a discrete variable, "reinit" a state or a velocity, "terminate", or "assert".
 
     ``value`` is the new value, or the condition that must hold. ``target`` is the name that is set, or a signal.
@@ -55,15 +55,16 @@ class Action(NamedTuple):
     value: Expr | None
     signal: Expr | None = None  #: of reinit: the state or velocity
     text: str = ""
-    span: Span | None = None
+    span: Span | None = field(default=None, compare=False)
 
 
-class Branch(NamedTuple):
+@dataclass(frozen=True)
+class Branch:
     """Conditions, one of which becomes true, and what is then done."""
 
     conditions: tuple[Expr, ...]
     actions: tuple[Action, ...]
-    span: Span | None = None
+    span: Span | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,11 @@ class Events:
     def of_component(self, branch: Branch) -> bool:
         """Whether a branch sets a number of a component, and no variable of the model."""
         return any(a.what == "set" and not self.variables[a.target].type for a in branch.actions)
+
+    @property
+    def typed(self) -> list[str]:
+        """The variables of the model."""
+        return [name for name, x in self.variables.items() if x.type]
 
     @property
     def branches(self) -> list[Branch]:

@@ -212,8 +212,9 @@ class MechanismGraph(GraphAlgorithms):
     # -- description -----------------------------------------------------------------------------------------
     def summary(self) -> str:
         """Counts and mobility, a few lines."""
-        parts = self.sub_mechanisms
-        states = len(self.states)
+        own = set(self.states)
+        parts = [p for p in self.sub_mechanisms if not own.issuperset(p.bodies)]
+        states = len(own)
         counts = [count(len(self.bodies) - states, "body", "bodies"), count(len(self.joints), "joint")]
         counts += [count(len(self.forces) - states, "force"), count(self.loops, "independent loop")]
         counts += [count(states, "state")] if states else []
@@ -226,7 +227,7 @@ class MechanismGraph(GraphAlgorithms):
             lines.append(f"{count(len(self.scene.inputs), 'input')}: {few(list(self.scene.inputs))}")
         if len(parts) > 1:
             lines.append(f"{len(parts)} independent sub-mechanisms:")
-            lines += [f"  mobility {_mobility(p)}: {few(p.bodies)}" for p in parts[:20]]
+            lines += [f"  mobility {_mobility(p)}: {few([x for x in p.bodies if x not in own])}" for p in parts[:20]]
             lines += [f"  and {len(parts) - 20} more"] if len(parts) > 20 else []
         for p in parts:
             if p.velocity_mobility < 0:

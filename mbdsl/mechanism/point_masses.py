@@ -19,7 +19,7 @@ from mbdsl.mechanism.scene import Component, Frame
 def turned_by_joints(components: Mapping[str, Component], frames: Mapping[str, Frame]) -> dict[str, Component]:
     """The components, with a ``Body`` in place of every point mass that welds and sliding joints turn."""
     points = {name for name, c in components.items() if is_point(c.kind)}
-    keeping = [c for c in components.values() if isinstance(c.kind, JointKind) and c.kind.keeps_attitude]
+    keeping = [c for c in components.values() if isinstance(c.kind, JointKind) and c.kind.placing.keeps_attitude]
     ends = [[frames[frame].body for frame in c.ports.values()] for c in keeping]
     found = dict(components)
     for group in connected(components, ends) if points else ():

@@ -18,9 +18,8 @@ from typing import Any, Protocol
 from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.errors import ModelWarning, Span, UsageError
-from mbdsl.expressions.symbolic import Expr
+from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.mechanism import contacts as rigid
-from mbdsl.mechanism import sticking as friction
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.contacts import Contact, contact_of, is_contact
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -36,7 +35,7 @@ from mbdsl.mechanism.scene_parts import (
     ParameterValue,
 )
 from mbdsl.mechanism.scene_signals import SceneSignals
-from mbdsl.mechanism.sticking import Sticking, sticks
+from mbdsl.mechanism.sticking import Sticking, in_loops, sticks
 
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
@@ -168,8 +167,11 @@ class Scene(SceneSignals):
     @cached_property
     def sticking(self) -> tuple[Sticking, ...]:
         """The joints whose friction sticks."""
-        found = (c for c in self.components.values() if sticks(c.kind, c.values) and c.friction is not None)
-        return tuple(self._formulas(c).sticking(c.span) for c in found)
+        own = [c for c in self.components.values() if sticks(c.kind, c.values) and c.friction is not None]
+        found = [self._formulas_alone(c).sticking._replace(span=c.span) for c in own]
+        looped = in_loops(self, [c.name for c in own]) if sum(len(x.holds) for x in found) > 1 else ()
+        rows = tuple(row for x in found if x.name in looped for row in x.rows)
+        return tuple(x.sharing(rows) if x.name in looped and len(rows) > 1 else x for x in found)
 
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
@@ -205,9 +207,22 @@ class Scene(SceneSignals):
         Returns
         -------
         Scene
-            This scene without them.
+            This scene without them and without when-equations; laws read reactions of zero.
         """
-        return replace(self, components={name: c for name, c in self.components.items() if not is_contact(c)})
+        gone = {c.name for c in self.contacts}
+
+        def law(x: Any) -> Any:
+            return substitute(x, lambda leaf: const(0.0) if reads(leaf) else None) if isinstance(x, Expr) else x
+
+        def reads(leaf: Expr) -> bool:
+            return leaf.op == "multiplier" and leaf.value[0] in gone
+
+        components = {
+            name: replace(c, values={key: law(x) for key, x in c.values.items()})
+            for name, c in self.components.items()
+            if name not in gone
+        }
+        return replace(self, components=components, events=replace(self.events, clocks=(), whens=()))
 
     @property
     def discrete_starts(self) -> dict[str, float]:
@@ -215,7 +230,7 @@ class Scene(SceneSignals):
         start."""
         starts = {name: x.start for name, x in self.events.variables.items()}
         starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in c.numbers}
-        return starts | {friction.number(x.name, what): 0.0 for x in self.sticking for what in friction.NUMBERS}
+        return starts | {name: start for x in self.sticking for name, start in x.starts.items()}
 
     @property
     def number_starts(self) -> dict[str, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import BodyKind, JointKind, PairKind
 from mbdsl.errors import ModelError
@@ -17,6 +18,7 @@ from mbdsl.mechanism.scene_parts import (
     Load,
 )
 from mbdsl.mechanism.signals import Formulas
+from mbdsl.mechanism.sticking import Sticking
 from mbdsl.messages import did_you_mean
 
 
@@ -28,6 +30,10 @@ class SceneSignals:
     aliases: Mapping[str, str]
     variables: Mapping[str, Expr]
     spatial: bool
+    if TYPE_CHECKING:
+
+        @cached_property
+        def sticking(self) -> tuple[Sticking, ...]: ...
 
     def signals(self) -> dict[str, Expr]:
         """Signals of all components, and the variables; those of frames are not listed.
@@ -86,7 +92,7 @@ class SceneSignals:
         Expr or None
             None of kinds for which the sense does not matter.
         """
-        if not getattr(c.kind, "aligned", ""):
+        if not isinstance(c.kind, JointKind) or not c.kind.placing.aligned:
             return None
         return self._moved(self._formulas(c).aligned())
 
@@ -184,6 +190,12 @@ class SceneSignals:
         return wrenches.in_axes(force, torque, lambda key: self._moved(self._coordinate(frame, key)))
 
     def _formulas(self, c: Component) -> Formulas:
+        found = self._formulas_alone(c)
+        if found.sticks:
+            found.share(self.sticking)
+        return found
+
+    def _formulas_alone(self, c: Component) -> Formulas:
         def frame_coordinate(port: str, key: str) -> Expr:
             # of frames that drivers move: as in laws, so that a law contains the nodes of the signals that it uses
             return self._moved(self._coordinate(f"{c.name}.c" if port == "c" else c.ports[port], key))

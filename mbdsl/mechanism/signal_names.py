@@ -12,7 +12,7 @@ from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import Expr, call, const, coordinate
 from mbdsl.mechanism import sections, wrenches
 from mbdsl.mechanism.energies import energies
-from mbdsl.mechanism.scene import ENERGIES, STATE, Component, Description, Scene
+from mbdsl.mechanism.scene import ENERGIES, STATE, Component, Description, Scene, is_rate
 from mbdsl.messages import did_you_mean, few
 from mbdsl.results.selection import matching
 
@@ -107,7 +107,7 @@ class SignalNames:
         """
         found: dict[str, Entry] = {}
         for c in self.scene.components.values():
-            if isinstance(c.kind, PairKind):
+            if isinstance(c.kind, PairKind) and not is_rate(c):
                 for port in c.ports:
                     at = self._element_at(c, port)
                     for key, unit in wrenches.units(self.scene.spatial).items():

@@ -9,11 +9,11 @@ from functools import cache
 from typing import Any
 
 from mbdsl.elements.kind import JointKind, Kind
-from mbdsl.errors import Span
 from mbdsl.expressions import formulas
 from mbdsl.expressions.derivatives import diff
-from mbdsl.expressions.symbolic import Expr, expr, input_signal, multiplier, substitute
+from mbdsl.expressions.symbolic import Expr, const, expr, input_signal, is_const, multiplier, substitute
 from mbdsl.mechanism import contacts, sticking
+from mbdsl.mechanism.sticking import Sticking
 
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
@@ -36,7 +36,7 @@ class Formulas:
         (Port, or "c" for the body's own frame; key) -> the coordinate as an expression.
     """
 
-    __slots__ = ("_found", "coordinate", "given", "kind", "name")
+    __slots__ = ("_found", "_sticking", "coordinate", "given", "kind", "name")
 
     def __init__(
         self,
@@ -47,6 +47,7 @@ class Formulas:
     ) -> None:
         self.kind, self.name, self.given, self.coordinate = kind, name, value, coordinate
         self._found: dict[str, Expr] = {}
+        self._sticking: Sticking | None = None
 
     def signal(self, name: str) -> Expr:
         """One signal.
@@ -69,7 +70,7 @@ class Formulas:
         if found is None:
             formula = self.kind.formulas.get(name, self.kind.terms.get(name))
             if name == "friction" and self.sticks:
-                found = self._found[name] = self.resistance() + multiplier(sticking.row_name(self.name), 0)
+                found = self._found[name] = self.resistance() + sticking.size(self.sticking.grips)
                 return found
             law = None if formula is not None and isinstance(self.kind, JointKind) else self.law(name)
             if law is None and formula is None:
@@ -120,19 +121,54 @@ class Formulas:
         sense = input_signal(sticking.number(self.name, sticking.SLIDING))
         return sense * formulas.evaluate(f"mu*({self.kind.normal})", self)
 
-    def sticking(self, span: Span | None) -> sticking.Sticking:
+    @property
+    def sticking(self) -> Sticking:
         """What events need of a joint whose friction sticks."""
-        assert isinstance(self.kind, JointKind)
-        coordinate = self.kind.resists[0][1]
-        rate = self.signal({"s": "v", "phi": "w"}[coordinate])
-        normal = expr(formulas.evaluate(self.kind.normal, self))
-        row, mu_s = sticking.row_name(self.name), float(self.given("mu_s"))
-        return sticking.Sticking(self.name, row, mu_s, self.signal(coordinate), rate, normal, span)
+        if self._sticking is None:
+            self._sticking = self._holding()
+        return self._sticking
+
+    def share(self, joints: Iterable[Sticking]) -> None:
+        """Let the friction be that of this joint among ``joints``, which may hold the same motion."""
+        self._sticking = next((x for x in joints if x.name == self.name), self.sticking)
+
+    def _holding(self) -> Sticking:
+        kind = self.kind
+        assert isinstance(kind, JointKind)
+        normal = expr(formulas.evaluate(kind.normal, self))
+        rates = [formulas.evaluate(x, self) for x in kind.slides]
+        used = [k for k, rate in enumerate(rates) if not is_const(rate, 0.0)]  # all but of shafts without a radius
+        holds = kind.holds or [f"{kind.places[k]} - place[{k + 1}]" for k in used]
+        return Sticking(
+            self.name,
+            float(self.given("mu_s")),
+            tuple(rates[k] for k in used),
+            tuple(formulas.evaluate(x, self) for x in (kind.places if kind.holds else [kind.places[k] for k in used])),
+            tuple(formulas.evaluate(x, self) for x in holds),
+            tuple(formulas.evaluate(x, self) for x in kind.grips or [f"grip[{i + 1}]" for i in range(len(used))]),
+            normal,
+        )
 
     def friction_rows(self) -> tuple[Expr, ...]:
-        """The joint's ``friction_rows``."""
+        """The joint's ``friction_rows``, while it slides."""
         assert isinstance(self.kind, JointKind)
-        return tuple(formulas.evaluate(row, self) for row in self.kind.friction_rows)
+        if not self.kind.friction_rows:
+            return ()
+        names = _Sliding(self) if self.sticks else self
+        return tuple(names.drag(k) for k in range(len(self.kind.friction_rows)))
+
+    def drag(self, k: int, names: formulas.Names | None = None) -> Expr:
+        """The k-th of the joint's ``friction_rows``, from 0, with the friction of one that is held."""
+        assert isinstance(self.kind, JointKind)
+        rows = self.kind.friction_rows
+        if self.sticks:
+            rows = self.kind.sticking_rows or [f"rub[{i + 1}]" for i in range(len(rows))]
+        return formulas.evaluate(rows[k], names or self)
+
+    def rub(self, k: int) -> Expr:
+        """Friction that sticks along the k-th rate of sliding, from 0, while the joint slides."""
+        own = self.sticking
+        return sticking.direction(own)[k] * self.resistance() if k < len(own.rates) else const(0.0)
 
     def energy(self) -> Expr:
         """The potential energy of a kind that has a formula for it."""
@@ -141,7 +177,7 @@ class Formulas:
     def aligned(self) -> Expr:
         """The joint's ``aligned``, of a kind that has it."""
         assert isinstance(self.kind, JointKind)
-        return formulas.evaluate(self.kind.aligned, self)
+        return formulas.evaluate(self.kind.placing.aligned, self)
 
     def law(self, name: str) -> Expr | None:
         """The law given for the parameter ``name``; None if none is given, or if this is not a law parameter."""
@@ -158,11 +194,20 @@ class Formulas:
     def element(self, name: str, index: int) -> Expr | float:
         if name == "lam":
             return multiplier(self.name, index - 1) if index <= self._multipliers else 0.0
+        if name == "grip":
+            return multiplier(sticking.row_name(self.name, index - 1), 0)
+        if name == "place":
+            return input_signal(sticking.number(self.name, f"place[{index}]"))
+        if name == "drag":
+            return self.drag(index - 1)
+        if name == "rub":
+            grips = self.sticking.grips
+            return self.rub(index - 1) + (grips[index - 1] if index <= len(grips) else 0.0)
         if name == "number":  # of a rigid contact, or of a joint that sticks
             of = contacts if isinstance(self.kind, JointKind) and self.kind.unilateral else sticking
             return input_signal(of.number(self.name, of.NUMBERS[index - 1]))
         if name == "slope" and isinstance(self.kind, JointKind):
-            law, argument = [(f, x) for f, signals in self.kind.couplings for x in signals][index - 1]
+            law, argument = [(f, x) for f, signals in self.kind.functions for x in signals][index - 1]
             return diff(expr(self.given(law)), self.signal(argument))[0]
         found = self.given(name)[index - 1]
         return input_signal(f"{self.name}.{name}[{index}]") if found is None else found
@@ -174,6 +219,19 @@ class Formulas:
             if self.given(name)[int(index) - 1] is None:
                 condition, value = (formulas.evaluate(x, self) for x in latch[1:])
                 yield f"{self.name}.{latch.target}", condition, value
+
+
+class _Sliding:
+    """The names of a joint that sticks, while it slides."""
+
+    def __init__(self, others: Formulas) -> None:
+        self.others, self.value, self.coordinate = others, others.value, others.coordinate
+
+    def element(self, name: str, index: int) -> Expr | float:
+        return self.others.rub(index - 1) if name == "rub" else self.others.element(name, index)
+
+    def drag(self, k: int) -> Expr:
+        return self.others.drag(k, self)
 
 
 class _LawsFirst:

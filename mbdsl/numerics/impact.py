@@ -45,13 +45,23 @@ def gain(contacts: Contacts, u: Array, P: Array) -> float:
     return float(P @ u + 0.5 * P @ contacts.G @ P)
 
 
-def at_once(
-    contacts: Contacts, u: Array, e: Array, before: Array | None = None, last: tuple[Modes, Array] | None = None
-) -> Impact:
+def at_once(contacts: Contacts, u: Array, e: Array) -> Impact:
     """All contacts in one problem.
 
-    In time stepping, ``u`` (r,) contains what forces add within the step, and e belongs to the velocities ``before``
-    (r,) it. ``last``: modes and impulses (r,) of the step before.
+    Raises
+    ------
+    UnsolvableError
+        If there are no such impulses.
+    """
+    return separating(contacts, u, -e * np.minimum(u[contacts.first], 0.0))
+
+
+def separating(
+    contacts: Contacts, u: Array, speeds: Array, last: Modes | None = None, guess: Array | None = None
+) -> Impact:
+    """The impulses after which gaps do not grow slower than with these ``speeds`` (k,), unless energy were gained.
+
+    ``last``, ``guess``: modes and impulses (r,) to begin with, as of the step before in time stepping.
 
     Raises
     ------
@@ -59,32 +69,30 @@ def at_once(
         If there are no such impulses.
     """
     normals = contacts.first
-    approach = np.minimum((u if before is None else before)[normals], 0.0)
-    modes, guess = (None, None) if last is None else last
 
     def struck(factor: float) -> tuple[Array, Modes]:
         b = u.copy()
-        b[normals] += factor * e * approach
-        found = solve(contacts, b, modes, guess=guess)
+        b[normals] -= factor * speeds
+        found = solve(contacts, b, last, guess=guess)
         if found is None:
             raise UnsolvableError(tuple(range(len(normals))))
         return found
 
     mass = np.where(contacts.G.diagonal() > 0.0, contacts.G.diagonal(), 1.0)
     most = GAIN * float((u * u / mass).sum())
-    P, found = struck(1.0)
-    if gain(contacts, u, P) <= most or not e.any():
-        return Impact(P, found, 1.0)
+    P, modes = struck(1.0)
+    if gain(contacts, u, P) <= most or not speeds.any():
+        return Impact(P, modes, 1.0)
     low, high = 0.0, 1.0
-    P, found = struck(0.0)
+    P, modes = struck(0.0)
     while high - low > 1e-12:
         middle = 0.5 * (low + high)
         tried = struck(middle)
         if gain(contacts, u, tried[0]) <= most:
-            low, (P, found) = middle, tried
+            low, (P, modes) = middle, tried
         else:
             high = middle
-    return Impact(P, found, low)
+    return Impact(P, modes, low)
 
 
 def in_sequence(contacts: Contacts, u: Array, e: Array) -> Impact:

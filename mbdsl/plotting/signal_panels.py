@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,7 @@ FLAT = 0.26  #: the same for more panels
 MARGIN = 0.04  #: space beside a phase plot, over its range
 #: angles whose range is above a turn [rad], and this many times that of others, have a panel of their own
 TURN, WIDER = 2.0 * np.pi, 5.0
+LINES = 12  #: events up to which their lines cross the panel
 BETWEEN = "peak between outputs"  #: name of the marks of peaks that outputs cut
 FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
 
@@ -133,6 +134,33 @@ def with_peaks(
             figure = replace(figure, series=[*figure.series, marks])
         found.append(figure)
     return tuple(found), {BETWEEN: NEUTRAL} if peaks else {}
+
+
+def with_events(
+    figures: Sequence[Figure], results: Sequence[Result], labels: Sequence[str], display: UnitsOfSignals = OWN
+) -> tuple[tuple[Figure, ...], int]:
+    """The panels with lines at the times of events, and the number of ticks of clocks that have none."""
+    second, found, ticks = display.of("s", "time").factor, dict[str, list[float]](), 0
+    ends = [x * second for x in figures[0].x_ends or (0.0, 0.0)] if figures else [0.0, 0.0]
+    for result, label in zip(results, labels, strict=True):
+        marks, unmarked = result.events(*ends)
+        ticks += unmarked
+        for mark in marks:
+            found.setdefault(f"{mark.kind}, {label}" if len(results) > 1 else mark.kind, []).append(mark.t / second)
+    return tuple(replace(x, series=[*x.series, *_lines(x, found)]) for x in figures), ticks
+
+
+def _lines(figure: Figure, times: Mapping[str, Sequence[float]]) -> Iterator[Series]:
+    """Vertical lines across a panel; short ones at its foot if there are many."""
+    y = np.concatenate([np.asarray(series.y, float) for series in figure.series] or [np.zeros(1)])
+    y = y[np.isfinite(y)]
+    low, high = (float(y.min()), float(y.max())) if len(y) else (0.0, 1.0)
+    size = (high - low) or abs(high) or 1.0
+    few = sum(map(len, times.values())) <= LINES
+    top = high + size if few else low
+    for name, own in times.items():
+        x = [a for t in own for a in (t, t, np.nan)]
+        yield Series(name, x, [low - size, top, np.nan] * len(own), style="guide")
 
 
 def _levels(curves: Sequence[SignalCurve], units: Mapping[str, str]) -> dict[str, int]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
-from mbdsl.messages import few
+from mbdsl.messages import count, few
 from mbdsl.plotting import curves
 from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.default_signals import MOST, default_groups, left_out
@@ -17,7 +17,7 @@ from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Figure, Page
 from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, of_variables, short_labels
 from mbdsl.plotting.series_styles import Look
-from mbdsl.plotting.signal_panels import Horizontal, panels, with_peaks
+from mbdsl.plotting.signal_panels import Horizontal, panels, with_events, with_peaks
 from mbdsl.results.selection import matching, select, unknown
 from mbdsl.results.stored import Result
 from mbdsl.storage import output_files
@@ -155,10 +155,13 @@ def plot(
         x = Horizontal(against, _unit(against, results), signal=True)
     units_of = {name: _unit(name, results) for name in chosen}
     figures, looks = panels(found, units_of, x, len(results) > 1, display)
+    ticks = 0
     if against is None and not spectrum:
         figures, marked = with_peaks(figures, results, labels, chosen, display)
         looks |= marked
-    notes = [] if patterns else list(of_choice(chosen, choice.constant, choice.same, known))
+        figures, ticks = with_events(figures, results, labels, display)
+    notes = [f"{count(ticks, 'tick')} of clocks are not marked."] if ticks else []
+    notes += [] if patterns else list(of_choice(chosen, choice.constant, choice.same, known))
     notes += [*of_variables(results, chosen), *of_results(results, labels, chosen, display), *of_curves(found)]
     return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
 

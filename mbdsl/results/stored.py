@@ -72,6 +72,8 @@ class Result:
         Name of the column of the times.
     sizes : dict of str to float
         Unit -> usual size of signals, beside which others are rounding errors; empty if it is unknown.
+    events : callable
+        Returns the marks of events between two times [s], and the number of ticks of clocks that have none.
     cut_peaks : callable
         Returns the peaks of signals, given by their names, that its rows cut.
     is_file : bool
@@ -94,6 +96,7 @@ class Result:
         self.groups: list[list[str]] | None = None
         self.sizes: dict[str, float] = {}
         self.cut_peaks: Callable[[Sequence[str]], Sequence[Any]] = lambda names: ()
+        self.events: Callable[[float, float], tuple[Sequence[Any], int]] = lambda start, stop: ((), 0)
         self.is_file = True
         self.display = OWN
         self.descriptions: Mapping[str, str] = {}
@@ -186,7 +189,7 @@ def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> 
     found = of_columns(label, [*known], trajectory.unit, trajectory.__getitem__)
     found.groups, found.is_file, found.display = trajectory.shown_names, False, trajectory.display
     found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}
-    found.cut_peaks = trajectory.cut_peaks
+    found.cut_peaks, found.events = trajectory.cut_peaks, trajectory.event_marks
     found.descriptions = trajectory.descriptions
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators import backend, method_files
+from mbdsl.integrators import backend, method_files, own
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.saved_runs import checked, checked_events
@@ -89,9 +89,10 @@ class Keeper:
 
     def __init__(self, checkpoint: Checkpoint, motion: MechanismRun, stream: Stream | None = None) -> None:
         if backend(motion.plan.method) is not None:
+            why = "" if motion.plan.method in own() else ": its state is inside another package"
             raise UsageError(
-                f"there are no checkpoints of {motion.plan.method}: its state is inside another package",
-                hint="take one of mbdsl's own methods",
+                f"there are no checkpoints of {motion.plan.method}{why}",
+                hint="take a compiled method, such as hht-si2",
             )
         self.checkpoint, self._stream = checkpoint, stream
         self.identity = {**_versions(), "model": digest(motion.system.scene), "plan": _plan(motion)}

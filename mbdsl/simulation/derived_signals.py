@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.spatial_coordinates import QUATERNION
-from mbdsl.mechanism import contacts, poses, sticking
+from mbdsl.mechanism import contacts, poses
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.numerics import rotation_arrays
@@ -74,7 +74,8 @@ def _by_modes(
 ) -> tuple[Array, Array, list[float]]:
     """As ``motion``, of a scene with rows that hold at times only: each set of rows that hold by itself."""
     tables, scene = system.tables, system.scene
-    rows = [row for rows in tables.contact_rows for row in rows] + [tables.rows[x.row] for x in scene.sticking]
+    rows = [row for rows in tables.contact_rows for row in rows]
+    rows += [tables.rows[row] for x in scene.sticking for row in x.rows]
 
     def known_number(name: str) -> Array:
         return numbers.get(tables.inputs[name], np.zeros(len(t)))
@@ -83,7 +84,7 @@ def _by_modes(
     for c in scene.contacts:
         modes.append(known_number(contacts.number(c.name, contacts.MODE)) == contacts.CLOSED)
         modes += [known_number(contacts.number(c.name, contacts.HELD)) != 0.0 for _ in c.slips]
-    modes += [known_number(sticking.number(x.name, sticking.HELD)) != 0.0 for x in scene.sticking]
+    modes += [known_number(name) != 0.0 for x in scene.sticking for name in x.held]
     holds = np.stack(modes, axis=1)
     a, lam, undetermined = np.zeros((len(t), system.n)), np.zeros((len(t), system.m + system.p)), []
     for own in np.unique(holds, axis=0):

@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.integrators.event_set import EventSet, kind
+from mbdsl.integrators.event_list import kind
+from mbdsl.integrators.event_set import EventSet
 from mbdsl.mechanism import sticking
 from mbdsl.mechanism.contacts import CLOSED, COUNT, HELD, MODE, number
 
@@ -74,7 +75,7 @@ def _watched(events: EventSet) -> Iterable[tuple[str, float | None, str, str]]:
         yield number(contact.name, MODE), CLOSED, CLOSES, OPENS
         yield number(contact.name, HELD), 1.0, STICKS, SLIDES
     for joint in scene.sticking:
-        yield sticking.number(joint.name, sticking.HELD), 1.0, STICKS, SLIDES
+        yield sticking.number(joint.name, sticking.SLIDING), 0.0, STICKS, SLIDES
 
 
 def _changes(events: EventSet, own: str, value: float | None, rises: str, falls: str) -> list[Event]:

@@ -13,8 +13,9 @@ from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.redundancy import singular
-from mbdsl.integrators import declared, method_files
+from mbdsl.integrators import Run, declared, method_files
 from mbdsl.integrators.backends import External
+from mbdsl.integrators.event_set import EventSet
 from mbdsl.integrators.events import HARDLY, SLIDING, SLIDING_HINT, reads_reactions, sliding
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
@@ -28,6 +29,7 @@ from mbdsl.simulation.result_checks import bending, failed, too_bent
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.broken_laws import Broken, broken_law
+from mbdsl.system.paradox import Paradox, paradox
 from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch, law_of, within
 
@@ -120,15 +122,16 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     """The error of a failed run: the reason, the time, the equations and a remedy."""
     assert motion.failed is not None
     integration = motion.failed.integration
+    if status in (S.ASSERTED, S.ENDLESS):
+        assert motion.event_set is not None
+        return _of_events(integration, motion.event_set, trajectory)
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
     assert isinstance(integration, MethodRun)
     if status == S.UNSOLVED:
         problem = integration.events.unsolved
         assert problem is not None
-        return failed(trajectory, problem.message, problem.span, problem.hint)
-    if status in (S.ASSERTED, S.ENDLESS):
-        return _of_events(integration, trajectory)
+        return failed(trajectory, problem.message, problem.span, problem.hint, problem.notes)
     if status == S.SLIDING and (branches := _restless(integration)):
         return _of_chatter(branches, trajectory)
     t, notes = integration.reals[S.STEP_END], ()
@@ -140,6 +143,8 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     regular = (S.SLIDING, S.STIFF, STALLED)
     if status not in regular and not of_law and (pose := _singular_pose(integration, t)):
         message += f"; {pose}"
+    if not of_law and (near := _paradox(integration)) is not None:
+        message, span, hint = f"{message}; {near.text}", near.span, "take a smaller coefficient of friction"
     more, place, hint = _of_bodies(trajectory, integration, hint)
     message, span = message + more, place or span
     if status in OF_ITERATION and (turn := _largest_turn(integration)) is not None:
@@ -150,12 +155,11 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
     return failed(trajectory, message, span, hint, notes)
 
 
-def _of_events(integration: MethodRun, trajectory: Trajectory) -> IntegrationError:
+def _of_events(integration: Run, events: EventSet, trajectory: Trajectory) -> IntegrationError:
     """The error of a run that an assertion or an endless event has ended."""
-    events, t = integration.events.set, float(trajectory.t[-1])
-    assert events is not None
+    t = float(trajectory.t[-1])
     if (action := events.failed) is not None:
-        sides = _sides(action.value, integration)
+        sides = _sides(action.value, integration, events)
         at = f" ({sides[0]:g} against {sides[1]:g})" if sides else ""
         message = f"the assertion `{action.target}` is false at t = {t:.9g} s{at}: {action.text}"
         return failed(trajectory, message, action.span, "the results up to this time are kept")
@@ -185,10 +189,9 @@ def _of_chatter(branches: Sequence[Branch], trajectory: Trajectory) -> Integrati
     return failed(trajectory, message, branches[0].span, hint, notes)
 
 
-def _sides(root: Expr | None, integration: MethodRun) -> list[float]:
+def _sides(root: Expr | None, integration: Run, events: EventSet) -> list[float]:
     """The two sides of a comparison at the end of a run, in SI units; [] for other conditions."""
-    events = integration.events.set
-    if root is None or events is None or root.op not in ("lt", "le", "eq", "ne"):
+    if root is None or root.op not in ("lt", "le", "eq", "ne"):
         return []
     q, v, lam = integration.state()
     inputs = {name: np.array([x]) for name, x in events.values.items()}
@@ -253,6 +256,14 @@ def _of_bodies(trajectory: Trajectory, integration: MethodRun, hint: str) -> tup
     if (beam := _inextensible(integration.system)) is not None:
         hint = f"{beam} may have no axial mode: its ends cannot come closer when it bends; give `axial`; or {hint}"
     return "", None, hint
+
+
+def _paradox(integration: MethodRun) -> Paradox | None:
+    """Painleve's paradox in a joint at the beginning of the step, if the reactions there are near it."""
+    if not integration.system.of_multipliers:
+        return None
+    q, v, lam = integration.state()
+    return paradox(integration.system, integration.time, q, v, lam, tuple(integration.left_out))
 
 
 def _without_mass(integration: MethodRun) -> InitialisationError | None:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators import backend, declared
+from mbdsl.integrators.event_list import groups
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, MethodRun
@@ -533,7 +534,8 @@ class Simulation:
             inputs = inputs | self._single.set.at(t + NEAR * self._h)
         trajectory = Trajectory(self._system, t, q, v, found, stats, motion.moved, motion.left_out, inputs)
         if self._single is not None:
-            trajectory.find_events = self._single.set.happened
+            found = groups(self._single.set)
+            trajectory.find_events = lambda: found
         return trajectory
 
     def _at_present(self, stats: dict) -> Trajectory:

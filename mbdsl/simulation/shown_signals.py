@@ -43,7 +43,7 @@ def shown(graph: MechanismGraph) -> list[list[str]]:
 def _positions(joint: Component) -> list[str]:
     kind = joint.kind
     assert isinstance(kind, JointKind)
-    placing = (*kind.along, *kind.angle, *(signal for signal, _ in kind.moves))
+    placing = (*kind.placing.along, *kind.placing.angle, *(signal for signal, _ in kind.placing.moves))
     return [f"{joint.name}.{s.name}" for s in kind.signals if s.name in placing]
 
 

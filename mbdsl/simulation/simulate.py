@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.errors import Interrupted
 from mbdsl.initial.redundancy import not_unique, repeated
+from mbdsl.integrators.event_list import groups
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step
 from mbdsl.lang.asked_signals import AskedSignals
@@ -330,7 +331,8 @@ def _collect(
     trajectory = Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out, numbers)
     trajectory._since = None if stream is None else plan.start
     if events is not None:
-        trajectory.find_events = events.happened
+        own = events
+        trajectory.find_events = lambda: groups(own)
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
     if trajectory.find_steps is None and plan.every and stream is None:
         trajectory.find_steps = lambda: Steps(trajectory, False)

@@ -15,6 +15,7 @@ from mbdsl.errors import MbdslError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
+from mbdsl.integrators.event_list import Group
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION
@@ -55,7 +56,7 @@ class StateSignals:
         self._whole: tuple[StateSignals, slice] | None = None
         #: returns the motion between outputs, :class:`mbdsl.simulation.steps.Steps`, if it is known
         self.find_steps: Callable[[], Any] | None = None
-        self.find_events: Callable[[], list[Any]] = list  #: what when-equations did; see ``Trajectory.events``
+        self.find_events: Callable[[], list[Group]] = list  #: the events; see ``Trajectory.events``
         #: ranges over earlier steps, which a long run has forgotten: :class:`mbdsl.simulation.extremes.Gathered`
         self.gathered: Any = None
         self._display: UnitsOfSignals | None = None  #: None: those of the model

@@ -12,17 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.integrators.event_list import happened
 from mbdsl.lang.display_units import asked
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
 from mbdsl.simulation import result_file
+from mbdsl.simulation.event_marks import Mark, marks
 from mbdsl.simulation.named_signals import NamedSignals
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from mbdsl.integrators.event_set import Happened
+    from mbdsl.integrators.event_list import Happened
     from mbdsl.plotting.profiles import Profile
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.simulation.signal_table import Signals
@@ -75,8 +77,26 @@ class Trajectory(NamedSignals):
 
     @property
     def events(self) -> list[Happened]:
-        """What when-equations did in the run: times [s], kinds, and the places of their conditions in the text."""
-        return self.find_events()
+        """What when-equations, rigid contacts and joints that stick did in the run: times [s], kinds, and places in the
+        text."""
+        return happened(self.find_events())
+
+    def event_marks(self, start: float, stop: float) -> tuple[list[Mark], int]:
+        """Return the marks of plots for the events between two times.
+
+        Parameters
+        ----------
+        start, stop : float [s]
+            The ends of the axis of a plot.
+
+        Returns
+        -------
+        marks : list of Mark
+            Time, kind, number of events and text of each.
+        ticks : int
+            Number of ticks of clocks that are not marked, because there are many.
+        """
+        return marks(self.find_events(), start, stop)
 
     @property
     def signals(self) -> Signals:

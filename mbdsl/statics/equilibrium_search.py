@@ -85,18 +85,22 @@ def _searched(system: System, t: float, q: Array) -> Found:
         stability = "stable"
     if not search.symmetric:
         notes.append("some forces have no potential: only the eigenvalues (mbdsl eigen) decide about stability")
+    if system.scene.events.typed:
+        notes.append("discrete variables have their values at the start; when-equations do not act")
     q, lam, left_out = search.q, search.lam, redundant_rows(system, t, search.q, np.zeros(system.n))
     if left_out:
         lam = _without(system, t, q, lam, left_out)
     if (bend := first_bend(system, q[None])) is not None:
         span = system.scene.components[bend.name].span
         raise EquilibriumError(f"{bend.name} bends by {bend.angle:.2g} rad: {SMALL}", span, hint=REMEDY)
-    names = [system.constraint_names()[k] for k in left_out]
+    names = [system.constraint_names()[k] for k in left_out if k not in system.tables.switchable]
     if names:
         notes.append(
             f"redundant: {few(names)} {'follows' if len(names) == 1 else 'follow'} from the other constraints; "
             "how the reactions share the load there is not determined"
         )
+    if joints := system.scene.sticking:
+        notes.append(f"friction of {few([x.name for x in joints], 4)} is left out: it can hold other poses as well")
     return Found(q, lam, search.iterations, stability, stiffness, names, notes, left_out, np.zeros(system.n))
 
 

@@ -263,11 +263,14 @@ class Search:
 
     # -- errors --------------------------------------------------------------------------------------------------
     def _endless(self) -> EquilibriumError:
-        names = movers(self.system, np.abs(self.g))
+        names, hint = movers(self.system, np.abs(self.g)), "add a spring, a joint or a driver"
+        if joints := self.system.scene.sticking:
+            named = few([x.name for x in joints], 4)
+            hint = f"friction of {named} is left out, mbdsl simulate shows whether it holds; or {hint}"
         return EquilibriumError(
             f"no equilibrium: {few(names)} {'keeps' if len(names) == 1 else 'keep'} moving",
             self._span(names),
-            hint="no restoring force balances the load on it; add a spring, a joint or a driver",
+            hint=f"no restoring force balances the load on it; {hint}",
         )
 
     def _stuck(self) -> EquilibriumError:

@@ -217,10 +217,7 @@ class _Search:
         if not verdict.checked and not verdict.against:
             self.result = ladder.last
             while ladder.differences[-1] > self.accuracy and not ladder.problem:
-                try:
-                    ladder.add(partial(self.run, limit=PATIENCE * self.spent), ladder.sizes[-1] / 2.0)
-                except MbdslError as problem:
-                    ladder.problem = problem.message
+                ladder.refine(partial(self.run, limit=PATIENCE * self.spent), ladder.sizes[-1] / 2.0)
             verdict.estimate = max(ladder.estimate, ladder.differences[-1] if ladder.problem else 0.0)
         self.result, self.estimate = ladder.last, verdict.estimate
         self.by = f"{ladder.case()}, and runs before it"

@@ -11,7 +11,7 @@ from os import PathLike
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators import available, declared
+from mbdsl.integrators import available, declared, uncompiled
 from mbdsl.integrators.method_files import spelled
 from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.load import chosen_now
@@ -151,8 +151,10 @@ def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> floa
 
 
 def chosen(names: Iterable[str] | None, scene: Scene | None = None) -> list[str]:
-    """Names of methods, checked; all methods, or all that serve ``scene``, if None is given."""
-    found = list(names) if names is not None else list(available(scene is not None and scene.spatial))
+    """Names of methods, checked; if None is given all methods, or all that serve ``scene``, but for mbdsl's own whose
+    steps are not compiled: these are for scenes that are all impact."""
+    there = available(scene is not None and scene.spatial)
+    found = list(names) if names is not None else [name for name in there if name not in uncompiled()]
     for name in found:
         declared(name)
     if not found:

@@ -13,8 +13,8 @@ from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.studies.error_measures import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
-from mbdsl.studies.slopes import Fit, fit, verdict
-from mbdsl.studies.survey import Asked, Row, Survey, survey
+from mbdsl.studies.slopes import Fit, verdict
+from mbdsl.studies.survey import Asked, Row, Survey, error_in, survey
 
 #: quantities whose slopes are fitted; constraints and energy may have other orders or no error at all
 FITTED = ("q", "v", "reactions")
@@ -31,11 +31,10 @@ class Convergence(Study):
         super().__init__(survey)
         self.fits: dict[str, dict[str, Fit | None]] = {}
         for name, rows in survey.series().items():
-            sizes = [row.case.size for row in rows if row.run.done]
-            self.fits[name] = {}
-            for q in survey.quantities:
-                errors = [row.errors[q.key].scaled for row in rows if row.run.done]
-                self.fits[name][q.key] = fit(sizes, errors, survey.reference.floor(q).scaled)
+            self.fits[name] = {
+                q.key: survey.fitted(rows, error_in(q.key, "scaled"), survey.reference.floor(q).scaled)
+                for q in survey.quantities
+            }
 
     def verdict(self, series: str, key: str) -> str:
         """The verdict on a slope: "" if it agrees with the order of the method."""

@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from mbdsl.errors import MbdslError
 from mbdsl.integrators import available
 from mbdsl.simulation.plan import DEFAULT_STEP
 from mbdsl.simulation.trajectory import Trajectory
@@ -94,12 +93,10 @@ def _confront(
     share: Callable[[], float],
 ) -> Opinion:
     """Refine both until they agree or one cannot continue; ``share`` is the time of ``other`` [s]."""
-    try:
-        for size in list(other.sizes):
-            other.add(lambda case: judge(case, share()), size)
-    except MbdslError as problem:
-        return Opinion(other.method, None, f"failed: {problem.message}")
-    stopped, before, still = "", math.inf, 0
+    judged, own_run = (lambda case: judge(case, share())), (lambda case: run(case, left()))
+    if not all(other.refine(judged, size) for size in list(other.sizes)):
+        return Opinion(other.method, None, f"failed: {other.problem}")
+    before, still = math.inf, 0
     for _ in range(ROUNDS):
         differs, own = difference(other.last, ladder.last), other.estimate
         finer = own <= differs / FINER
@@ -113,15 +110,14 @@ def _confront(
                 break
         elif len(other.estimates) > PERSISTS and own > SAME * min(other.estimates[-1 - PERSISTS : -1]):
             break  # it does not improve
-        try:
-            if not finer or still == PERSISTS:
-                other.add(lambda case: judge(case, share()), other.next(max(differs, accuracy) / FINER))
-            else:
-                ladder.estimates[-1] = max(ladder.estimate, differs)
-                ladder.add(lambda case: run(case, left()), ladder.next(accuracy))
-        except MbdslError as problem:
-            stopped = problem.message
+        if not finer or still == PERSISTS:
+            refined = other.refine(judged, other.next(max(differs, accuracy) / FINER))
+        else:
+            ladder.estimates[-1] = max(ladder.estimate, differs)
+            refined = ladder.refine(own_run, ladder.next(accuracy))
+        if not refined:
             break
+    stopped, ladder.problem = other.problem or ladder.problem, ""
     differs, own = difference(other.last, ladder.last), other.estimate
     finer = own <= differs / FINER
     verdict = f"{other.case()}: differs by {differs:.1e}, with an error estimate of {own:.1e}"

@@ -12,8 +12,7 @@ from mbdsl.studies.convergence import error_figures
 from mbdsl.studies.error_measures import error, over_time, quantities
 from mbdsl.studies.reference_solution import Reference
 from mbdsl.studies.report import Study, number, size, troubles
-from mbdsl.studies.slopes import fit
-from mbdsl.studies.survey import Asked, Survey, begin, finite, rows_of
+from mbdsl.studies.survey import Asked, Survey, begin, error_in, finite, rows_of
 
 PARTS = (4.0, 2.0, 1.0, 0.5)  #: relative to the step of the model
 TOLS = (1e-4, 1e-6, 1e-8)
@@ -34,14 +33,12 @@ class Drift(Study):
         keys = [q.key for q in s.quantities]
         rows = []
         for name, series in s.series().items():
-            done = [row for row in series if row.run.done]
             for row in series:
                 cells = [number(row.errors[key].largest) for key in keys] if row.run.done else [row.run.word]
                 rows.append((name, size(row), *cells, *[""] * (2 * len(keys) - len(cells))))
-            slopes = [fit([r.case.size for r in done], [r.errors[key].largest for r in done]) for key in keys]
-            if done and rows:
-                last = rows.pop()
-                rows.append((*last[: 2 + len(keys)], *(str(f) if f else "" for f in slopes)))
+            if any(row.run.done for row in series):
+                slopes = [s.fitted(series, error_in(key, "largest")) for key in keys]
+                rows.append((*rows.pop()[: 2 + len(keys)], *(str(f) if f else "" for f in slopes)))
         columns = ("method", "step or tol", *keys, *(f"slope of {key}" for key in keys))
         return [Table("Drift", columns, rows, "A slope is in the last row of its method.")]
 
@@ -75,10 +72,8 @@ def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
 
     Parameters
     ----------
-    model : Scene or path
-        The mechanism.
-    **asked
-        Fields of ``Asked``: methods, steps, tols, signals, ...
+    model, **asked
+        As for ``convergence``.
 
     Returns
     -------

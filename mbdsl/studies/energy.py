@@ -17,7 +17,7 @@ from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.studies.convergence import trusted
 from mbdsl.studies.error_measures import matching
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
-from mbdsl.studies.slopes import Fit, fit
+from mbdsl.studies.slopes import Fit
 from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare
 
 Array = NDArray[np.float64]
@@ -66,8 +66,7 @@ class Energy(Study):
         return number(error) if error >= self.floor else f"({number(error)})"
 
     def slope(self, rows: list[Row]) -> Fit | None:
-        done = [row for row in rows if row.run.done]
-        return fit([row.case.size for row in done], [self.mean(row) for row in done], self.floor)
+        return self.survey.fitted(rows, self.mean, self.floor)
 
     def records(self) -> list[dict]:
         found = super().records()
@@ -161,10 +160,8 @@ def energy(model: Scene | str | PathLike, **asked: Any) -> Energy:
 
     Parameters
     ----------
-    model : Scene or path
-        The mechanism.
-    **asked
-        Fields of ``Asked``: methods, steps, tols, signals, ...
+    model, **asked
+        As for ``convergence``.
 
     Returns
     -------

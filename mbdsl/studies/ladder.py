@@ -88,6 +88,14 @@ class Ladder:
             self.differences.append(difference(self.runs[-2], self.runs[-1]))
             self.estimates.append(self._estimate())
 
+    def refine(self, run: Run, size: float) -> bool:
+        """Add a run if it is possible; else False, and ``problem`` is the reason."""
+        try:
+            self.add(run, size)
+        except MbdslError as problem:
+            self.problem = problem.message
+        return not self.problem
+
     def _estimate(self) -> float:
         differ, order = self.differences[-1], self.order
         ratio = self.sizes[len(self.runs) - 2] / self.sizes[len(self.runs) - 1]
@@ -150,10 +158,7 @@ class Ladder:
             if self.price(target) > longest:
                 self.problem = f"it would take about {self.price(target):.0f} s"
                 return
-            try:
-                self.add(run, self.next(target))
-            except MbdslError as problem:
-                self.problem = problem.message
+            if not self.refine(run, self.next(target)):
                 return
             worse = self.estimate > LADDER.falls * min(self.estimates[:-1]) and not self.blind
             stuck = stuck + 1 if worse else 0

@@ -195,11 +195,9 @@ def recommend(
     runner = Runner(of, Store(given.store, given.fresh), budget=given.budget, tell=given.tell, announce=given.announce)
     runner.compiling = max(runner.compiling, assemble(of, given.announce))
     reference, aim = _aim(runner, names, given, target, signal)
-    reserved = TIMING * max(0.0, runner.left) if math.isfinite(runner.budget) else 0.0
-    runner.reserved += reserved
     candidates = [_candidate(name, kind, aim) for name in names for kind in available()[name].steps]
-    complete = search(candidates, aim.target, aim.attempt, lambda: runner.left)
-    runner.reserved -= reserved
+    with runner.reserving(TIMING * max(0.0, runner.left)):
+        complete = search(candidates, aim.target, aim.attempt, lambda: runner.left)
     found = [Choice(_case(c, c.best.size), c.best.error, [c.best.seconds]) for c in candidates if c.best is not None]
     if not found:
         raise _nothing(candidates, aim, complete, given.budget)

@@ -249,10 +249,8 @@ def _closest(found: Sequence[Found]) -> tuple[float, Found, Found] | None:
 
 def _affordable(runner: Runner, h: float) -> float:
     """The longest step [s] from which to extrapolate: ``h``, or longer, to take at most a third of the budget."""
-    first = Case(EXTRAPOLATED[0], step=4.0 * own_step(runner.setting))
-    run = runner.compute([first], "how long a step takes")[first]
-    if run.done and run.stats["steps"]:
-        each = run.stats["seconds"]["integrate"] / run.stats["steps"]
+    case = Case(EXTRAPOLATED[0], step=4.0 * own_step(runner.setting))
+    if each := runner.step_time(case, "how long a step takes"):
         runs = len(EXTRAPOLATED) * sum(2**k for k in range(len(POWERS) + 1))
         while runs * each * runner.setting.span / h > runner.left / 3.0 and h < runner.setting.interval:
             h *= 2.0

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
@@ -84,6 +85,16 @@ class Runner:
         """Remaining time of the budget for the present phase [s]."""
         return self.budget - self.reserved - (perf_counter() - self.begun)
 
+    @contextmanager
+    def reserving(self, seconds: float) -> Iterator[None]:
+        """Keep so much of the budget for later phases."""
+        kept = seconds if math.isfinite(seconds) else 0.0
+        self.reserved += kept
+        try:
+            yield
+        finally:
+            self.reserved -= kept
+
     def compute(self, cases: Sequence[Case], what: str = "", limit: float = math.inf) -> dict[Case, Computed]:
         """All cases, from the store or computed, short ones first; each within ``limit`` seconds.
 
@@ -140,6 +151,11 @@ class Runner:
                 self.store.put(keys[case], run)
             add(case, run)
         return done
+
+    def step_time(self, case: Case, what: str = "") -> float | None:
+        """The time of a step [s] in a run of ``case``; None if the run fails, or takes no steps."""
+        run = self.compute([case], what)[case]
+        return run.stats["seconds"]["integrate"] / run.stats["steps"] if run.done and run.stats.get("steps") else None
 
     def _stored(self, keys: Mapping[Case, str]) -> tuple[dict[Case, Computed], list[Case]]:
         """The runs that are in the store, and the other cases in the order in which they are run."""

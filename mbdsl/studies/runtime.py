@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from os import PathLike
 from statistics import median
@@ -117,10 +116,8 @@ def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
 
     Parameters
     ----------
-    model : Scene or path
-        The mechanism.
-    **asked
-        Fields of ``Asked``: methods, steps, tols, signals, ...
+    model, **asked
+        As for ``convergence``.
 
     Returns
     -------
@@ -133,10 +130,8 @@ def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
     """
     given = Asked(**asked)
     runner, every, refused = begin(model, given, few=((1.0,), TOLS))
-    reserved = TIMING * runner.budget if math.isfinite(runner.budget) else 0.0
-    runner.reserved += reserved
-    runs = runner.compute(every)
-    runner.reserved -= reserved
+    with runner.reserving(TIMING * runner.budget):
+        runs = runner.compute(every)
     rows = [Row(case, runs[case]) for case in every]
     found = Survey(runner.setting, given, runner, rows, refused, Reference.none(), [])
     time_rows(found)

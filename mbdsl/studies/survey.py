@@ -34,6 +34,7 @@ from mbdsl.studies.cases import (
 from mbdsl.studies.error_measures import Error, Quantity, error, quantities
 from mbdsl.studies.reference_solution import Columns, Reference, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner, StudyProgress
+from mbdsl.studies.slopes import Fit, fit
 from mbdsl.studies.store import Computed, Store
 
 BUDGET = 120.0  #: seconds
@@ -177,6 +178,11 @@ class Survey:
             found.setdefault(row.case.series, []).append(row)
         return found
 
+    def fitted(self, rows: Sequence[Row], value: Callable[[Row], float], floor: float = 0.0) -> Fit | None:
+        """The slope of a value of complete runs over their sizes, as far as it is above the ``floor``."""
+        done = [row for row in rows if row.run.done]
+        return fit([row.case.size for row in done], [value(row) for row in done], floor)
+
     def quantity(self, key: str) -> Quantity | None:
         return next((q for q in self.quantities if q.key == key), None)
 
@@ -280,10 +286,8 @@ def prepare(
         reference = automatic(runner, [c.method for c in every], finest)
     else:
         reference = from_file(asked.reference, runner, asked.signals)
-    reserved = TIMING * max(0.0, runner.left) if timed and math.isfinite(runner.budget) else 0.0
-    runner.reserved += reserved
-    rows = rows_of(runner, every)
-    runner.reserved -= reserved
+    with runner.reserving(TIMING * max(0.0, runner.left) if timed else 0.0):
+        rows = rows_of(runner, every)
     return Survey(of, asked, runner, rows, refused, reference, [])
 
 
@@ -298,10 +302,8 @@ def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
     between = [case for case in every if not reaches(of, case)]
     ends: dict[Case, Case] = {}
     for _ in range(2):  # the second time, cases that did not fit into their part of the budget
-        kept = max(0.0, TWICE * runner.left) if between and math.isfinite(runner.left) else 0.0
-        runner.reserved += kept
-        runs |= runner.compute([case for case in every if case not in runs or runs[case].late])
-        runner.reserved -= kept
+        with runner.reserving(max(0.0, TWICE * runner.left) if between else 0.0):
+            runs |= runner.compute([case for case in every if case not in runs or runs[case].late])
         ends = {
             case: replace(case, ends=True)
             for case in between
@@ -351,17 +353,19 @@ def _points(of: Setting, asked: Asked) -> int:
 
 def _affordable(runner: Runner, names: Sequence[str], steps: Sequence[float], least: int = 4) -> int:
     """Number of steps of a ladder that fit into half of the budget, with a reference, from the time of the coarsest."""
-    first = Case(names[0], step=steps[0])
-    run = runner.compute([first])[first]
-    if run.problem or not run.stats.get("steps"):
+    each, span = runner.step_time(Case(names[0], step=steps[0])), runner.setting.span
+    if each is None:
         return len(steps)
-    each = run.stats["seconds"]["integrate"] / run.stats["steps"]
-    span = runner.setting.span
     for count in range(len(steps), least, -1):
         finest = span / steps[count - 1]
         if each * finest * (2.0 * len(names) + 15.0) < runner.budget / 2:
             return count
     return min(least, len(steps))
+
+
+def error_in(key: str, which: str) -> Callable[[Row], float]:
+    """The error of a row in a quantity: a field of :class:`mbdsl.studies.error_measures.Error`."""
+    return lambda row: getattr(row.errors[key], which)
 
 
 def finite(values: Sequence[float]) -> list[float]:

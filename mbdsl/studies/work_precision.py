@@ -171,10 +171,8 @@ def work_precision(model: Scene | str | PathLike, **asked: Any) -> WorkPrecision
 
     Parameters
     ----------
-    model : Scene or path
-        The mechanism.
-    **asked
-        Fields of ``Asked``: methods, steps, tols, signals, ...
+    model, **asked
+        As for ``convergence``.
 
     Returns
     -------

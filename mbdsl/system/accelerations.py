@@ -44,9 +44,14 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
         size = max(size, np.abs(lam).max(initial=0.0))
         if change <= CONVERGED * size:
             return a, lam
+    from mbdsl.system.paradox import paradox  # which needs this System
+
+    found_it = paradox(system, t, q, v, lam, left_out)
+    why = found_it.text if found_it else "friction and the reactions that it depends on do not agree"
     raise InitialisationError(
-        f"no accelerations found at t = {t:g} s: friction and the reactions that it depends on do not agree",
-        hint="with large coefficients of friction there may be no solution (Painleve's paradox), or several",
+        f"no accelerations found at t = {t:g} s: {why}",
+        found_it.span if found_it else None,
+        "take a smaller coefficient of friction; with a large one there may be no solution, or several",
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
-from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
+from mbdsl.expressions.symbolic import Expr, input_signal, is_velocity_level, leaves
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component, Scene
@@ -135,7 +135,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
-    for x in scene.conditions:
+    for x in (*scene.conditions, *(input_signal(name) for joint in scene.sticking for name in joint.held)):
         tape.add(x)
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))

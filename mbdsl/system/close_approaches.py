@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.spatial_coordinates import AXES
-from mbdsl.expressions.symbolic import TIME, Expr, const, leaves, walk
+from mbdsl.expressions.symbolic import TIME, Expr, const, is_const, leaves, walk
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import gradients, values
@@ -46,6 +46,8 @@ EPS = float(np.finfo(float).eps)
 FEW = 8
 #: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
 NARROW, MOST_KNOTS = 1e-2, 32
+#: comparisons in a condition that are examined
+MOST_COMPARED = 16
 
 
 class Approach(NamedTuple):
@@ -88,8 +90,12 @@ def of_events(system: System) -> set[Expr]:
 
 
 def _compared(node: Expr) -> list[Expr]:
-    """The differences of what is compared in a node."""
+    """The differences of what is compared in a node; of the choice among many, as of the nearest feature of a profile,
+    that of the outermost comparison, if its arguments vary."""
     nodes = [n for n in walk(node) if n.op in COMPARISONS]
+    if len(nodes) > MOST_COMPARED:
+        varies = node.op in COMPARISONS and any(not is_const(x) for x in diff(node.args[0], *leaves(node)))
+        nodes = [node] if varies else []
     nodes += [node] if node.op in (*CORNERS, "abs", "sign") else []
     return [*(n.args[0] - n.args[1] if len(n.args) == 2 else n.args[0] for n in nodes), *_corners(node)]
 

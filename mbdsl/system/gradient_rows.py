@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
-from mbdsl.expressions.symbolic import Expr, const, expr, leaves
+from mbdsl.expressions.symbolic import Expr, expr, leaves
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.scene import Component
@@ -64,7 +64,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 if role == "joint":
                     if isinstance(c.kind, JointKind) and c.kind.driver and j == rows - 1:
                         u = expr(c.values[c.kind.driver])
-                        rate = der(u) if c.name not in tables.holding else const(0.0)  # of a place between events
+                        rate = der(u)
                         registers = [tape.add(u), tape.add(rate), 0]
                         details.append((len(ints) + 4, registers))
                         later.append(_second_rate(rate, registers, tape))
@@ -133,7 +133,7 @@ def _coupling(tables: Tables, c, first: int, records: list[list[int]], tape: Tap
     """Append records of the functions in a joint, whose parameters begin at ``first``, and of their derivatives: offset
     in numbers and register. Second derivatives are needed for the tangent only."""
     second: list[tuple[list[int], Expr]] = []
-    for law, signals in c.kind.couplings:
+    for law, signals in c.kind.functions:
         arguments = [x for x in (tables.scene.signal_of(c, name) for name in signals) if x is not None]
         f = expr(c.values[law])
         slopes = diff(f, *arguments)

@@ -43,7 +43,7 @@ def texts_of(blocks: Iterable[Block]) -> list[str]:
 
 def text(kind: PairKind, name: str) -> str:
     """The text of the kernels of a kind, from the cache or made from its rows."""
-    asked = [str(kind.spatial), repr(getattr(kind, "couplings", ())), *kind.held.formulas, _own_digest()]
+    asked = [str(kind.spatial), repr(getattr(kind, "functions", ())), *kind.held.formulas, _own_digest()]
     key = f"rows/{hashlib.sha256(chr(0).join(asked).encode()).hexdigest()[:32]}.py"
     kept = cache_folder.read(key)
     if kept is None:

@@ -6,12 +6,12 @@ import importlib
 from dataclasses import dataclass
 from types import ModuleType
 
-from mbdsl.elements import Declared, declaring, loaded, modules
+from mbdsl.elements import Declared, declaring, find, loaded, modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.expressions.symbolic import Expr, expr
+from mbdsl.expressions.symbolic import Expr, const, expr
 from mbdsl.mechanism.contacts import friction_kind, is_contact, rubbing
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.mechanism.sticking import holding, row_name, sticks
+from mbdsl.mechanism.sticking import Sticking
 from mbdsl.system.body_models import motion_module, motion_modules
 
 
@@ -44,7 +44,7 @@ class Block:
     @property
     def coupled(self) -> bool:
         """Whether its joints contain a function of a coordinate."""
-        return self.role == "joint" and bool(self._joint.couplings)
+        return self.role == "joint" and bool(self._joint.functions)
 
     @property
     def related(self) -> bool:
@@ -81,12 +81,11 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
                 groups.setdefault((4, "law", declaring(kind).__name__, False), []).extend(friction_of(c, kind))
             elif c.friction is not None:
                 groups.setdefault((4, "law", _along(c.kind), False), []).append(c)
-                if sticks(c.kind, c.values):
-                    row = row_holding(c)
-                    groups.setdefault((1, "joint", declaring(row.kind).__name__, True), []).append(row)
         elif isinstance(c.kind, ForceKind):
             order, role = (4, "law") if by_law(c) else (3, "spring")
             groups.setdefault((order, role, module.__name__, False), []).append(c)
+    for row in (row for joint in scene.sticking for row in rows_holding(joint, scene.spatial)):
+        groups.setdefault((1, "joint", declaring(row.kind).__name__, True), []).append(row)
     return [Block(key[1], kernels_of(key[2]), tuple(groups[key]), key[3]) for key in sorted(groups)]
 
 
@@ -104,10 +103,15 @@ def friction_of(contact: Component, kind: ForceKind) -> list[Component]:
     ]
 
 
-def row_holding(joint: Component) -> Component:
-    """The row that holds a joint whose friction sticks, which is no component of the scene."""
-    kind, values = holding(joint)
-    return Component(row_name(joint.name), kind, values, joint.ports, (), joint.span)
+def rows_holding(joint: Sticking, spatial: bool) -> list[Component]:
+    """The rows that hold a joint whose friction sticks, which are no components of the scene."""
+    kind = find("Coupling", spatial)
+    assert kind is not None
+    given = {"a": const(0.0), "ratio": 1.0, "offset": const(0.0)}
+    return [
+        Component(name, kind, {**given, "b": row}, span=joint.span, relations=(row,))
+        for name, row in zip(joint.rows, joint.holds, strict=True)
+    ]
 
 
 def kernels_of(name: str) -> ModuleType | Declared:

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 from numpy import floor
 
 from mbdsl.compilation import code_cache
-from mbdsl.expressions.symbolic import Expr, const, leaves, walk
+from mbdsl.expressions.symbolic import QUIET, Expr, const, leaves, walk
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import rare
 from mbdsl.numerics.piecewise_cubic import SMOOTHNESS
@@ -113,6 +113,8 @@ def within(term: Expr, switches: Iterable[Switch]) -> list[Switch]:
 
 
 def _switches(node: Expr) -> bool:
+    if node.value == QUIET:
+        return False
     if node.op == "table":
         return table_events(node) != 0
     if node.op in COMPARED:

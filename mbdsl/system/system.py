@@ -24,7 +24,6 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
-from mbdsl.mechanism.sticking import row_name
 from mbdsl.system import emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
@@ -308,6 +307,7 @@ class System(CompiledScene):
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""
         order: list[int] = []
+        holding = {joint.name: joint.rows for joint in self.scene.sticking}
         for name in self.graph.elimination_order():
             component = self.scene.components[name]
             if name in self.tables.coordinates:
@@ -315,8 +315,7 @@ class System(CompiledScene):
             if name in self.tables.rows:
                 first = self.n + self.tables.rows[name]
                 order.extend(range(first, first + component.kind.rows))
-            if (row := row_name(name)) in self.tables.holding:
-                order.append(self.n + self.tables.rows[row])
+            order.extend(self.n + self.tables.rows[row] for row in holding.get(name, ()))
             if name in self.tables.velocity_rows:
                 first = self.n + self.tables.velocity_rows[name]
                 order.extend(range(first, first + len(component.velocity_constraints)))

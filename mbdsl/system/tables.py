@@ -93,7 +93,7 @@ class Tables:
 
     @cached_property
     def holding(self) -> dict[str, Component]:
-        """The joints that hold others while their friction sticks; no components of the scene."""
+        """The rows that hold joints while their friction sticks; no components of the scene."""
         joints = (c for b in self.blocks if b.role == "joint" for c in b.components)
         return {c.name: c for c in joints if c.name not in self.scene.components}
 

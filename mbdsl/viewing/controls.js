@@ -86,6 +86,24 @@ function fill() {
   for (const name of data.traced) trace(name, true);
   for (const group of data.arrows || []) if (vectors.some((v) => v.group === group)) option(group, true);
   plots.build();
+  fillEvents();
+}
+
+// A mark below the time line at each event, inset by half the width of its knob.
+function fillEvents() {
+  document.body.classList.toggle("with-events", events.length > 0);
+  for (const [time, words] of events) {
+    const mark = added($("line"), "i", { title: `${words}, t = ${written(time, 6)} s` });
+    const part = (time - first) / (last - first || 1);
+    mark.style.left = `calc(8px + ${part} * (100% - 16px))`;
+    mark.addEventListener("click", () => (play(false), seek(time)));
+  }
+}
+
+function nextEvent(by) {
+  const near = 1e-9 * (last - first);
+  const found = events.map(([time]) => time).filter((time) => by * (time - motion.time) > near);
+  if (found.length) (play(false), seek(by > 0 ? found[0] : found[found.length - 1]));
 }
 
 function bind() {
@@ -124,6 +142,7 @@ const KEYS = {
   End: () => (play(false), seek(last)),
   "[": () => pick($("speed"), -1),
   "]": () => pick($("speed"), 1),
+  e: (event) => nextEvent(event.shiftKey ? -1 : 1),
   r: () => ($("speed").value = "1"),
   o: () => ($("loop").checked = !$("loop").checked),
   a: fit,

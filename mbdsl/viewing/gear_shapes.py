@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.elements import profile
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate, expr
@@ -213,6 +214,18 @@ def circles(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iter
     yield _plate(c, b, circle(r_b), r_b, motion)
 
 
+def closed_profile(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    """A plate, or a hole in a ring, with any edge; and a circle on it."""
+    points = np.array(profile.outline(c.values["points"], c.values["arcs"], c.values["smooth"]))
+    size, radius = float(np.hypot(*points.T).max()), float(c.values["radius"])
+    if c.values["hole"]:
+        yield _ring(c, a, points, 1.1 * size, motion)
+    else:
+        yield Shape("plate", c.name, (a,), (_area(a, points, motion),), size)
+    if radius:
+        yield Shape("wheel", c.name, (b,), (Circle((b,), Size(metres=radius), PAPER, width=Size(1.5)),), radius)
+
+
 def stop(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """The limits of a sliding joint as short walls across the x axis of frame_a."""
     for key, side in (("s_min", 1), ("s_max", -1)):
@@ -231,4 +244,13 @@ def rope(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterato
     yield Shape("rope", c.name, at, (line,))
 
 
-SYMBOLS = {"gears": gears, "rack": rack, "belt": belt, "cam": cam, "circles": circles, "stop": stop, "rope": rope}
+SYMBOLS = {
+    "gears": gears,
+    "rack": rack,
+    "belt": belt,
+    "cam": cam,
+    "circles": circles,
+    "profile": closed_profile,
+    "stop": stop,
+    "rope": rope,
+}

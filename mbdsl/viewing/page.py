@@ -140,6 +140,7 @@ def _plotted(plots: Plots, t: NDArray[np.float64]) -> dict[str, Any]:
             for s in plots.signals
         ],
         "shown": plots.shown,
+        "events": [[mark.t, mark.text] for mark in plots.events],
     }
 
 

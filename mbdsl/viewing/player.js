@@ -5,6 +5,7 @@ const motion = data.modes ? new (vibrating(Motion))(data) : new Motion(data);
 const ghost = data.ghost && new Motion(data.ghost);
 const canvas = $("picture");
 const show = { labels: false, masses: false, frames: false, forces: false, reactions: false, deflection: 1, size: 1 };
+const { events } = data; // [time, text] of each mark
 const vectors = data.vectors.map((v) => ({ ...v, values: decoded(v.values) }));
 const traces = new Map(); // name of a point -> its path
 const first = motion.t[0];

@@ -159,6 +159,7 @@ class Plots {
       write(g, written(t, 4), Math.min(x(t), right - 8), bottom + 5, "center", "top");
     write(g, chart.unit ? `[${chart.unit}]` : "", 4, 2, "left", "top");
     write(g, "time [s]", right, 2, "right", "top");
+    for (const [t] of events) if (t >= from && t <= to) polyline(g, [[x(t), bottom - 6], [x(t), bottom]], 1, theme.pale);
     g.lineJoin = "round";
     g.lineWidth = 1.6;
     signals.forEach((signal, k) => {

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.mechanism.scene import ENERGIES, Description
+from mbdsl.simulation.event_marks import Mark
 from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -34,11 +35,12 @@ class PlottedSignal:
 
 @dataclass(frozen=True)
 class Plots:
-    """Signals at common times (P,) [s], and the names of those that are plotted at first."""
+    """Signals at common times (P,) [s], the names of those that are plotted at first, and the marks of events."""
 
     times: Array
     signals: list[PlottedSignal]
     shown: list[str]
+    events: list[Mark] = field(default_factory=list)
 
 
 def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> Plots:
@@ -76,7 +78,7 @@ def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> Plots:
             own = [s.name.rpartition(".") for s in found]
             chosen = [f"{owner}.{key}" for owner, _, key in own if owner in bodies and key in keys][:MOST_SHOWN]
             shown += chosen if len({name.rpartition(".")[2] for name in shown}) < 2 else []
-    return Plots(t, found, shown)
+    return Plots(t, found, shown, trajectory.event_marks(t[0], t[-1])[0])
 
 
 def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None) -> PlottedSignal:

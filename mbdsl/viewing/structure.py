@@ -21,6 +21,7 @@ from mbdsl.messages import few
 from mbdsl.viewing.structure_redundancy import redundancy
 
 JOINT, DRIVER, FORCE = "joint", "driver", "force"
+EQUATION = "equation"  #: the kind of links that are equations of states
 
 
 @dataclass(frozen=True)
@@ -238,12 +239,13 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
     if isinstance(kind, JointKind):
         role, weld = (
             DRIVER if kind.driver is not None and not kind.relations else JOINT,
-            kind.pose is not None and not kind.free,
+            kind.placing.pose is not None and not kind.placing.free,
         )
     # a coupling is drawn between two of the bodies whose coordinates it reads, a rate from its state to one of them
     reads = e.component.relations or is_rate(e.component)
     first, last = (e.body_j, e.also[-1]) if reads and e.also else (e.body_i, e.body_j)
-    return Link(e.name, kind.name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
+    name = EQUATION if is_rate(e.component) else kind.name
+    return Link(e.name, name, role, first, last, e.rows, e.velocity_rows, loop, redundant, weld)
 
 
 def _bodies(graph: MechanismGraph, notes: Iterable[Note]) -> dict[str, BodyNode]:

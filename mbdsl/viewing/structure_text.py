@@ -6,7 +6,7 @@ import textwrap
 
 from mbdsl.mechanism.graph import GROUND
 from mbdsl.messages import count, visible, width
-from mbdsl.viewing.structure import DRIVER, FORCE, Link, Structure
+from mbdsl.viewing.structure import DRIVER, EQUATION, FORCE, Link, Structure
 
 COLUMNS = 80  #: of a pipe
 LINES = {"fork": "├─ ", "last": "└─ ", "down": "│  ", "none": "   "}
@@ -55,9 +55,12 @@ class _Tree:
             self.children[structure.parents[body]].append(body)
         self.leaves: dict[str, list[Link]] = {name: [] for name in self.children}
         self.joints = {link.name: link for link in structure.links}
+        self.reads: dict[str, str] = {}  #: state -> a body that its equation reads
         placed = set(structure.by.values())
         for link in structure.links:
-            if link.name not in placed:
+            if link.kind == EQUATION:
+                self.reads[link.a] = link.b or self.reads.get(link.a, "")
+            elif link.name not in placed:
                 self.leaves[self._deeper(link)].append(link)
 
     def _deeper(self, link: Link) -> str:
@@ -99,7 +102,8 @@ class _Tree:
     def _body(self, name: str) -> str:
         joint = self.structure.by[name]
         body = self.structure.bodies[name]
-        none = "  (state)" if body.kind == "State" else "  (no joint leads to it)"
+        reads = f"  reads {self.reads[name]}" if self.reads.get(name) else ""
+        none = f"  (state){reads}" if body.kind == "State" else "  (no joint leads to it)"
         by = f"  by {joint} ({self._about(self.joints[joint])})" if joint else none
         marks = [
             *(["moved by drivers"] if body.moved else ["follows"] if body.follows else []),

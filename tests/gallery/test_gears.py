@@ -117,3 +117,34 @@ def test_newtons_cradle(ran):
     last, inner = np.rad2deg(run["ball[5].phi"]), np.rad2deg([run[f"ball[{k}].phi"] for k in (2, 3, 4)])
     assert last[run.t < 0.8].max() == pytest.approx(30.0, rel=2e-3)
     assert abs(inner[:, run.t < 0.5]).max() < 1.0
+
+
+def test_woodpecker(gallery):
+    """The limit of small steps of the method of Moreau and Jean, by an independent program with Glocker's parameters:
+    y(0.3 s), phi_S(0.3 s), and times and heights where phi_S returns to its first value. Its sleeve began at -0.1036
+    in place of -0.10345 rad, which changes the times by 2e-5 s."""
+    run = mbdsl.simulate(gallery("woodpecker"), stop=0.3, interval=2e-5)
+    assert run["sleeve.y"][-1] == pytest.approx(-0.0413276, abs=4e-6)
+    assert run["bird.phi"][-1] == pytest.approx(-0.342346, abs=5e-5)
+    assert run["sleeve.phi"][-1] == pytest.approx(-0.103448, abs=1e-6)
+    times, heights = _returns(run)
+    assert times == pytest.approx([0.145905, 0.291932], abs=2e-5)
+    assert heights == pytest.approx([-0.019377, -0.038875], abs=2e-5)
+    assert run["beak.impacts"][-1] == 2
+
+
+def test_woodpecker_by_time_stepping(gallery):
+    """Steps of 50 us: the first return, with an error of order 1."""
+    run = mbdsl.simulate(gallery("woodpecker"), method="moreau-jean", step=5e-5, stop=0.148, interval=5e-5)
+    times, heights = _returns(run)
+    assert times == pytest.approx([0.145905], abs=3e-4)
+    assert heights == pytest.approx([-0.019377], abs=2e-4)
+    assert (run["beak.impacts"][-1], run["lower.impacts"][-1]) == (1, 2)
+
+
+def _returns(run):
+    """Times and heights where the woodpecker passes its first angle downwards."""
+    phi, y = run["bird.phi"], run["sleeve.y"]
+    k = np.flatnonzero((phi[:-1] > -0.2788) & (phi[1:] <= -0.2788))
+    part = (phi[k] + 0.2788) / (phi[k] - phi[k + 1])
+    return run.t[k] + part * (run.t[k + 1] - run.t[k]), y[k] + part * (y[k + 1] - y[k])

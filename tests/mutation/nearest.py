@@ -255,6 +255,7 @@ NEAREST = {
     "mbdsl/integrators/loop/block_lu": (f"{INTEGRATORS}/test_linear.py", *RADAU5),
     "mbdsl/integrators/loop/linear_solve": (f"{INTEGRATORS}/test_linear.py", *FULL),
     "mbdsl/integrators/loop/step_control": CONTROL,
+    "mbdsl/integrators/loop/error_projection": CONTROL,
     "mbdsl/integrators/loop/split_correction": FULL,
     "mbdsl/integrators/loop/tangent_matrices": FULL,
     "mbdsl/integrators/loop/driver": STEPS,
@@ -281,6 +282,7 @@ NEAREST = {
     "mbdsl/integrators/methods/radau_newton": RADAU5,
     "mbdsl/integrators/methods/radau_step": RADAU5,
     "mbdsl/integrators/methods/radau_stages": (*RADAU5, *RADAU),
+    "mbdsl/integrators/methods/radau_matrices": (*RADAU5, *RADAU),
     "mbdsl/integrators/methods/radau_coefficients": RADAU,
     "mbdsl/integrators/loop/switch_location": (
         "tests/unit/system/test_switches.py",

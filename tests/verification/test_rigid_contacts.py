@@ -212,3 +212,60 @@ end Jammed;
 def test_in_space():
     found = mbdsl.simulate(ball(spatial=True), step=5e-3, stop=1.5)
     np.testing.assert_allclose(found["ball.y"], [height(t) for t in found.t], atol=1e-9)
+
+
+FLAT = """
+model Flat
+  Ground ground;
+  Body b(m = 2 kg, I = 0.05 kg.m2, frames(p = {-0.3, -0.1} m, q = {0.3, -0.1} m));
+  Contact left(gap = b.p.y, e = 0.4), right(gap = b.q.y, e = 0.4);
+initial equation
+  b.x = 0 m; b.y = 0.3 m; b.phi = 0; b.vx = 0.2 m/s; b.vy = 0 m/s; b.w = 0 rad/s;
+  annotation(experiment(StopTime = 1 s));
+end Flat;
+"""
+PRESSED = """
+model Pressed
+  Ground ground(g = 0 m/s2);
+  PointMass b(m = 2 kg);
+  Contact wall(gap = 0.4 m - b.x, e = 0.8);
+  discrete Real F(unit = "N", start = 0);
+  Force push(b, fx = F);
+initial equation
+  b.x = 0 m; b.y = 0 m; b.vx = 0 m/s; b.vy = 0 m/s;
+equation
+  when sample(0, 10 ms) then
+    F = 10 N/m*(1 m - b.x) - 5 N.s/m*b.vx;
+  end when;
+  annotation(experiment(StopTime = 3 s));
+end Pressed;
+"""
+BY_TOLERANCE = [("hht-si2", 1e-5), ("nstiff", 1e-4), ("dop853", 1e-6)]
+
+
+@pytest.mark.parametrize(("method", "tol"), BY_TOLERANCE)
+def test_a_block_lands_flat(method, tol):
+    """Both feet strike at once; it rests from (1 + e)/(1 - e) times the time of the fall on."""
+    found = mbdsl.simulate(mbdsl.parse(FLAT), method=method, tol=tol)
+    rests = found.t > np.sqrt(0.4 / G) * 1.4 / 0.6
+    np.testing.assert_allclose(found["left.force"][rests] + found["right.force"][rests], 2 * G, rtol=1e-9)
+    np.testing.assert_allclose(found["b.y"][rests], 0.1, atol=1e-9)
+    assert np.abs(found["b.phi"]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("method", "tol"), BY_TOLERANCE)
+def test_a_sampled_force_presses_on_a_stop(method, tol):
+    """Far from zero, rounding of the position decides the last impacts."""
+    found = mbdsl.simulate(mbdsl.parse(PRESSED), method=method, tol=tol)
+    assert found["wall.force"][-1] == pytest.approx(6.0, rel=1e-9)
+    assert found["b.x"][-1] == pytest.approx(0.4, abs=1e-12)
+    assert found["wall.active"][-1] == 1.0
+
+
+@pytest.mark.parametrize("options", [{"step": 5e-3}, {"tol": 1e-6}, {"method": "moreau-jean", "step": 1e-3}])
+def test_without_contact(options):
+    """A free fall."""
+    text = BALL.format(e=0.8, up="y", start=IN_PLANE.format(h=1.0))
+    found = mbdsl.simulate(mbdsl.parse(text), without=["contact"], stop=1.0, **options)
+    np.testing.assert_allclose(found["ball.y"], 1 - G * found.t**2 / 2, atol=1e-9)
+    assert not found["floor.active"].any()

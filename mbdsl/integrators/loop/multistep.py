@@ -33,7 +33,7 @@ from mbdsl.integrators.loop.step_control import (
     to_grid,
 )
 from mbdsl.integrators.loop.step_times import end_of_step
-from mbdsl.integrators.loop.switch_location import REACTIONS, length_before_switch, until_switch
+from mbdsl.integrators.loop.switch_location import REACTIONS, TURNING, length_before_switch, until_switch
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import half, turn, untangled
@@ -208,6 +208,8 @@ def cut(part, h, formulas, run):
     """The next attempt ends shortly before a switch changes; RETRY, or EVENT if that leaves no room for a step."""
     new = length_before_switch(part, h, run)
     if new == 0.0:
+        if run.reals[S.GRID] > 0.0:
+            run.integers[S.CUT] = 0  # no step was done: the switch is at a distance that is left to the event
         return S.EVENT
     change(new, formulas, run)
     return S.RETRY
@@ -248,11 +250,14 @@ def take(t0, h, formulas, run):
     accepted = status == S.RUNNING and (not controlled or error <= 1.0)
     if status != S.SINGULAR or layout[L.SOLVER] == DENSE:  # otherwise the run continues with the dense solver
         if integers[S.WATCHING]:
-            if integers[S.WATCHING] == REACTIONS and status == S.RUNNING:
+            if integers[S.WATCHING] >= REACTIONS and status == S.RUNNING:
                 evaluate(end_of_step(t0, h, run), run)
             part = until_switch(status, accepted, h, run)
             if part < 1.0:
                 return cut(part, h, formulas, run), h, error
+            if integers[S.WATCHING] == TURNING and status == S.DIVERGED and (not controlled or run.reals[S.GRID] > 0.0):
+                integers[S.CUT] = 0
+                return S.EVENT, h, error  # the direction of sliding turns ever faster where a joint stops
         if controlled and not accepted and run.reals[S.GRID] == 0.0:
             return reject(error, status, h, formulas, run), h, error
     if status != S.RUNNING:

@@ -35,8 +35,8 @@ MIDDLE, EARLIER = 0.5, 0.25
 #: the part of a step that is tried if it has no solution, and friction sticks
 NEARER = 0.9
 #: value of WATCHING if reactions decide events: the last correction of a step may change them more than a little, and
-#: switches are evaluated behind it
-REACTIONS = 2
+#: switches are evaluated behind it; and value if, besides, joints stick that slide in several directions
+REACTIONS, TURNING = 2, 3
 #: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
 ON, BETWEEN = 0, 1
 

@@ -226,6 +226,8 @@ def with_friction(t, run):
     n, size, largest = layout[L.N_Q], layout[L.N_ALL], 0.0
     for _ in range(REPEATED):
         saddle(t, run)  # CORRECTION <- [Q - J^T lam; gamma]
+        for i in range(n):  # multipliers that vanish have the rounding errors of the forces
+            largest = max(largest, abs(vectors[L.CORRECTION, i]))
         tangent_matrix(0, t, run, M=1.0, f_lam=1.0, Phi_q=1.0, Gam_v=1.0)
         status = factorised(run)
         if status != S.RUNNING:

@@ -41,7 +41,7 @@ from mbdsl.integrators.methods.generalized_alpha_i3 import (
     shift,
 )
 from mbdsl.integrators.methods.generalized_alpha_i3 import motion as index_3_motion
-from mbdsl.integrators.methods.hht_si2 import correct_with, factor_full
+from mbdsl.integrators.methods.hht_si2 import constraint_residuals, correct_with, factor_full
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 
@@ -89,19 +89,14 @@ def change_step(h, run):
 @kernel
 def residual(h, run):
     """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, MX2, FORCE and FORCE2."""
-    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    n = run.layout[L.N_Q]
     y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
     r, r2, f, mu_force = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE2]
     a, abar, Ma, Mabar = y[L.UNKNOWN], y[L.UNKNOWN2], y[L.MX], y[L.MX2]
-    phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
         r[i] = mass[i] * a[i] + Ma[i] - f[i]  # R1
         r2[i] = mass[i] * abar[i] + Mabar[i] + mu_force[i]  # R2
-    for i in range(n, n + m):
-        r[i] = phi[i] / (h * h)  # R3
-        r2[i] = dphi[i] / h  # R4
-    for i in range(n + m, size):
-        r[i], r2[i] = phi[i] / h, 0.0
+    constraint_residuals(h, run)
 
 
 @kernel

@@ -55,6 +55,7 @@ from mbdsl.integrators.loop.tangent_matrices import (
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods import hht_i3
 from mbdsl.integrators.methods.hht_i3 import local_error
+from mbdsl.integrators.methods.hht_si2 import constraint_residuals
 from mbdsl.integrators.methods.newmark import memory, settle, weights
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
@@ -164,20 +165,15 @@ def residual(h, run):
     """RESIDUAL and RESIDUAL2 from MULTIPLIED, MULTIPLIED2, MX, MX2, FORCE, FORCE2 and PAST_FORCE."""
     beta, gamma, alpha, _past = weights(run)
     b, part = run.coefficients[3], share(gamma, alpha)
-    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    n = run.layout[L.N_Q]
     y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
     r, r2, f, GD, GP = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE2], y[L.PAST_FORCE]
     of_R1, of_R2, M1, M2 = y[L.MULTIPLIED], y[L.MULTIPLIED2], y[L.MX], y[L.MX2]
-    phi, dphi = f, GD  # in the rows of constraints
     for i in range(n):
         force = (1 + alpha) * (f[i] + part * GD[i])
         r[i] = mass[i] * of_R1[i] + M1[i] - beta * force + ((1 - b) * GP[i] + b * GD[i]) / 2  # R1
         r2[i] = mass[i] * of_R2[i] + M2[i] - gamma * force + (GP[i] + GD[i]) / 2  # R2
-    for i in range(n, n + m):
-        r[i] = phi[i] / (h * h)  # R3
-        r2[i] = dphi[i] / h  # R4
-    for i in range(n + m, size):
-        r[i], r2[i] = phi[i] / h, 0.0
+    constraint_residuals(h, run)
 
 
 @kernel

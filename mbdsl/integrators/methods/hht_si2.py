@@ -109,18 +109,24 @@ def change_step(h, run):
 def residual(h, run):
     """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, MX2, FORCE, FORCE0 and FORCE2."""
     _beta, _gamma, alpha, _past = weights(run)
-    n, m, size = run.layout[L.N_Q], run.layout[L.N_PHI], run.layout[L.N_ALL]
+    n = run.layout[L.N_Q]
     y, mass = run.vectors, run.numbers[run.layout[L.MASS] :]
     r, r2, f, f0, mu_force = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE0], y[L.FORCE2]
     a, abar, Ma, Mabar = y[L.UNKNOWN], y[L.UNKNOWN2], y[L.MX], y[L.MX2]
-    phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
         r[i] = (mass[i] * a[i] + Ma[i]) / (1 + alpha) - f[i] + alpha / (1 + alpha) * f0[i]  # R1
         r2[i] = mass[i] * abar[i] + Mabar[i] + mu_force[i]  # R2
+    constraint_residuals(h, run)
+
+
+@kernel
+def constraint_residuals(h, run):
+    """The rows of constraints of RESIDUAL and RESIDUAL2: R3 = Phi/h^2 and R4 = dPhi/h, Gam/h and 0."""
+    y, n, m = run.vectors, run.layout[L.N_Q], run.layout[L.N_PHI]
+    r, r2, phi, dphi = y[L.RESIDUAL], y[L.RESIDUAL2], y[L.FORCE], y[L.FORCE2]
     for i in range(n, n + m):
-        r[i] = phi[i] / (h * h)  # R3
-        r2[i] = dphi[i] / h  # R4
-    for i in range(n + m, size):
+        r[i], r2[i] = phi[i] / (h * h), dphi[i] / h
+    for i in range(n + m, run.layout[L.N_ALL]):
         r[i], r2[i] = phi[i] / h, 0.0
 
 

@@ -5,7 +5,8 @@
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.newton import EPS, SINGULAR_NOISE, finite
-from mbdsl.integrators.methods.radau_stages import constraint_size, correct, matrices, predict, residuals
+from mbdsl.integrators.methods.radau_matrices import matrices
+from mbdsl.integrators.methods.radau_stages import constraint_size, correct, predict, residuals
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 

@@ -16,6 +16,7 @@ from mbdsl.integrators.loop.step_times import end_in_reach, end_of_step, represe
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.radau_coefficients import QB
+from mbdsl.integrators.methods.radau_matrices import COMPLEX
 from mbdsl.integrators.methods.radau_newton import (
     CONTRACTION,
     ERROR,
@@ -27,7 +28,7 @@ from mbdsl.integrators.methods.radau_newton import (
     solve_step,
     strict,
 )
-from mbdsl.integrators.methods.radau_stages import COMPLEX, estimate, finish, set_metric
+from mbdsl.integrators.methods.radau_stages import estimate, finish, set_metric
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.system.switches import signature

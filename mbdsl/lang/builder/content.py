@@ -23,6 +23,7 @@ class DraftContent:
     entries: dict[str, DraftEntry] = field(default_factory=dict)  #: by full name: ``link[3]``
     connections: list[s.Connect] = field(default_factory=list)
     rates: list[s.Relation] = field(default_factory=list)  #: equations of states
+    events: list[s.When | s.Relation] = field(default_factory=list)  #: when-equations and assertions
     initial: list[s.Initial] = field(default_factory=list)
     settings: dict[str, s.Argument] = field(default_factory=dict)  #: of the experiment
     spatial: bool = False  #: whether it is a model in space
@@ -34,7 +35,7 @@ class DraftContent:
             s.If(((None, (d,)),)) if is_element(d) else d for d in (e.declaration for e in self.entries.values())
         ]
         items.append(s.Annotation((s.Argument("experiment", None, tuple(self.settings.values())),)))
-        equations = (*self.connections, *self.rates)
+        equations = (*self.connections, *self.rates, *self.events)
         return s.Model(name, doc, tuple(items), equations, tuple(self.initial), spatial=self.spatial)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError, UsageError
@@ -12,14 +13,19 @@ from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.builder.draft import Draft
-from mbdsl.lang.builder.handles import Handle, Place
+from mbdsl.lang.builder.handles import Handle, Law, Place
 from mbdsl.lang.builder.kind_methods import KindMethods, known
 from mbdsl.lang.calls import CallLine, Given
+from mbdsl.lang.events import ACTIONS, no_action
 from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import read_expression
 from mbdsl.lang.unparse import indices, write, write_argument
 from mbdsl.messages import count, did_you_mean
+
+#: what a when-equation of a Builder does: texts as in a model, or new values of variables
+Action: TypeAlias = str | Mapping[Place, Law]
+_ASSIGNMENT = re.compile(r"([\w.]+(?:\[[^\]]*\])?)\s*=(?!=)\s*(.*)", re.DOTALL)
 
 
 class Declarations(KindMethods):
@@ -158,6 +164,30 @@ class Declarations(KindMethods):
     def _node(self, value: Any, what: str) -> s.Expression:
         with deep():
             return python_values.expression(value, what, self._handle_name)
+
+    def _actions(self, given: Sequence[Action], what: str) -> tuple[s.Item, ...]:
+        """The statements of a branch of a when-equation."""
+        found: list[s.Item] = []
+        for action in given:
+            if isinstance(action, Mapping):
+                found += [self._assignment(target, value, what) for target, value in action.items()]
+                continue
+            text = python_values.text(action, what).strip().removesuffix(";")
+            if (match := _ASSIGNMENT.fullmatch(text)) is not None:
+                found.append(self._assignment(match[1], match[2], what))
+                continue
+            node = self._node(text, what)
+            if not (isinstance(node, s.Call) and write(node.function) in ACTIONS):
+                raise no_action(node)
+            found.append(s.Relation(node, None, at=(CallLine(), 0, 0)))
+        if not found:
+            hint = """e.g. b.when("sample(0, 1 ms)", {"u": "-2*rod.phi"}, 'terminate("done")')"""
+            raise UsageError(f"{what}: there is nothing to do", hint=hint)
+        return tuple(found)
+
+    def _assignment(self, target: Place, value: Any, what: str) -> s.Relation:
+        left = self._place(target, what)
+        return s.Relation(left, self._node(value, f"{what}: {write(left)}"), at=(CallLine(), 0, 0))
 
     def _root(self, given: Place, what: str) -> str:
         """The name of a component."""

@@ -71,7 +71,7 @@ class Draft:
         """Replace the content, if the names of the new one are known."""
         instance = _instance(content)
         declared = (e.declaration for e in content.entries.values())
-        for item in (*declared, *content.connections, *content.rates, *content.initial):
+        for item in (*declared, *content.connections, *content.rates, *content.events, *content.initial):
             check_names(item, instance)
         self._instance, self.content = instance, content
 
@@ -112,6 +112,12 @@ class Draft:
         if before and not instead:
             raise ModelError(f"`{write(item.left)}` is given twice", hint="to replace it: `rate(..., replace=True)`")
         self.content.rates = [*(x for x in self.content.rates if x not in before), item]
+        self._instance = None
+
+    def event(self, item: s.When | s.Relation) -> None:
+        """Add a when-equation or an assertion."""
+        check_names(item, self.instance)
+        self.content.events.append(item)
         self._instance = None
 
     def initial(self, item: s.Initial, instead: bool) -> None:

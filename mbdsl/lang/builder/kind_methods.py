@@ -136,7 +136,8 @@ def _words(p: Parameter) -> str:
         return "{" + ", ".join(map(_quoted, p.choices)) + "}" if p.choices else "bool"
     if p.law:
         return "number, str or Expr"
-    return f"({', '.join(map(str, p.shape))},) numbers or str" if p.shape else "number or str"
+    sizes = ", ".join("n" if x is None else str(x) for x in p.shape)
+    return f"({sizes},) numbers or str" if p.shape else "number or str"
 
 
 def _quoted(word: str) -> str:

@@ -130,8 +130,13 @@ def find_dependents(content: DraftContent, names: Sequence[str]) -> list[str]:
         for item in content.initial
         if any(_refers(item.value, d) for d in gone) and not any(_refers(item.target, d) for d in gone)
     ]
+    values += [_event_name(item) for item in content.events if any(_refers(item, d) for d in gone)]
     settings = [f"experiment({key})" for key, a in content.settings.items() if any(_refers(a.value, d) for d in gone)]
     return [*(key for key in content.entries if key in found), *values, *settings]
+
+
+def _event_name(item: s.When | s.Relation) -> str:
+    return f"when {write(item.branches[0][0])}" if isinstance(item, s.When) else write(item.left)
 
 
 def without(content: DraftContent, gone: set[str]) -> DraftContent:
@@ -146,6 +151,7 @@ def without(content: DraftContent, gone: set[str]) -> DraftContent:
         entries={key: e for key, e in content.entries.items() if key not in gone},
         connections=[item for item in content.connections if stays(item)],
         rates=[item for item in content.rates if stays(item)],
+        events=[item for item in content.events if stays(item)],
         initial=[item for item in content.initial if stays(item)],
         settings={key: a for key, a in content.settings.items() if stays(a)},
     )

@@ -17,6 +17,8 @@ _BEGINNINGS = frozenset(
     "MODEL PARTIAL END EXTENDS IMPORT PARAMETER CONSTANT INPUT FINAL INNER OUTER CONNECTOR PUBLIC PROTECTED "
     "INITIAL EQUATION FOR CONNECT ANNOTATION FIXED GUESS NAME $END".split()
 )
+#: words that begin a statement of the equation section
+_STATEMENTS = ("when", "for", "if", "connect", "elsewhen")
 _WORDS = {"NAME": "a name", "STRING": "a text in double quotes", "$END": "the end of the text", "UNIT": "a unit"}
 _SYMBOLS = {name: f"`{symbol}`" for symbol, name in PUNCTUATION.items() if name != "RELATION"} | {
     "RELATION": "a comparison",
@@ -134,6 +136,8 @@ def _special(
         kind in ("PARAMETER", "CONSTANT", "INPUT", "EXTENDS", "FINAL", "CONNECTOR", "INNER", "OUTER")
         or (kind == "NAME" and previous is not None and previous.type == "NAME")
     ):
+        if previous is not None and (close := difflib.get_close_matches(previous.text, _STATEMENTS, 1, 0.7)):
+            return f"found {show(token)} after {show(previous)}", f"did you mean `{close[0]}`?"
         return "found a declaration in the equation section", "declarations come before `equation`"
     if kind in ("PARAMETER", "CONSTANT", "INPUT", "FINAL") and "NAME" in expected and previous is not None:
         if previous.type == "LOOP":
@@ -162,6 +166,10 @@ def _within(
             )
     if kind == "IF" and "NUMBER" in expected:
         return "found `if` inside an expression", "put it in parentheses: `1 + (if a then b else c)`"
+    if kind in ("ELSE", "ELSEIF") and [name for name, _ in _open_blocks(before)][-1:] == ["when"]:
+        return f"found `{text}` in a `when`", "another branch is `elsewhen condition then`"
+    if kind == "INITIAL" and "NAME" in expected and previous is not None and previous.type != "SEMICOLON":
+        return "found `initial`, expected an expression", "the start is the condition `initial()`"
     if kind.lower() in KEYWORDS and "NAME" in expected and text:
         hint = (
             "the frames at the ends of a body are `a` and `b`" if kind == "END" and before[-1].type == "DOT" else None
@@ -181,21 +189,25 @@ def _within(
 
 
 def _open_blocks(tokens: list[Token]) -> list[tuple[str, Token]]:
-    """The blocks that are open after ``tokens``: ("model", its name), ("for", ...) or ("if", ...)."""
+    """The blocks that are open after ``tokens``: ("model", its name), ("for", ...), ("if", ...) or ("when", ...)."""
     blocks: list[tuple[str, Token]] = []
-    depth = 0
+    depth, branch, begun = 0, False, False  # branch: whether the next `then` begins statements of a `when`
     for i, token in enumerate(tokens):
         last = tokens[i - 1].type if i else ""
         depth += (token.text in ("(", "{", "[")) - (token.text in (")", "}", "]"))
         if last == "END":
-            if blocks and token.type in ("NAME", "FOR", "IF"):
+            if blocks and token.type in ("NAME", "FOR", "IF", "WHEN"):
                 blocks.pop()
         elif token.type == "NAME" and last == "MODEL":
             blocks.append(("model", token))
         elif depth == 0 and token.type == "FOR":
             blocks.append(("for", token))
-        elif token.type == "IF" and last in ("SEMICOLON", "LOOP", "EQUATION", "PUBLIC", "PROTECTED"):
+        elif token.type == "IF" and (last in ("SEMICOLON", "LOOP", "EQUATION", "PUBLIC", "PROTECTED") or begun):
             blocks.append(("if", token))
+        elif token.type == "WHEN":
+            blocks.append(("when", token))
+        begun = branch and token.type == "THEN"
+        branch = token.type in ("WHEN", "ELSEWHEN") or (branch and not begun)
     return blocks
 
 

@@ -121,7 +121,7 @@ def _drive(joins: list[Edge]) -> Drive | None:
         return None
     driver, joint = drivers[0].component, others[0].component
     assert isinstance(driver.kind, JointKind) and isinstance(joint.kind, JointKind)
-    if joint.kind.pose is None or joint.kind.free != driver.kind.driver or joint.velocity_constraints:
+    if joint.kind.placing.pose is None or joint.kind.placing.free != driver.kind.driver or joint.velocity_constraints:
         return None
     u = expr(driver.values[driver.kind.driver])
     if dict(joint.ports) != dict(driver.ports) or any(leaf.op != "time" for leaf in leaves(u)):
@@ -132,8 +132,8 @@ def _drive(joins: list[Edge]) -> Drive | None:
 def _pose_of(scene: Scene, body: str, drive: Drive, poses: Mapping[str, PlanarPose]) -> PlanarPose:
     """Pose of a body's reference point in the world."""
     joint = drive.joint.component
-    assert isinstance(joint.kind, JointKind) and joint.kind.pose is not None
-    relative = PlanarPose(*joint.kind.pose(joint.values, drive.u))
+    assert isinstance(joint.kind, JointKind) and joint.kind.placing.pose is not None
+    relative = PlanarPose(*joint.kind.placing.pose(joint.values, drive.u))
     frame_a, frame_b = (scene.frames[joint.ports[port]] for port in joint.kind.ports)
     base, own = (frame_a, frame_b) if frame_b.body == body else (frame_b, frame_a)
     relative = relative if own is frame_b else relative.inverse()

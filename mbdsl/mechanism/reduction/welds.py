@@ -66,7 +66,7 @@ def merge(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
 
 
 def _welds(c: Component) -> bool:
-    return isinstance(c.kind, JointKind) and c.kind.pose is not None and not c.kind.free
+    return isinstance(c.kind, JointKind) and c.kind.placing.pose is not None and not c.kind.placing.free
 
 
 def _more(graph: MechanismGraph, groups: list[tuple[list[str], list[Edge]]]) -> dict[int, Edge]:
@@ -126,8 +126,8 @@ def _poses(scene: Scene, root: str, tree: list[Edge]) -> Mapping[str, PlanarPose
             pending.append(e)  # the root may be inside the tree
             continue
         a, b = (scene.frames[e.component.ports[port]].pose for port in e.component.kind.ports)
-        assert isinstance(e.component.kind, JointKind) and e.component.kind.pose is not None
-        relative = PlanarPose(*e.component.kind.pose(e.component.values, None))
+        assert isinstance(e.component.kind, JointKind) and e.component.kind.placing.pose is not None
+        relative = PlanarPose(*e.component.kind.placing.pose(e.component.values, None))
         if e.body_i in poses:
             poses[e.body_j] = poses[e.body_i] @ a @ relative @ b.inverse()
         else:

@@ -25,6 +25,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import MethodRun
+from mbdsl.mechanism.contacts import FRICTION, is_contact
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.examined_run import ExaminedRun
 from mbdsl.simulation.large_rotations import LargeRotations
@@ -139,8 +140,14 @@ def _not_searched(motion: MechanismRun) -> str | None:
     h = plan.h if plan.tol is None else LONGEST * (plan.stop - plan.start)
     for p in motion.parts:
         looks = InFixedSteps(p.system, h)
-        if isinstance(p.integration, External) and looks.terms:
-            where, what = _words(_law_within([motion.system.scene, p.system.scene], looks.roots[0]))
+        if not isinstance(p.integration, External):
+            continue
+        own = {x for c in p.system.scene.contacts for x in (c.condition, *c.slips)}
+        for root in looks.roots:
+            law = _law_within([motion.system.scene, p.system.scene], root)
+            if root in own or (law is not None and (is_contact(law) or law.kind.name == FRICTION)):
+                continue  # the method solves them
+            where, what = _words(law)
             return (
                 f"{where}{plan.method} does not search its steps for peaks of laws: a peak of {what} between the ends "
                 "of a step may be missed; compare with a method that searches, such as hht-si2 with a tolerance"

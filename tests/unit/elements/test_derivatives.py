@@ -70,6 +70,7 @@ CHOSEN = {
     "PointContact": {"radius": 1.5, **TOUCHING},
     "LineContact": {"radius": 1.5, **TOUCHING},
     "BoxContact": TOUCHING,
+    "ProfileContact": {"points": ((-3.0, 0.0), (3.0, 0.0)), "arcs": (3.0, 3.0), "radius": 0.4, **TOUCHING},
     "Rope": {"length": 0.4, "turns": 1.0, **dict.fromkeys(("radius", "mu", "drum"))},
     "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7, "exponent": 2.0},
     "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5, "exponent": 1.5},
@@ -106,6 +107,8 @@ def number(p, rng):
     """A random value for a declared parameter."""
     if p.choices:
         return str(rng.choice(p.choices))
+    if None in p.shape:
+        return ()  # of ``CHOSEN``
     drawn = rng.uniform(0.4, 1.6, p.shape) if p.positive or p.minimum is not None else rng.uniform(-1.5, 1.5, p.shape)
     return float(drawn) if p.shape == () else tuple(float(x) for x in drawn)
 
@@ -532,7 +535,7 @@ def test_springs_are_gradients_of_their_energy(kind):
     s, names = system(kind.name, variants(kind)[0]), scene(kind.name, variants(kind)[0])[1]
     roots = [s.scene.components[name].energy for name in names]
     idle = s.scene.components
-    others = [c for c in idle.values() if isinstance(c.kind, ForceKind) and c.kind is not kind]
+    others = [c for c in idle.values() if isinstance(c.kind, ForceKind) and c.kind.name != kind.name]
     assert all({s.scene.frames[f].body for f in c.ports.values()} == {"ground"} for c in others)
     weight = s.tables.numbers[s.tables.layout[buffer_layout.CONSTANT_FORCE] :][: s.n]
     for t, q, v, _ in states(s, names):

@@ -35,6 +35,7 @@ TOUCHING = {"e": 0.6, "exponent": 3.0, "mu_s": 1.7}
 #: values whose random choice would not fit; limits within the range of the motion
 CHOSEN = {
     "CircleContact": {"e": 0.6, "exponent": 1.5},
+    "circle_friction": {"internal": False, "r_a": 3.0, **TOUCHING},
     "PointContact": {"radius": 1.5, **TOUCHING},
     "LineContact": {"radius": 1.5, **TOUCHING},
     "BoxContact": TOUCHING,
@@ -49,18 +50,21 @@ SEEDS = {"Cam": 7}
 NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
 PAIRS = [m.KIND for m in modules(True).values() if isinstance(m.KIND, PairKind)]
 PAIRS += [of_variant(k.in_loops, True).KIND for k in PAIRS if k.in_loops]
+PAIRS.append(of_variant("circle_friction", True).KIND)
 CONSTRAINTS = [k for k in PAIRS if isinstance(k, JointKind) and (k.rows or k.velocity_rows)]
 
 
 def component(name, kind, values, **ports):
     declared = find(kind, True) if isinstance(kind, str) else kind
-    values = {p.name: p.default for p in declared.parameters} | values | CHOSEN.get(declared.name, {})
+    values = (
+        {p.name: p.default for p in declared.parameters} | values | CHOSEN.get(declared.variant or declared.name, {})
+    )
     values |= declared.derive(values)
     rows = getattr(declared, "velocity_rows", ())
     formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
     constraints = tuple(map(formulas.row, rows))
     relations = tuple(map(formulas.row, getattr(declared, "relations", ())))
-    for k, (function, signals) in enumerate(getattr(declared, "couplings", ())):
+    for k, (function, signals) in enumerate(getattr(declared, "functions", ())):
         values[function] = surface([formulas.signal(x) for x in (signals if k else signals[::-1])])
     friction = formulas.signal("friction") if getattr(declared, "friction", "") else None
     if isinstance(declared, ForceKind) and declared.springs is None:

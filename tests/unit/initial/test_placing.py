@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mbdsl import elements
+from mbdsl.elements.kind import Placing
 from mbdsl.initial.placement import place
 from mbdsl.lang.load import parse_text
 from mbdsl.mechanism import graph
@@ -71,11 +72,12 @@ def renamed(monkeypatch):
             found["derive"] = lambda v, given=given, under=under: given.derive(under(v))
             found["table"] = lambda v, given=given, under=under: given.table(under(v))
         else:
-            found |= {key: tuple(map(new, getattr(given, key))) for key in ("angle", "along")}
+            placing = {key: tuple(map(new, getattr(given.placing, key))) for key in ("angle", "along")}
+            found["placing"] = replace(given.placing, free=new(given.placing.free), **placing)
             for old, key in changes.items():
                 rows = found.get("g", given.g)
                 found["g"] = tuple(row._replace(plane=row.plane.replace(f"- {old}", f"- {key}")) for row in rows)
-            found |= {"driver": new(given.driver), "free": new(given.free), "reactions": (), "friction": ""}
+            found |= {"driver": new(given.driver), "reactions": (), "friction": ""}
         module = ModuleType(f"mbdsl.elements.{name.lower()}")
         names = {k: v for k, v in vars(source.file).items() if k[:2] != "__"}
         vars(module).update(names, KIND=replace(given, **found))
@@ -118,4 +120,5 @@ def test_parameters_are_declared():
     for module in elements.modules().values():
         kind = module.KIND
         has = {x.name for x in (*kind.signals, *kind.parameters)}
-        assert has >= {*getattr(kind, "angle", ()), *getattr(kind, "along", ())} | ({kind.size} - {""})
+        placing = getattr(kind, "placing", Placing())
+        assert has >= {*placing.angle, *placing.along} | ({kind.size} - {""})

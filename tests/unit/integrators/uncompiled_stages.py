@@ -15,7 +15,7 @@ import mbdsl
 from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import linear_solve, run_data
-from mbdsl.integrators.methods import radau_stages
+from mbdsl.integrators.methods import radau_matrices, radau_stages
 from mbdsl.integrators.methods.radau5 import SCHEME as R
 from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
@@ -95,7 +95,7 @@ class Stages:
             self.run.tangent(t, cM, (1.01 if self.spoilt else 1.0) * cK, *more)
 
         data = self.run.data()._replace(tangent_at=tangent)
-        assert radau_stages.matrices(R, 0.0, self.h, 1e-12, data)
+        assert radau_matrices.matrices(R, 0.0, self.h, 1e-12, data)
         x = self.unknowns()
         B, kept = np.zeros((x.size, x.size)), x.copy()
         for k in range(x.size):

@@ -45,7 +45,7 @@ def test_mypy_refuses_what_the_kinds_do_not_have(tmp_path):
     copies.mkdir(parents=True)
     for folder in (copies.parents[1], copies.parent):
         (folder / "__init__.py").touch()
-    names = ("__init__.py", "builder.py", "declaring.py", "handles.py")
+    names = ("__init__.py", "builder.py", "named_values.py", "declaring.py", "handles.py")
     modules = [shutil.copy(FOLDER / name, copies) for name in names]
     modules.append(copies / "kind_methods.pyi")
     modules[-1].write_text(kind_stub.stub(), encoding="utf-8")

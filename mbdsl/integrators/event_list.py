@@ -1,0 +1,109 @@
+"""The events of a run as a list: times, kinds, and places in the text.
+
+What when-equations did is recorded by an :class:`EventSet`; what happened to rigid contacts and to joints that stick is
+seen from their numbers in its history.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import Span
+from mbdsl.expressions.symbolic import leaves
+from mbdsl.mechanism.sticking import SLIDING
+from mbdsl.system.contact_numbers import COUNT, HELD, MODE, OPEN, number
+
+if TYPE_CHECKING:
+    from mbdsl.integrators.event_set import EventSet
+    from mbdsl.mechanism.events import Branch, Events
+
+Array = NDArray[np.float64]
+
+
+class Happened(NamedTuple):
+    """An event: time [s], kind, and place of what has acted."""
+
+    t: float
+    kind: str
+    span: Span | None
+
+
+class Group(NamedTuple):
+    """The events of one kind and place: times (k,) [s], ascending."""
+
+    kind: str
+    span: Span | None
+    times: Array
+
+
+def place(span: Span | None) -> str:
+    """Where an event is written: "line model.mbd:9", the condition of a Builder, or nothing."""
+    if span is None:
+        return ""
+    own = span.file.startswith("<") and span.file != "<text>"
+    return f"`{span.text.strip()}`" if own else f"line {span.file}:{span.line}"
+
+
+def groups(found: EventSet) -> list[Group]:
+    """The events so far, by what has acted."""
+    times: dict[int, list[float]] = {}
+    for event in found.acted:
+        for branch in event.branches:
+            times.setdefault(id(branch), []).append(event.t)
+    ticks: dict[int, list[Array]] = {}
+    for branch, done in found.ticks_done():
+        ticks.setdefault(id(branch), []).append(done)
+    own = [
+        Group(kind(b, found.events), b.span, np.sort(np.concatenate([times.get(id(b), []), *ticks.get(id(b), [])])))
+        for b in found.events.branches
+        if any(action.what != "assert" for action in b.actions)
+    ]
+    return [group for group in [*own, *_of_numbers(found)] if len(group.times)]
+
+
+def happened(found: list[Group]) -> list[Happened]:
+    """All events of groups, in the order of time."""
+    every = [Happened(t, group.kind, group.span) for group in found for t in group.times.tolist()]
+    return sorted(every, key=lambda x: x.t)
+
+
+def _of_numbers(found: EventSet) -> Iterator[Group]:
+    """The events of rigid contacts and of joints that stick."""
+    scene = found.system.scene
+    if not (scene.contacts or scene.sticking):
+        return
+    times, rows = found.table()
+    column = dict(zip(found.names, rows.T, strict=True))
+    for contact in scene.contacts:
+        struck, mode = (column[number(contact.name, x)] for x in (COUNT, MODE))
+        struck = np.diff(struck) > 0.0
+        closed = mode != OPEN
+        yield Group("impact", contact.span, times[1:][struck])
+        yield Group("contact", contact.span, times[1:][closed[1:] & ~closed[:-1]])
+        yield Group("lift-off", contact.span, times[1:][closed[:-1] & ~closed[1:]])
+        if contact.slips:
+            sticks = column[number(contact.name, HELD)] != 0.0
+            yield Group("stick", contact.span, times[1:][sticks[1:] & ~sticks[:-1]])
+            yield Group("slip", contact.span, times[1:][sticks[:-1] & ~sticks[1:] & closed[1:]])
+    for joint in scene.sticking:
+        held = np.diff((column[number(joint.name, SLIDING)] == 0.0).astype(float))
+        yield Group("stick", joint.span, times[1:][held > 0.0])
+        yield Group("slip", joint.span, times[1:][held < 0.0])
+
+
+def kind(branch: Branch, events: Events) -> str:
+    """The kind of an event: "terminate" or "reinit" by what it does, "touch" of a component that keeps the speed of a
+    touch, else "sample", "initial" or "when"."""
+    does = {action.what for action in branch.actions}
+    if found := does & {"terminate", "reinit"}:
+        return min(found, key=("terminate", "reinit").index)
+    if events.of_component(branch):
+        return "touch"
+    read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
+    if read & {clock.name for clock in events.clocks}:
+        return "sample"
+    return "initial" if events.initial in read else "when"

@@ -1,0 +1,48 @@
+"""The events of a run as marks of plots and of time lines, of which those that are close to each other are one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from mbdsl.integrators.event_list import Group, place
+
+#: ticks of clocks that are marked: more of them are left out, because they are a grid
+TICKS = 20
+#: marks closer to each other than this part of the time axis are one
+APART = 1 / 400
+
+
+class Mark(NamedTuple):
+    """An event, or ``events`` close to each other: time [s], kind, and what has acted."""
+
+    t: float
+    kind: str
+    events: int
+    text: str
+
+
+def marks(groups: Iterable[Group], start: float, stop: float) -> tuple[list[Mark], int]:
+    """Marks between two times [s] in the order of time, and the number of ticks that are not marked."""
+    found, left_out = list[Mark](), 0
+    apart = APART * (stop - start)
+    for kind, span, times in groups:
+        own = times[(times >= start - apart) & (times <= stop + apart)]
+        if kind == "sample" and len(own) > TICKS:
+            left_out += len(own)
+            continue
+        where = place(span)
+        if where.startswith("line"):
+            where = f"line {where.rpartition(':')[2]}"
+        last = -1
+        for t in own.tolist():
+            if last >= 0 and t - found[last].t < apart:
+                found[last] = found[last]._replace(events=found[last].events + 1)
+                continue
+            last = len(found)
+            found.append(Mark(t, kind, 1, f"{kind}, {where}" if where else kind))
+    return sorted((_counted(x) for x in found), key=lambda x: x.t), left_out
+
+
+def _counted(mark: Mark) -> Mark:
+    return mark if mark.events == 1 else mark._replace(text=f"{mark.events} × {mark.text}")

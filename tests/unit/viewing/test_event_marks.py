@@ -1,0 +1,85 @@
+"""Marks of events in plots and on the time line of the player, at times in closed form."""
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.simulation.event_marks import APART, TICKS
+
+BALL = """model M
+  Ground ground;
+  PointMass ball(m = 1 kg);
+  Contact floor(gap = ball.y, e = 0.8);
+  Integer n(start = 0);
+initial equation
+  ball.x = 0 m; ball.vx = 0 m/s; ball.y = 1 m; ball.vy = 0 m/s;
+equation
+  when sample(0, {period}) then n = pre(n) + 1; end when;
+end M;"""
+FIRST = np.sqrt(2 / 9.81)
+#: all impacts, up to rest at FIRST (1 + e)/(1 - e)
+HITS = FIRST * (1 + 2 * np.concatenate([[0], np.cumsum(0.8 ** np.arange(1, 60))]))
+REST = FIRST * 1.8 / 0.2
+
+
+@pytest.fixture(scope="module")
+def run():
+    return mbdsl.simulate(mbdsl.parse(BALL.format(period="0.5 s")), stop=5.0, method="hht-si2")
+
+
+def test_events_of_contacts_are_listed(run):
+    hits = [x.t for x in run.events if x.kind == "impact"]
+    assert hits[:20] == pytest.approx(HITS[:20], abs=1e-9)
+    assert [x.t for x in run.events if x.kind == "contact"] == pytest.approx([REST], abs=1e-6)
+    assert run.stats["kinds of events"] == {"impact": len(hits), "sample": 11, "contact": 1}
+    assert {x.span.line for x in run.events if x.kind == "impact"} == {4}
+
+
+def test_a_joint_that_stops_and_slides_is_listed():
+    """mu_s m g = 5 N holds a force of 4.5 N/s."""
+    model = mbdsl.parse(
+        "model M Ground g(g = 10 m/s2); Body b(m = 1 kg, I = 1 kg.m2); "
+        "Prismatic rail(g, b.c, mu = 0.4, mu_s = 0.5, sticks = true); Force f(b.c, fx = 4.5 N*time/(1 s)); "
+        "initial equation rail.s = 0 m; rail.v = 0 m/s; end M;"
+    )
+    run = mbdsl.simulate(model, stop=2.0, step=1e-2, method="hht-si2")
+    slips = [x.t for x in run.events if x.kind == "slip"]
+    assert slips == pytest.approx([5 / 4.5], abs=1e-8)
+
+
+def test_marks_are_few_and_lines_of_plots_are_at_their_times(run):
+    marks, unmarked = run.event_marks(0.0, 5.0)
+    assert unmarked == 0 and [x.kind for x in marks[:3]] == ["sample", "impact", "sample"]
+    impacts = [x for x in marks if x.kind == "impact"]
+    assert np.diff([x.t for x in impacts]).min() >= 5.0 * APART
+    assert sum(x.events for x in impacts) == run.stats["kinds of events"]["impact"]
+    assert impacts[-1].text == f"{impacts[-1].events} × impact, line 4"
+    plot = run.plot(["ball.y", "ball.vy"])
+    for panel in plot.panels:
+        lines = {series.name: series for series in panel.series if series.style == "guide"}
+        assert set(lines) == {"impact", "contact", "sample"}
+        assert lines["impact"].x[0] == lines["impact"].x[1] == pytest.approx(FIRST, abs=1e-9)
+    assert not any(s.style == "guide" for p in run.plot("ball.vy", against="ball.y").panels for s in p.series)
+
+
+def test_many_ticks_are_left_out_and_said():
+    run = mbdsl.simulate(mbdsl.parse(BALL.format(period="1 ms")), stop=1.0, method="hht-si2", step=1e-3)
+    marks, unmarked = run.event_marks(0.0, 1.0)
+    assert unmarked == 1001 > TICKS and {x.kind for x in marks} == {"impact"}
+    assert "1001 ticks of clocks are not marked." in run.plot("ball.y").notes
+
+
+def test_the_time_line_has_marks_and_a_key_goes_to_them(run, browser, tmp_path):
+    run.animate(tmp_path / "page.html")
+    browser.open(tmp_path / "page.html")
+    browser.value("play(false); seek(0.1); 0")
+    place = "[...document.querySelectorAll('#line i')].map((x) => [x.title, x.style.left])"
+    marks = browser.value(place)
+    assert len(marks) == len(run.event_marks(0.0, 5.0)[0])
+    title, left = marks[1]
+    assert title.startswith("impact, line 4, t = 0.451524 s")
+    assert float(left.removeprefix("calc(").split("%")[0]) == pytest.approx(100 * FIRST / 5.0, abs=1e-3)
+    for expected in (FIRST, 0.5, 1.0, HITS[1]):
+        browser.key("e", 69, "e")
+        assert browser.state()["time"] == pytest.approx(expected, abs=1e-6)
+    assert browser.value("document.body.classList.contains('with-events')")
