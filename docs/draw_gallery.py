@@ -3,7 +3,8 @@
 python docs/draw_gallery.py [NAME...]     # of these models, or of all
 python docs/draw_gallery.py --space       # of the models in space, and their page, docs/space-gallery.md
 
-The command of a page, `mbdsl animate models/gallery/NAME.mbd --trace ...`, names the traces of its film.
+The command of a page, `mbdsl animate models/gallery/NAME.mbd --trace ... --arrows ...`, names the traces and arrows of
+its film.
 """
 
 import io
@@ -39,17 +40,24 @@ GROUPS = {
         "stephenson_six_bar",
         "watt_six_bar",
     ),
-    "Vehicles": ("ackermann_steering", "double_wishbone", "mcpherson_strut", "quarter_car", "half_car"),
+    "Vehicles": (
+        "ackermann_steering",
+        "double_wishbone",
+        "mcpherson_strut",
+        "quarter_car",
+        "half_car",
+        "anti_lock_brake",
+    ),
     "Machines": (
         *("four_cylinder_engine", "excavator_arm", "windscreen_wiper", "sewing_machine", "pump_jack"),
         *("flyball_governor", "loading_crane", "robot_arm", "loom", "clock_escapement", "motor_crank"),
-        "hydraulic_boom",
+        *("hydraulic_boom", "verge_clock", "valve_train", "cart_pole", "anti_sway_crane"),
     ),
     "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow", "slingshot"),
     "Gears, cams and contacts": (
         *("gear_pair", "planetary_gear", "hypocycloid", "rack_steering", "bicycle_chain", "cam_follower"),
-        *("geneva_drive", "newtons_cradle"),
-        "woodpecker",
+        *("geneva_drive", "newtons_cradle", "woodpecker", "trip_hammer", "ratchet_hoist"),
+        "geneva_indexer",
     ),
 }
 INTRODUCTION = (
@@ -89,9 +97,9 @@ def option(name: str, flag: str) -> list[str]:
     return words[words.index(flag) + 1].split(",") if flag in words else []
 
 
-def film(trajectory: mbdsl.Trajectory, traced: list[str]) -> bytes:
-    """A looping GIF: the first of ``FILMS`` that is small enough."""
-    shown = trajectory.animate(traces=traced)
+def film(trajectory: mbdsl.Trajectory, traced: list[str], arrows: list[str] | None = None) -> bytes:
+    """A looping GIF, the first of ``FILMS`` that is small enough; ``arrows`` as for the command, by default forces."""
+    shown = trajectory.animate(traces=traced, arrows=[x for x in arrows or ["forces"] if x != "none"])
     seconds = min(LONGEST, max(SHORTEST, float(trajectory.t[-1] - trajectory.t[0])))
     with tempfile.TemporaryDirectory() as folder:
         for size, count, colours in FILMS:
@@ -175,7 +183,8 @@ def main(names: list[str]) -> None:
         scene = mbdsl.load(MODELS / f"{name}.mbd")
         text = page(name)
         driven = RESIDUAL.search(text)
-        content = film(mbdsl.simulate(scene, method=DRIVEN if driven else None), option(name, "--trace"))
+        run = mbdsl.simulate(scene, method=DRIVEN if driven else None)
+        content = film(run, option(name, "--trace"), option(name, "--arrows"))
         (GALLERY / f"{name}.gif").write_bytes(content)
         if driven:
             found = f"{residual(turned(scene)):.0e}"

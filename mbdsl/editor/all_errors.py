@@ -1,7 +1,7 @@
 """All errors of a file that do not follow from each other.
 
 Reading a model ends at its first error. The statement with the error is replaced by blanks, and so are all that use the
-names that it declares; then the text is read again.
+names that it declares, or whose derivative or value at events it gives; then the text is read again.
 """
 
 from __future__ import annotations
@@ -25,6 +25,9 @@ from mbdsl.mechanism.scene import Scene
 ERRORS = 10  #: errors of the model, after those of the syntax
 _HEADERS = re.compile(r"(extends|import|model|spatial|partial|end(?!\s+(for|if|when)))\b")
 _BLOCKS = re.compile(r"(for|if|when|elseif|elsewhen|else|end\s+for|end\s+if|end\s+when)\b")
+
+#: of a statement that gives a derivative, `der(x) = ...`, or a value at an event, `x = ...`, up to the name
+_GIVES = re.compile(r"der\s*\(\s*(?=\w)|(?=\w+\s*=[^=])")
 
 
 def find(text: str, file: str, read: Callable[[str], Scene]) -> tuple[list[MbdslError], Scene | None]:
@@ -120,6 +123,11 @@ class _Text:
     def _statement(self, at: int) -> Statement | None:
         return next((part for part in self.parts if part.start <= at < part.end), None)
 
+    def _given(self, part: Statement | None) -> int | None:
+        """The offset of the name whose derivative or value a statement gives."""
+        found = _GIVES.match(self.text, part.start) if part is not None else None
+        return found.end() if found is not None else None
+
     def _block(self, part: Statement) -> set[Statement]:
         """All statements of the `for` or `if` that ``part`` begins, ends or divides."""
         opened: list[list[Statement]] = []
@@ -135,12 +143,12 @@ class _Text:
         return set()
 
     def _without(self, gone: set[Statement]) -> _Text | None:
-        """The text without statements and all that uses the names that they declare."""
+        """The text without statements and all that uses the names that they declare or give values."""
         names = NameIndex(LooseLibrary(False).add(self.text, self.file))
         owners = [(self._statement(o.start), o) for o in names.occurrences]
         users = {symbol: {part for part, o in owners if o.symbol == symbol} for symbol in {o.symbol for _, o in owners}}
         declared = {
-            part: [o.symbol for _, o in group if o.declares]
+            part: [o.symbol for _, o in group if o.declares or o.start == self._given(part)]
             for part, group in groupby(owners, key=lambda pair: pair[0])
         }
         waiting = list(gone)

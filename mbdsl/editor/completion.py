@@ -18,6 +18,7 @@ from mbdsl.elements.kind import Kind
 from mbdsl.lang import orientations, quantities, shapes
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS, TABLE_ARGUMENTS
+from mbdsl.lang.event_functions import ACTIONS
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.library import SourceUnit
 from mbdsl.lang.parameters import ATTRIBUTES
@@ -99,6 +100,13 @@ def _items(at: Context, known: Mapping[str, Entity], unit: SourceUnit, model: s.
 def _statement(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     if at.section == c.EQUATIONS:
         yield from _keywords(("connect", "for", "if", "when", "end", "initial", "annotation"))
+        yield from _functions(("assert",))
+        return
+    if at.section == c.EVENTS:
+        yield from (_of_entity(found, 1) for found in known.values() if "discrete" in found.declaration.prefixes)
+        yield from (_of_entity(found, 4) for found in known.values() if found.form in (e.VALUE, e.SUB_MODEL))
+        yield from _functions(ACTIONS, 2)
+        yield from _keywords(("elsewhen", "for", "if", "end"))
         return
     if at.section == c.INITIAL:
         yield from _keywords(("guess", "fixed", "for", "if", "end", "equation", "annotation"))
@@ -119,6 +127,11 @@ def _models(unit: SourceUnit, rank: int = 5) -> Iterator[Proposal]:
     for name in unit.names():
         if (found := unit.find(name)) is not None:
             yield Proposal(name, "model", "model", descriptions.of_model(found[0], found[1].file.name), rank)
+
+
+def _functions(names: Iterable[str], rank: int = 6) -> Iterator[Proposal]:
+    for name in names:
+        yield Proposal(name, "function", "function", descriptions.of_word(name), rank)
 
 
 def _keywords(names: Iterable[str], rank: int = 6) -> Iterator[Proposal]:
@@ -236,7 +249,8 @@ def _values(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Itera
             name: x for name, x in e.of_component(target).items() if name not in (*kind.ports, at.parameter, "frames")
         }
         yield from (_of_own(x, 2) for x in own.values() if x.form != e.FRAME and x.name not in known)
-    yield from (Proposal(x, "function", "function", descriptions.of_word(x), 6) for x in words()["function"])
+    yield from _functions(x for x in words()["function"] if x not in ACTIONS)
+    yield Proposal("initial()", "function", "function", descriptions.of_word("initial"), 6)
     yield from (Proposal(x, "value", "constant", descriptions.of_word(x), 6) for x in words()["constant"])
     yield from _keywords(_IN_EXPRESSIONS, 7)
 

@@ -15,7 +15,7 @@ NOTHING, TOP, STATEMENT, TYPE, BASE, END, MEMBER, UNIT, ARGUMENT, VALUE, FRAME, 
     *("nothing", "model", "statement", "type", "base", "end", "member", "unit", "argument", "value", "frame"),
     *("setting", "choice", "condition"),
 )
-DECLARATIONS, EQUATIONS, INITIAL = "declarations", "equations", "initial values"
+DECLARATIONS, EQUATIONS, INITIAL, EVENTS = "declarations", "equations", "initial values", "events"
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 #: a unit that is being typed, after its number
@@ -111,6 +111,8 @@ def _section(tokens: list[Token]) -> tuple[str, str]:
         elif token.kind == lexer.KEYWORD and model:
             if token.text == "equation":
                 section = INITIAL if previous.text == "initial" else EQUATIONS
+            elif token.text == "when" and section in (EQUATIONS, EVENTS):
+                section = EQUATIONS if previous.text == "end" else EVENTS
             elif token.text in ("public", "protected"):
                 section = DECLARATIONS
     return model, section

@@ -104,6 +104,8 @@ def _without(text: str, problem: MbdslError) -> str:
     if block := next((b.span() for b in _FUNCTION.finditer(text) if b.start() <= at < b.end()), None):
         return blank(text, [block])
     # What was opened and not closed is the error, and not the place where the closing is missing.
+    if unclosed := _unclosed_when(text, places, problem, at):
+        return blank(text, [unclosed])
     for opened in (_opened(places, span) for _, span in problem.notes if span is not None):
         at = at if opened is None else opened
     found = list(statements(text))
@@ -121,6 +123,18 @@ def _without(text: str, problem: MbdslError) -> str:
         following = (part for part in found[k + 1 :] if _WHOLE.match(text, part.start))
         end = next((part.start for part in following), len(text))
     return blank(text, [(start, end)])
+
+
+def _unclosed_when(text: str, places: Places, problem: MbdslError, at: int) -> tuple[int, int] | None:
+    """A `when` without its end, of which no statement is left: they mean nothing outside of it."""
+    begun = [start for _, span in problem.notes if span is not None and (start := _opened(places, span)) is not None]
+    if not begun or not text.startswith("when", begun[0]):
+        return None
+    part = next((part for part in statements(text) if part.start <= at < part.end), None)
+    if part is None or not (ends := re.compile(r"end\s+(\w+)").match(text, part.start)):
+        return None
+    name = _open_model([p for p in lexer.pieces(text[: part.start]) if p.kind in (lexer.KEYWORD, lexer.NAME)])
+    return begun[0], part.start if ends[1] == name else part.end
 
 
 def blank(text: str, parts: Iterable[tuple[int, int]]) -> str:

@@ -8,6 +8,8 @@ from functools import cache
 from mbdsl.elements import kinds
 from mbdsl.lang import modelica_names
 from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
+from mbdsl.lang.event_functions import ACTIONS
+from mbdsl.lang.event_functions import FUNCTIONS as OF_EVENTS
 from mbdsl.lang.functions import CONSTANTS, FUNCTIONS
 from mbdsl.lang.lexer import KEYWORDS
 from mbdsl.lang.quantities import TYPES
@@ -31,7 +33,7 @@ KEYWORD_DOCS: Mapping[str, str] = {
     "connector": "A frame that is connected outside of the model: `connector Frame tip;`",
     "public": "Has no effect; accepted as in Modelica.",
     "protected": "Has no effect; accepted as in Modelica.",
-    "initial": "`initial equation` begins the section of initial values.",
+    "initial": "`initial equation` begins the section of initial values; `initial()` is true at the start.",
     "equation": "Begins the section of connections: `connect(a, b);`",
     "for": "A loop: `for i in 1:N loop ... end for;`; inside braces, an array: `{i^2 for i in 1:N}`",
     "in": "Precedes the values of a loop variable.",
@@ -86,9 +88,16 @@ FUNCTION_DOCS: Mapping[str, tuple[str, str]] = {
     "ones": ("n, ...", "array of ones"),
     "linspace": ("first, last, n", "n values at equal distances"),
     "der": ("x", "time derivative of a position or an angle"),
-    "assert": ("condition, text", "an error with this text, if the condition is false"),
-    "noEvent": ("x", "x; accepted as in Modelica"),
-    "smooth": ("n, x", "x; accepted as in Modelica"),
+    "assert": ("condition, text", "ends the run with this text, if the condition is or becomes false"),
+    "noEvent": ("x", "x, at whose jumps and corners no events are located"),
+    "smooth": ("n, x", "x, which has n continuous derivatives; if n >= 1, no events are located in it"),
+    "sample": ("start, period", "true at start + k period, k = 0, 1, ..., as condition of a `when`"),
+    "pre": ("x", "the value of a discrete variable before the event"),
+    "edge": ("b", "whether a discrete Boolean becomes true: b and not pre(b)"),
+    "change": ("x", "whether a discrete variable changes: x <> pre(x)"),
+    "terminal": ("", "true at the end of a run only"),
+    "reinit": ("x, value", "in a `when`: a jump of a state, or of a velocity by an impulse along it"),
+    "terminate": ("text", "in a `when`: ends the run, with exit code 0"),
     **{
         f"from_{name}": ("x", f"the number x in {unit}, as a quantity")
         for name, unit in modelica_names.CONVERSIONS.items()
@@ -113,7 +122,7 @@ def words() -> dict[str, tuple[str, ...]]:
         "keyword": {*KEYWORDS, "guess", "fixed", "spatial"} - constants,
         "kind": named_kinds,
         "type": {*VALUE_TYPES[1:], *FRAME_TYPES, "Table", *TYPES} - named_kinds,
-        "function": {*FUNCTIONS, "der", "assert"},
+        "function": {*FUNCTIONS, *OF_EVENTS, *ACTIONS, "der"} - {"initial"},
         "constant": constants,
     }
     return {name: tuple(sorted(found)) for name, found in classes.items()}

@@ -5,10 +5,8 @@ With the centre c of the ball in frame_a, x along the capsule, its distance from
     o = (c_x - max(-length/2, min(length/2, c_x)), c_y, c_z),   gap = |o| - R - radius,   n = o/|o|
 """
 
-from mbdsl.elements.contact_points import contact
-from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.sphere_box_contact import BALL, CENTRE, touch
-from mbdsl.elements.sphere_cylinder_contact import AXIS, along_axis, check
+from mbdsl.elements.sphere_box_contact import CENTRE
+from mbdsl.elements.sphere_cylinder_contact import on_round
 
 TERMS = {
     **CENTRE,
@@ -16,19 +14,10 @@ TERMS = {
     "beside": "hypot(hypot(ox, cy), cz)",
     "separation": "beside - R",
 }
-IN_SPACE = contact(
+IN_SPACE = on_round(
     "SphereCapsuleContact",
-    "A ball about the origin of frame_b on the outside of a capsule about the origin of frame_a; with friction.",
-    (
-        BALL,
-        Parameter("length", "m", doc="length of the capsule without its round ends", positive=True),
-        Parameter("R", "m", doc="radius of the capsule", positive=True),
-        AXIS,
-    ),
-    [touch(("ratio(ox, beside)", "ratio(cy, beside)", "ratio(cz, beside)"))],
-    spatial=True,
-    terms=TERMS,
-    axes=along_axis,
-    check=check,
-    drawing="nothing",
+    "capsule",
+    "length of the capsule without its round ends",
+    ("ratio(ox, beside)", "ratio(cy, beside)", "ratio(cz, beside)"),
+    TERMS,
 )

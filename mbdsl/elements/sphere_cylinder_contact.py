@@ -37,20 +37,30 @@ def check(values):
     return None if any(values["axis"]) else "the direction `axis` is zero, expected one such as {1, 0, 0}"
 
 
-IN_SPACE = contact(
+def on_round(name, what, length, parts, terms):
+    """The kind of a ball on a solid about an axis, ``what``, with this meaning of its ``length``."""
+    return contact(
+        name,
+        f"A ball about the origin of frame_b on the outside of a {what} about the origin of frame_a; with friction.",
+        (
+            BALL,
+            Parameter("length", "m", doc=length, positive=True),
+            Parameter("R", "m", doc=f"radius of the {what.split()[-1]}", positive=True),
+            AXIS,
+        ),
+        [touch(parts)],
+        spatial=True,
+        terms=terms,
+        axes=along_axis,
+        check=check,
+        drawing="nothing",
+    )
+
+
+IN_SPACE = on_round(
     "SphereCylinderContact",
-    "A ball about the origin of frame_b on the outside of a circular cylinder about the origin of frame_a; with "
-    "friction.",
-    (
-        BALL,
-        Parameter("length", "m", doc="length of the cylinder", positive=True),
-        Parameter("R", "m", doc="radius of the cylinder", positive=True),
-        AXIS,
-    ),
-    [touch(("normal_x", "normal_r*cy", "normal_r*cz"))],
-    spatial=True,
-    terms=TERMS,
-    axes=along_axis,
-    check=check,
-    drawing="nothing",
+    "circular cylinder",
+    "length of the cylinder",
+    ("normal_x", "normal_r*cy", "normal_r*cz"),
+    TERMS,
 )

@@ -162,7 +162,10 @@ class Effects:
         found = [c for c in self.solved if c.friction is not None or _rubs(c)]
         idle = [c.name for c in self.scene.components.values() if c.friction is not None]
         why = f"of {few(idle, 4)}: it changes no motion" if idle else "no mu"
-        return self.entry("friction", found, self.without("friction", why), self.kernels("laws", "expressions"))
+        entry = self.entry("friction", found, self.without("friction", why), self.kernels("laws", "expressions"))
+        if rows := sum(len(x.holds) for p in self.motion.parts for x in p.system.scene.sticking):
+            entry.why += f"; held by {count(rows, 'row')} while it sticks"
+        return entry
 
     def events(self) -> Entry:
         """What acts at events, which end steps."""

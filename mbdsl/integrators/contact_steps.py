@@ -21,26 +21,13 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
+from mbdsl.integrators.contact_record import ContactRecord, Step
 from mbdsl.kernels import buffer_layout as L
-from mbdsl.numerics.contact_modes import OPEN, SENSE, STICK, Contacts, Modes
+from mbdsl.numerics.contact_modes import OPEN, STICK, Contacts, Modes
 from mbdsl.numerics.impact import UnsolvableError, in_sequence, separating
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.accelerations import balance
-from mbdsl.system.contact_numbers import (
-    ALONG,
-    ALONG_2,
-    CLOSED,
-    COEFFICIENT,
-    COUNT,
-    FRICTION,
-    HELD,
-    IMPULSE,
-    MODE,
-    SLIDING,
-    SLOW,
-    number,
-)
-from mbdsl.system.contact_numbers import OPEN as NO_CONTACT
+from mbdsl.system.contact_numbers import FRICTION
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -112,12 +99,12 @@ class ContactSteps:
         out = {*problem.left_out, *(row for rows in self.rows for row in rows)}
         self.kept = np.array([row for row in range(system.m + system.p) if row not in out], int)
         self.lam = np.where(np.isin(np.arange(system.m + system.p), self.kept), problem.lam, 0.0)
-        self.modes = np.full(len(self.contacts), OPEN)  #: of the last step
+        self.record = ContactRecord(system, problem.events, problem.stop - problem.start)
+        self.modes = self.record.first_modes()  #: of the last step
         self.P = np.zeros(system.m + system.p)  #: impulses of contacts in the last step, at their rows
         self.scale = system.tables.scale
         self._balance: Array | None = None
         self._check_laws()
-        self._begin()
 
     def _check_laws(self) -> None:
         scene, own = self.system.scene, {c.name for c in self.contacts}
@@ -160,7 +147,7 @@ class ContactSteps:
 
     def _lam(self, h: float) -> Array:
         """The multipliers (m + p,) of the last step."""
-        return self.lam - self.P / h
+        return self.lam + self.record.multipliers / h
 
     # -- one step ------------------------------------------------------------------------------------------------------
 
@@ -192,6 +179,14 @@ class ContactSteps:
         self.lam[self.kept] = self._multipliers(found.x, h)
         self._keep(t + h, touching, found)
         return q, v
+
+    def _keep(self, t: float, touching: Touching, found: Solution) -> None:
+        """Enter what the contacts did in the step to time t, and remember it for the next step."""
+        which, rows, W, u, slow = touching
+        behind = u + W @ found.x[: self.system.n]
+        self.record.enter(t, Step(which, self._friction(which), u, behind, found.P, found.modes, slow))
+        self.P[:], self.modes[:] = 0.0, OPEN
+        self.P[rows], self.modes[which] = found.P, found.modes
 
     def _end(self, start: Start, x: Array) -> tuple[Array, Array]:
         dv = x[: self.system.n]
@@ -312,11 +307,14 @@ class ContactSteps:
         P, modes = self._impulses(touching, W @ X[:n], touching.u + W @ x[:n])
         return Solution(s, x + X @ P, P, modes)
 
+    def _friction(self, which: Rows) -> Array:
+        """Coefficients of friction in a step: static ones of contacts that stuck in the step before."""
+        return np.where(self.modes[which] == STICK, self.mu_s[which], self.mu[which])
+
     def _impulses(self, touching: Touching, G: Array, free: Array) -> tuple[Array, Modes]:
         """Impulses and modes; ``free``: the velocities that the forces alone give."""
         which, rows, _, u, slow = touching
-        mu = np.where(self.modes[which] == STICK, self.mu_s[which], self.mu[which])
-        laws = Contacts(G, tuple(len(self.rows[i]) for i in which), mu)
+        laws = Contacts(G, tuple(len(self.rows[i]) for i in which), self._friction(which))
         N = np.array(laws.first)
         approach = np.where(u[N] < -slow, -u[N], 0.0)
         try:
@@ -333,44 +331,3 @@ class ContactSteps:
                 self.contacts[which[error.which[0]]].span,
                 "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
             ) from None
-
-    def _begin(self) -> None:
-        """Take over the contacts of the event at the start. Their numbers get no friction that is a force: that of the
-        steps is an impulse."""
-        for k, contact in enumerate(self.contacts):
-            assert self.events is not None
-            values = self.events.values
-            if contact.slips:
-                held, rest = values[number(contact.name, HELD)], values[number(contact.name, SLIDING)] == 0.0
-                self.modes[k] = STICK if held and rest else OPEN
-                values |= {number(contact.name, x): 0.0 for x in (COEFFICIENT, HELD, ALONG_2)}
-                values |= {number(contact.name, SLOW): np.finfo(float).tiny, number(contact.name, ALONG): 1.0}
-        if self.contacts and self.events is not None:
-            self.events.note(self.problem.start)
-
-    def _keep(self, t: float, touching: Touching, found: Solution) -> None:
-        """Enter what the contacts did in the step to time t."""
-        self.P[:], self.modes[:] = 0.0, OPEN
-        if self.events is None or not self.contacts:
-            return
-        which, rows, W, u, slow = touching
-        self.P[rows], self.modes[which] = found.P, found.modes
-        behind = u + W @ found.x[: self.system.n]
-        values, first, done = self.events.values, 0, self._released()
-        for i, mode in zip(which.tolist(), found.modes, strict=True):
-            name, P = self.contacts[i].name, float(found.P[first])
-            if P > 0.0 and values[number(name, MODE)] != CLOSED and u[first] < -slow:
-                done |= {number(name, COUNT): values[number(name, COUNT)] + 1.0, number(name, IMPULSE): P}
-            if mode != OPEN and abs(behind[first]) <= slow:
-                done[number(name, MODE)] = CLOSED
-                if self.contacts[i].slips and mode != STICK:
-                    done[number(name, SLIDING)] = float(SENSE[mode])
-            first += len(self.rows[i])
-        if any(values[name] != x for name, x in done.items()):
-            values |= done
-            self.events.note(t)
-
-    def _released(self) -> dict[str, float]:
-        """The numbers of contacts all of which are open."""
-        found = {number(c.name, MODE): NO_CONTACT for c in self.contacts}
-        return found | {number(c.name, SLIDING): 0.0 for c in self.contacts if c.slips}

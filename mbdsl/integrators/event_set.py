@@ -33,7 +33,7 @@ from mbdsl.system.clock_tables import CLOCKS, PLACE
 from mbdsl.system.signals import gradients, values
 
 if TYPE_CHECKING:
-    from mbdsl.mechanism.events import Action, Branch
+    from mbdsl.mechanism.events import Action, Branch, Clock
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
@@ -49,6 +49,15 @@ class Acted(NamedTuple):
 
     t: float
     branches: tuple[Branch, ...]
+
+
+class Ticked(NamedTuple):
+    """Lengths of the lists of an EventSet, values of its variables, and counts of its clocks."""
+
+    histories: int
+    ticked: int
+    values: dict[str, float]
+    ticks: list[int]
 
 
 class EventSet:
@@ -150,11 +159,29 @@ class EventSet:
         self._ticks = [int(x) for x in run.numbers[place : place + clocks]]
         run.numbers[place + clocks] = 0.0
 
+    def taken(self) -> Ticked:
+        """What :meth:`take` has entered so far, for :meth:`give_back`."""
+        return Ticked(len(self.history), len(self.ticked), dict(self.values), list(self._ticks))
+
+    def give_back(self, before: Ticked) -> None:
+        """Remove the ticks that were entered since, of steps that the run takes again."""
+        del self.history[before.histories :], self.ticked[before.ticked :]
+        self.values, self._ticks = before.values, before.ticks
+
     @staticmethod
     def _place(run: RunState) -> tuple[int, int]:
         """The place in numbers of the counts of clocks, and their number; 0 if Python does what they do."""
         o = run.layout[L.TICKS]
         return (int(run.layout[o + PLACE]), int(run.layout[o + CLOCKS])) if o else (0, 0)
+
+    @staticmethod
+    def _first(clock: Clock, t: float) -> int:
+        """The number of the first tick at t or later; a tick before t by the rounding error of times is at t."""
+        t -= 4.0 * float(np.spacing(abs(t)))
+        k = max(0, int((t - float(clock.start)) / float(clock.period)) - 1)
+        while clock.tick(k) < t:
+            k += 1
+        return k
 
     def _due(self, t: float) -> list[str]:
         """The clocks that tick up to time t and have not yet acted."""
@@ -191,6 +218,7 @@ class EventSet:
         if self.friction is not None:
             self.friction.begin(t, stop - t, q, v, self.values)
         self._put(self.values)
+        self._ticks = [self._first(clock, t) for clock in self.events.clocks]
         due = self._due(t)
         self._was = self._truth(t, q, v, left_out)
         return self._act(t, q, v, left_out, [self.events.initial, *due])
@@ -388,6 +416,9 @@ class EventSet:
             if action.what == "set":
                 self.values[action.target] = x
             elif action.what == "reinit":
+                if not np.isfinite(x):
+                    message = f"reinit of {action.target} at t = {t:.9g} s: the value is {x:g}"
+                    raise ReinitError(message, action.span, "it has to be a finite number at this event")
                 jumps.append((action, x))
             elif x == 0.0 and self.failed is None:
                 self.failed = action
@@ -424,7 +455,8 @@ class EventSet:
         if np.abs(J @ dv - change[n:]).max(initial=0.0) > 1e-8 * max(1.0, float(np.abs(change).max(initial=0.0))):
             names = ", ".join(a.target for a, _ in jumps)
             message = f"reinit of {names} at t = {t:.9g} s: the constraints do not allow this velocity"
-            raise ReinitError(message, jumps[0][0].span)
+            hint = "a joint or a driver determines it; a `reinit` of several signals needs values that belong together"
+            raise ReinitError(message, jumps[0][0].span, hint)
         return v + dv
 
     @property
@@ -492,12 +524,24 @@ class EventSet:
     # -- results -------------------------------------------------------------------------------------------------------
 
     def at(self, t: Array) -> dict[str, Array]:
-        """The numbers of the model at times t (N,); at the time of an event, behind it."""
+        """The numbers of the model at times t (N,); at the time of an event, and earlier by its rounding, behind it."""
+        return self.numbers_at(t + 1e-13 * (1.0 + np.abs(t)))
+
+    def numbers_at(self, t: Array) -> dict[str, Array]:
+        """The numbers of the model at times t (N,) exactly: behind an event at its time, and before it before that."""
         if not self.history:
             return {}
         times, rows = self.table()
-        which = np.clip(np.searchsorted(times, t + 1e-13 * (1.0 + np.abs(t)), side="right") - 1, 0, None)
+        which = np.clip(np.searchsorted(times, t, side="right") - 1, 0, None)
         return {name: rows[which, k] for k, name in enumerate(self.names)}
+
+    def jumps(self) -> Array:
+        """The times at which a number of the model changes, without the start."""
+        if not self.history:
+            return np.empty(0)
+        times, rows = self.table()
+        found = times[1:][(rows[1:] != rows[:-1]).any(axis=1)]
+        return np.unique(found[found > times[0]])
 
     def table(self) -> tuple[Array, Array]:
         """Times (k,) of all events and the numbers (k, names) behind them."""

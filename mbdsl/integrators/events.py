@@ -30,6 +30,7 @@ from mbdsl.integrators.final_slide import End, final_slide
 from mbdsl.integrators.friction_set import At, UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
+from mbdsl.integrators.loop.step_times import at_stop
 from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF, TURNING
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
@@ -170,7 +171,8 @@ class Events:
                 integers[S.PASSED] = MOST_PASSED
             self._known = self._times(t)
             self._next(t)
-            reals[S.STEP_SIZE] = run.h = min(run.h, reals[S.NEXT_EVENT] - t)
+            if not run.controlled:  # the history of others belongs to a length, and is converted with it
+                reals[S.STEP_SIZE] = run.h = min(run.h, reals[S.NEXT_EVENT] - t)
 
     def _next(self, t: float) -> None:
         """Set NEXT_EVENT to a time before the next known event, by more than the rounding error of times."""
@@ -235,14 +237,12 @@ class Events:
             lam = self._reactions(t, q, v, lam)
             integers[S.PASSED] = MOST_PASSED
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
-        if known:
-            self._next(t + s)
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
-            (s, way), old_a = located, a
+            (s, way), old_a, begun = located, a, t
             t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
@@ -250,6 +250,9 @@ class Events:
             return self.no_accelerations(t, q, v), None
         new = system.switches(t, q, v, lam)
         if self.set is not None:
+            run.write_before(t, lambda x: way(x - begun), lam)
+            if (before := np.nextafter(t, -np.inf)) > begun:  # else the end of the last step is at t
+                run.keep_state(np.concatenate([[before], q, v, lam]))
             acted = self._acted(t, q, v)
             if isinstance(acted, int):
                 return acted, None
@@ -260,11 +263,15 @@ class Events:
                 if isinstance(acted, int):
                     return acted, None
                 q, v, a, lam = acted
+        if known or reals[S.KNOWN] <= t:
+            self._next(t)
+        elif self.set is not None:
+            self.set.put(run)
         integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         integers[S.EVENTS] += 1
         self.times.append(t)
         self.rounding.append(self._of_rounding(t, q, v, a - old_a, known))
-        longest = min(h, min(run.stop, reals[S.NEXT_EVENT]) - t)
+        longest = min(h, max(min(run.stop, reals[S.NEXT_EVENT]) - t, least))
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
@@ -408,6 +415,7 @@ class Events:
             events.undo()
             return False
         self._next(t + s)
+        at_stop(run)
         run.integers[S.EVENTS] += 1
         self._change({name: x for name, x in events.values.items() if name in self.system.tables.inputs})
         return True

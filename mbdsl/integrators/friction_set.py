@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.shared_friction import At, RowsHeld, independent, share
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.mechanism.sticking import DRIVEN, EDGE, MARGIN, SLIDING, Sticking, number
@@ -171,8 +172,30 @@ class FrictionSet:
             which = np.flatnonzero(np.abs(rows_held.Z).max(axis=1, initial=0.0))
             names = tuple(self.joints[k].name for k in held if set(self.rows[k]) & set(which.tolist()))
             if len(names) > 1 and (not self.shared or self.shared[-1][1] != names):
+                self._check_unread(at.t, names)
                 self.shared.append((at.t, names))
         return fits
+
+    def _check_unread(self, t: float, names: tuple[str, ...]) -> None:
+        """Check that no law reads the friction of joints that is not unique.
+
+        Raises
+        ------
+        UndecidedFrictionError
+            If a law does.
+        """
+        rows = {row: x.name for x in self.joints if x.name in names for row in x.rows}
+        for c in self.system.scene.components.values():
+            laws = [x for x in (*c.values.values(), *c.velocity_constraints) if isinstance(x, Expr)]
+            for leaf in leaves(*laws):
+                if leaf.op == "multiplier" and leaf.value[0] in rows:
+                    name = rows[leaf.value[0]]
+                    raise UndecidedFrictionError(
+                        f"`{c.name}` reads the friction of `{name}`, which is not unique from t = {t:.9g} s on: "
+                        f"{', '.join(f'`{x}`' for x in names)} hold the same motion",
+                        c.span,
+                        "let only one of these joints stick, with the friction of all of them",
+                    )
 
     def _agree(self, at: At, modes: Modes, a: Array, lam: Array) -> bool:
         """Whether accelerations a (n,) and multipliers agree with modes; else notes which mode differs most."""

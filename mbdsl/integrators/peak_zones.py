@@ -12,22 +12,25 @@ zone added.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import CHANGED
 from mbdsl.integrators.loop.switch_location import MIDDLE
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.close_approaches import Approach, Approaches
 from mbdsl.system.peaks_along_motion import OnTheWay
+from mbdsl.system.peaks_in_time import Zone, time_zones
 from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
-    from mbdsl.system.peaks_in_time import Zone
+    from mbdsl.expressions.symbolic import Expr
+    from mbdsl.integrators.event_set import EventSet
     from mbdsl.system.switches import Switch
 
 #: t (N,), q and v (N, n), lam (N, m + p)
@@ -67,11 +70,12 @@ def landing_part(order: int, tol: float) -> float:
 class Landings:
     """The zones of a run with controlled steps.
 
-    ``blame`` is called with the switches that change in step after step, if the run stops for that.
+    ``blame`` is called with the switches that change in step after step, if the run stops for that; ``events`` are the
+    when-equations, whose ticks are undone with the steps.
     """
 
-    def __init__(self, run: RunState, blame: Callable[[list[Switch]], None]) -> None:
-        self._run, self._blame = run, blame
+    def __init__(self, run: RunState, blame: Callable[[list[Switch]], None], events: EventSet | None) -> None:
+        self._run, self._blame, self._events = run, blame, events
         self._zones: Iterator[Zone] = iter(())
         self._pending: list[tuple[float, float]] = []
         self._looks, self._approaches = run.system.kept(OnTheWay), run.system.kept(Approaches)
@@ -96,16 +100,37 @@ class Landings:
 
     def begin(self, t: float) -> None:
         """Generate the zones from t on, at the start of the run."""
-        run = self._run
-        self._zones = run.system.time_zones(t, run.stop, LONGEST * run.span)
+        self._zones = self._all(t)
         self.refill()
+
+    def _all(self, t: float) -> Iterator[Zone]:
+        """The zones from t on; of fixed steps that end at events, those of conditions, so that none is passed over."""
+        run = self._run
+        if not run.grid:
+            return run.system.time_zones(t, run.stop, LONGEST * run.span)
+        laws = run.system.laws
+        found = [laws[x] for x in run.system.scene.conditions if x in laws]
+        found = [x for x in found if leaves(x) and all(leaf.op == "time" for leaf in leaves(x))]
+        return self._of_conditions(found, t) if found else iter(())
+
+    def _of_conditions(self, found: Sequence[Expr], t: float) -> Iterator[Zone]:
+        """The zones of conditions that depend on time alone; a run without a stop time has one at the end of each span
+        as well, so that the search goes no further than the run."""
+        run, longest = self._run, 1.1 * self._run.grid
+        while run.stop - t > 2.0 * run.span:
+            begin, t = t, t + run.span
+            over = 16.0 * longest  # pulses at the end of a span have neighbours
+            zones = time_zones(found, begin - over, t + over, longest)
+            yield from (zone for zone in zones if begin <= zone.start < t)
+            yield Zone(t - 0.1 * run.grid, t + 0.1 * run.grid, found[0])
+        yield from time_zones(found, t, run.stop, longest)
 
     def rejoin(self) -> None:
         """Restore the zones that the compiled loop does not hold, after the run was restored from a checkpoint."""
         run, self._pending = self._run, []
         run.approaches = [Approach(*x) for x in run.approaches]
         held = {tuple(zone) for zone in run.reals[S.ZONE : S.ZONE + 2 * run.integers[S.ZONES]].reshape(-1, 2).tolist()}
-        every = run.system.time_zones(run.start, run.stop, LONGEST * run.span) if held else ()
+        every = self._all(run.start) if held else ()
         self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
 
     def refill(self) -> None:
@@ -149,6 +174,7 @@ class Landings:
         while steps > 0 and status == S.RUNNING and self._looks.spent - begun < PAUSE:
             spent = self._looks.spent
             before, t = {name: getattr(run, name).copy() for name in CHANGED}, run.time
+            ticked = self._events.taken() if self._events is not None else None
             first = np.concatenate([[t], *run.state()])
             run.integers[S.NOTED] = 0
             status = call(min(steps, batch))
@@ -159,6 +185,8 @@ class Landings:
                 passed = int((rows[:, 0] <= zones[0].start).sum())  # steps that are taken again as they were
                 for name, kept in before.items():
                     getattr(run, name)[...] = kept
+                if self._events is not None and ticked is not None:
+                    self._events.give_back(ticked)
                 if zones[0].start - self._from > PLACE * run.span:
                     self._tries, self._from = 0, zones[0].start
                 self._tries += 1

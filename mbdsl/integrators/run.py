@@ -117,7 +117,7 @@ class MethodRun(RunState):
     def _stop_at_events(self) -> None:
         """Prepare switches, zones and the bounds of the step size, for a run with a tolerance."""
         self.events = Events(self, self.change_inputs)
-        self.landings = Landings(self, self.events.blame)
+        self.landings = Landings(self, self.events.blame, self.events.set)
         self.standstill = Standstill(self)
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         self.searched = not_searched()
@@ -284,8 +284,7 @@ class MethodRun(RunState):
         elif self.tol is not None:
             if has_order:
                 self.events.begin(behind, q, v, lam)
-            if not self.grid:
-                self.landings.begin(self.start)
+            self.landings.begin(self.start)
 
     def watch(self) -> None:
         """Keep the ends of all steps, and search fixed steps for peaks of laws that they pass over.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -255,13 +255,21 @@ class RunState:
             while len(ends) > 1 and len(ends[-2]) <= 2 * len(ends[-1]) and ends[-2].size + ends[-1].size <= RECORDED:
                 ends[-2:] = [np.concatenate(ends[-2:])]
 
-    def keep_state(self) -> None:
-        """Keep the present state: at the start, and behind a jump of forces."""
-        state = np.concatenate([[self.time], *self.state()])
+    def keep_state(self, state: Array | None = None) -> None:
+        """Keep a state (t, q, v, lam), by default the present one: at the start, and on both sides of a jump."""
+        state = np.concatenate([[self.time], *self.state()]) if state is None else state
         if self.integers[S.THIN]:
             self.drain()
             self.record_from(state)
         self.keep_ends(state[None])
+
+    def write_before(self, t: float, way: Callable[[float], tuple[Array, Array]], lam: Array) -> None:
+        """Output at times before an event at t, which no step has reached; ``way``: time -> q, v up to the event."""
+        k = int(self.integers[S.OUTPUT])
+        while not self.every and k < len(self.times) and self.times[k] < t - 4.0 * self.reals[S.LEAST_H]:
+            self.out[k] = np.concatenate([*way(self.times[k]), lam])
+            k += 1
+        self.integers[S.OUTPUT] = k
 
     @property
     def kept(self) -> Array:

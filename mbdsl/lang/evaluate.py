@@ -234,7 +234,7 @@ def _call(e: s.Call, scope: Names) -> Value:
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:
             return found
-    from mbdsl.lang.events import FUNCTIONS as OF_EVENTS
+    from mbdsl.lang.event_functions import FUNCTIONS as OF_EVENTS
     from mbdsl.messages import did_you_mean
 
     known = [*functions.FUNCTIONS, *OF_EVENTS, "der", *scope.function_names()]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from mbdsl.expressions.symbolic import Expr, input_signal
 from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, loop
+from mbdsl.lang.event_functions import ACTIONS, FUNCTIONS
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
@@ -22,10 +23,6 @@ from mbdsl.messages import did_you_mean
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
 
-#: functions that have a meaning at events only
-FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
-#: what a `when` does beside assignments
-ACTIONS = ("reinit", "terminate", "assert")
 HOLDS = 'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`'
 
 
@@ -166,11 +163,16 @@ class EventsOfModel:
         assert action.value is not None
         return When((Branch((symbolic.call("not", action.value), at_start), (action,), action.span),))
 
-    def finished(self) -> Events:
-        """The events of the model, checked."""
+    def finished(self, at_rest: Collection[str]) -> Events:
+        """The events of the model, checked; ``at_rest`` are the frames that do not move."""
         whens = tuple(self._when(item, scope) for item, scope in self._whens)
         whens += tuple(self._assertion(item, scope) for item, scope in self._assertions)
         self._single(whens)
+        for action in (a for when in whens for branch in when.branches for a in branch.actions):
+            read = symbolic.leaves(*(() if action.signal is None else (action.signal,)))
+            if read and all(x.op == "coordinate" and x.value[0] in at_rest for x in read):
+                hint = "`reinit` changes a velocity of a body or a joint, or a state"
+                raise ModelError(f"reinit of `{action.target}`: it does not move", action.span, hint)
         found = Events(dict(self._variables), tuple(self._clocks.values()), whens)
         if circle := found.circle():
             first = {a.target: a.span for b in reversed(found.branches) for a in reversed(b.actions) if a.what == "set"}
@@ -337,9 +339,10 @@ class EventsOfModel:
                         notes=notes,
                     )
             for branch in when.branches:
-                seen: dict[str, Action] = {}
-                for action in (a for a in branch.actions if a.what == "set"):
-                    if (first := seen.setdefault(action.target, action)) is not action:
+                seen: dict[object, Action] = {}
+                for action in (a for a in branch.actions if a.what in ("set", "reinit")):
+                    key = action.target if action.signal is None else action.signal
+                    if (first := seen.setdefault(key, action)) is not action:
                         notes = (("the first time is here", first.span),) if first.span else ()
                         raise ModelError(f"`{action.target}` is set twice in one event", action.span, notes=notes)
 

@@ -341,9 +341,9 @@ class Assembly:
             warnings=tuple(self._warnings.values()),
             spatial=self.spatial,
             steady=self._steady is not None,
-            events=self.events.finished().latching(
-                (*x, span_of(part.at)) for part in self.parts.values() for x in latches_of(part)
-            ),
+            events=self.events.finished(
+                {x.name for x in frames.values() if x.motion is None and not components[x.body].coordinates}
+            ).latching((*x, span_of(part.at)) for part in self.parts.values() for x in latches_of(part)),
             display=declare(display | declared_display.of_signals(self.parts.values())),
         )
 

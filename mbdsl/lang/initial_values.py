@@ -188,7 +188,9 @@ class InitialValues:
                 return getattr(entity, "name", None) or write(target), scope.value_of(entity, target)
         inner = target.arguments[0].value if isinstance(target, s.Call) and len(target.arguments) == 1 else None
         if isinstance(inner, s.Reference) and isinstance(target, s.Call) and write(target.function) == "der":
-            return f"der({self._target(inner, scope)[0]})", evaluate(target, scope)
+            name, found = self._target(inner, scope)
+            refuse_acceleration(name, found, target.at)
+            return f"der({name})", evaluate(target, scope)
         raise ModelError(
             f"found `{write(target)}` on the left of an initial equation, expected a signal",
             span_of(target.at),
@@ -216,6 +218,20 @@ def _display(unit: Unit | None, dimension: Dimension | None) -> DisplayUnit:
     if dimension is None or dimension == NUMBER:  # radians and pure numbers are not distinguished
         return DisplayUnit()
     return DisplayUnit(unit_text(dimension))
+
+
+def refuse_acceleration(name: str, found: Value, at: At) -> None:
+    """An error if a value, whose derivative an initial equation gives, is a velocity."""
+    if (
+        isinstance(found, Quantity)
+        and isinstance(found.value, symbolic.Expr)
+        and symbolic.is_velocity_level(found.value)
+    ):
+        raise ModelError(
+            f"the initial value of `der({name})`, an acceleration, follows from the forces",
+            span_of(at),
+            "give the positions in which the forces balance, or begin at the equilibrium: `initial(state = steady);`",
+        )
 
 
 def check_target(name: str, target: object, span: Span | None) -> None:

@@ -131,6 +131,11 @@ def unit_text(dimension: Dimension) -> str:
     return f"{text}/{below[0]}" if len(below) == 1 else f"{text}/({'.'.join(below)})"
 
 
+def type_name(dimension: Dimension) -> str | None:
+    """The first type of a dimension; None if there is none."""
+    return next((name for name, unit in TYPES.items() if units.dimension(unit) == dimension), None)
+
+
 def words(dimension: Dimension, unit: str = "") -> str:
     """The dimension for a message: ``a length [m]``; ``unit`` is the unit as written or expected."""
     if dimension == NUMBER:

@@ -20,7 +20,7 @@ from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import limits, units
-from mbdsl.lang.quantities import words
+from mbdsl.lang.quantities import type_name, unit_text, words
 from mbdsl.lang.units import NUMBER, Dimension
 
 
@@ -100,14 +100,23 @@ def numeric(q: Value, what: str) -> Quantity:
     return q
 
 
+def _with_units(dimension: Dimension, operation: str) -> str:
+    """How a pure number beside a value of another dimension gets a unit."""
+    if dimension == units.dimension("s") and operation in ("`+`", "`-`"):  # `pi/2 - 2*pi*time`
+        return "if an angle is meant, multiply the time by a rate, as in `2*pi*(1 rad/s)*time`"
+    kind, unit = type_name(dimension), unit_text(dimension)
+    declared = f"a variable has the unit of its type, as `{kind} x`; " if kind else ""
+    return f"{declared}a number gets a unit by a factor, `1 {unit}*...`"
+
+
 def common(a: Quantity, b: Quantity, operation: str) -> Dimension | None:
     """The common dimension of two values, which must not have different ones."""
     if a.dimension is None:
         return b.dimension
     if b.dimension is not None and a.dimension != b.dimension:
         hint = None
-        if {a.dimension, b.dimension} == {NUMBER, units.dimension("s")}:  # `pi/2 - 2*pi*time`
-            hint = "if an angle is meant, multiply the time by a rate, as in `2*pi*(1 rad/s)*time`"
+        if NUMBER in (a.dimension, b.dimension):
+            hint = _with_units(next(x for x in (a.dimension, b.dimension) if x != NUMBER), operation)
         found = f"found {describe(a)} and {describe(b)}"
         raise ModelError(f"{operation} takes two values of the same dimension, {found}", hint=hint)
     return a.dimension

@@ -7,7 +7,7 @@ from math import hypot
 
 from mbdsl.elements.kind import BodyKind, ForceKind
 from mbdsl.expressions.symbolic import Expr, const, coordinate
-from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene import Scene, is_state
 
 
 def gravity(scene: Scene) -> tuple[float, ...]:
@@ -45,7 +45,7 @@ def energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, 
     g = gravity(scene)
     for c in scene.components.values():
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
-            if c.name in excluded:
+            if c.name in excluded or is_state(c):
                 continue
             masses = c.kind.table(dict(c.values))
             if scene.spatial:

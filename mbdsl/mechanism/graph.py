@@ -24,6 +24,7 @@ from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
 from mbdsl.mechanism.scene import Component, Scene, is_rate, is_state
+from mbdsl.mechanism.sticking import joint_of
 from mbdsl.messages import count, few
 
 
@@ -300,7 +301,7 @@ def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -
 
     laws = [value for value in component.values.values() if isinstance(value, Expr)]
     found = leaves(*laws, *component.relations, *component.velocity_constraints)
-    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}
+    reads = {joint_of(leaf.value[0]): None for leaf in found if leaf.op == "multiplier"}
     frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]
     for joint in (scene.components[name] for name in reads):
         of_joint = leaves(*joint.relations, *joint.velocity_constraints)

@@ -168,6 +168,11 @@ def row_name(joint: str, k: int) -> str:
     return f"{joint}.stick[{k + 1}]"
 
 
+def joint_of(row: str) -> str:
+    """The joint that a component is, or whose row it is."""
+    return row.rpartition(".stick[")[0] or row
+
+
 def sticks(kind: object, values: Mapping) -> bool:
     """Whether a component is a joint whose friction sticks."""
     return isinstance(kind, JointKind) and bool(values.get("sticks") and values.get("mu_s"))

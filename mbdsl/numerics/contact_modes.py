@@ -34,6 +34,8 @@ UNBOUNDED = 1e9  #: size of P, relative to b, above which there is no solution
 WRONG = 1e-9  #: relative error of a solution above which it is none
 DEPENDENT = 1e-10  #: relative pivot below which a row depends on others
 ROUNDING = 1e-12  #: the same, of forces that are rounding
+LOOSE = 1e-5  #: the same, of many contacts in a step of a run, which the next step corrects
+SWITCHES = 20  #: most sets of modes that are tried from a guess
 NEWTON = 50  #: most iterations for the directions of slip in space
 
 
@@ -112,7 +114,7 @@ def solve(
         unique = [x for x in ordered if independent_rows(contacts.G, contacts.held(x)).all()] if independent else []
         found = _tried(contacts, b, unique, None)
         return found if found is not None else _tried(contacts, b, ordered, None)
-    if last is not None and guess is not None and (found := _tried(contacts, b, [last], guess)) is not None:
+    if last is not None and guess is not None and (found := _switched(contacts, b, last, guess)) is not None:
         return found
     P = _gauss_seidel(contacts, b, guess)
     if P is None:
@@ -120,7 +122,7 @@ def solve(
     modes = tuple(_mode(contacts, b, P, i) for i in range(len(contacts.sizes)))
     if (exact := _tried(contacts, b, [modes], P)) is not None:
         return exact
-    if _error(contacts, b, P, modes) <= WRONG:
+    if _error(contacts, b, P, modes) <= (WRONG if guess is None else LOOSE):
         return P, modes
     return _tried(contacts, b, _in_order(contacts, modes), P) if few else None
 
@@ -132,6 +134,34 @@ def _tried(contacts: Contacts, b: Array, all_modes: Iterable[Modes], P: Array | 
         if found is not None and _error(contacts, b, found, modes) <= WRONG:
             return found, modes
     return None
+
+
+def _switched(contacts: Contacts, b: Array, modes: Modes, P: Array) -> tuple[Array, Modes] | None:
+    """The solution by modes each of which is switched as the solution of all of them violates its law, a method of
+    active sets; None if it has not ended after ``SWITCHES`` solutions."""
+    mass = np.where(contacts.G.diagonal() > 0.0, contacts.G.diagonal(), 1.0)
+    for _ in range(SWITCHES):
+        found = _solution(contacts, b, modes, P)
+        if found is None:
+            return None
+        if _error(contacts, b, found, modes) <= WRONG:
+            return found, modes
+        P = found
+        x = P - (b + contacts.G @ P) / mass
+        modes = tuple(_projected_mode(contacts, x, i) for i in range(len(modes)))
+    return None
+
+
+def _projected_mode(contacts: Contacts, x: Array, i: int) -> int:
+    """The mode of contact i whose law holds at the projection of impulses ``x`` (r,)."""
+    n, T = contacts.first[i], contacts.tangents(i)
+    if x[n] <= 0.0:
+        return OPEN
+    if not contacts.rubs(i) or contacts.slides(i):
+        return contacts.choices(i)[-1]
+    if np.linalg.norm(x[T]) <= contacts.mu[i] * x[n]:
+        return STICK
+    return BACKWARD if contacts.sizes[i] == 2 and x[T][0] > 0.0 else FORWARD
 
 
 def _in_order(contacts: Contacts, last: Modes | None) -> Iterator[Modes]:
@@ -147,7 +177,8 @@ def _in_order(contacts: Contacts, last: Modes | None) -> Iterator[Modes]:
 
 
 def _solution(contacts: Contacts, b: Array, modes: Modes, P: Array | None = None) -> Array | None:
-    """P of these modes; in space by Newton's method from ``P``. Where rows depend on each other, that of least norm."""
+    """P of these modes; in space by Newton's method from ``P``. Where rows depend on each other, that nearest to ``P``,
+    which is zero unless it is given."""
     G, r = contacts.G, len(b)
     P = np.zeros(r) if P is None else P
     scale = np.sqrt(np.where(G.diagonal() > 0.0, G.diagonal(), 1.0))
@@ -156,7 +187,7 @@ def _solution(contacts: Contacts, b: Array, modes: Modes, P: Array | None = None
         J, right = _equations(contacts, b, modes, P)
         if not (np.isfinite(J).all() and np.isfinite(right).all()):
             return None
-        x = least_squares(J / scale, right, 1e-12) / scale
+        x = P + least_squares(J / scale, right - J @ P, 1e-12) / scale
         change, P = np.abs(scale * (x - P)).max(initial=0.0), x
         if change <= 1e-15 * np.abs(scale * P).max(initial=0.0):
             break

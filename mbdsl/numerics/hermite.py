@@ -41,7 +41,7 @@ def between(
     q1[:, own] = turned(-base, q1[:, own])
     v1[:, own] = from_spin(q1[:, own], v1[:, own])
     way, at_once = q1 - q0, h <= AT_ONCE * np.abs(known[[0, -1]]).max()
-    lost = at_once & (np.abs(way) <= AT_ONCE * np.maximum(np.abs(q0), np.abs(q1)))
+    lost = at_once & (np.abs(way) <= AT_ONCE * np.abs(q).max(axis=0))
     way = np.where(lost, 0.5 * (v0 + v1), way)
     c2, c3 = 3.0 * way - 2.0 * v0 - v1, -2.0 * way + v0 + v1
     found_q, found_v = q0 + x * (v0 + x * (c2 + x * c3)), (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h

@@ -169,6 +169,6 @@ def _ordered(rows: Array, n: int) -> tuple[Array, Array, Array, Array]:
     """t, q, v and lam of kept states at ascending times."""
     if not (np.diff(rows[:, 0]) > 0.0).all():
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
-        same = 1 + np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
-        rows[same, 0] = np.nextafter(rows[same, 0], np.inf)
+        while len(same := 1 + np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)):
+            rows[same, 0] = np.nextafter(rows[same - 1, 0], np.inf)
     return rows[:, 0].copy(), rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]

@@ -334,7 +334,7 @@ def _collect(
         own = events
         trajectory.find_events = lambda: groups(own)
     trajectory.gathered, trajectory.find_steps = motion.gathered, _steps_of(motion)
-    if trajectory.find_steps is None and plan.every and stream is None:
+    if trajectory.find_steps is None and plan.every and stream is None and events is None:
         trajectory.find_steps = lambda: Steps(trajectory, False)
     return trajectory, states
 
@@ -342,13 +342,15 @@ def _collect(
 def _steps_of(motion: MechanismRun) -> Callable[..., Steps] | None:
     """A function that returns the steps which the present run keeps, or a slice of them; None if it keeps none."""
     ends, system, left_out = motion.ends_of_steps(), motion.system, motion.left_out
-    own, precise = motion.own_reactions, has_own_step(motion.plan.method)
+    own, precise, events = motion.own_reactions, has_own_step(motion.plan.method), motion.event_set
     if ends is None:
         return None
 
     def found(some: slice = slice(None)) -> Steps:
         t, q, v, lam = ends(some)
-        return Steps(StateSignals(system, t, q, v, lam if own else None, {"status": "done"}, (), left_out), precise)
+        numbers = {} if events is None else events.numbers_at(t)
+        known = StateSignals(system, t, q, v, lam if own else None, {"status": "done"}, (), left_out, numbers)
+        return Steps(known, precise) if events is None else Steps(known, precise, events.numbers_at, events.jumps())
 
     return found
 

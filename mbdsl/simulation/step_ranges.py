@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 FEW = 300  #: number of steps up to which all of them are evaluated between their ends
+MANY = 3000  #: the same of a run whose discrete variables change: rules across several steps would smear them
 TOGETHER = 1_000_000  #: quantity of values of signals that are handled at once
 PLACES = 3  #: number of places where an extreme is sought
 PARTS = 6  #: points in each interval beside such a place
@@ -96,10 +97,13 @@ def _ranges(steps: Steps, names: Sequence[str], begin: float, end: float, betwee
     ends = steps.ends
     inside = (ends.t > begin) & (ends.t < end)
     t = ends.t if inside.all() else np.concatenate([[max(begin, ends.t[0])], ends.t[inside], [min(end, ends.t[-1])]])
+    jumps = steps.jumps[(steps.jumps > t[0]) & (steps.jumps < t[-1])] if len(steps.jumps) and len(t) else steps.jumps
+    if len(jumps):  # values on both sides of each
+        t = np.unique(np.concatenate([t, jumps, np.nextafter(jumps, -np.inf)]))
     reactions = ends.needs_reactions(names)
-    few = len(t) <= FEW and between
+    few = len(t) <= (MANY if len(jumps) else FEW) and between
     times, w = (t, np.ones(1)) if len(t) < 2 else lobatto_points(t) if few else (t, weights(t))
-    states = steps.at(times, reactions) if few or not inside.all() else ends
+    states = steps.at(times, reactions) if few or len(t) != len(ends.t) or not inside.all() else ends
     found: dict[str, Range] = {}
     size = max(1, TOGETHER // len(times))
     for k in range(0, len(names), size):

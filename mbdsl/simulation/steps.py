@@ -8,6 +8,7 @@ linear, plus the deviation of those of the equations of motion from a straight l
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from mbdsl.numerics.hermite import between
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.state_signals import StateSignals
 
+NO_JUMPS = np.empty(0)
 TOGETHER = 16  #: least number of states whose equations are solved together: a sweep does so thousands of times
 
 if TYPE_CHECKING:
@@ -33,10 +35,20 @@ class Steps:
         These states, at ascending times.
     precise : bool
         Whether polynomials between them have degree 5.
+    numbers : callable, optional
+        Times (N,) -> the discrete variables of the model then.
+    jumps : (K,) array, optional
+        Times [s] at which one of these changes.
     """
 
-    def __init__(self, ends: StateSignals, precise: bool) -> None:
-        self.ends, self.precise = ends, precise
+    def __init__(
+        self,
+        ends: StateSignals,
+        precise: bool,
+        numbers: Callable[[Array], Mapping[str, Array]] = lambda t: {},
+        jumps: Array = NO_JUMPS,
+    ) -> None:
+        self.ends, self.precise, self.numbers, self.jumps = ends, precise, numbers, jumps
 
     def at(self, t: Array, reactions: bool) -> StateSignals:
         """The motion at ascending times t (N,) [s], which the steps enclose; with ``reactions`` also those."""
@@ -51,7 +63,7 @@ class Steps:
             known = np.concatenate([known, self._solved[1]], axis=1)
         a = self._solved[0] if self.precise else None
         q, v, lam = between(t, ends.t, ends.q, ends.v, known, system.tables.rotations[:, 0], a)
-        found = StateSignals(system, t, q, v, None, ends.stats, (), ends.left_out)
+        found = StateSignals(system, t, q, v, None, ends.stats, (), ends.left_out, self.numbers(t))
         found._names, found._together = ends._names, TOGETHER
         if own is not None and reactions:
             linear, deviation = lam[:, : own.shape[1]], found._motion[1] - lam[:, own.shape[1] :]

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 from mbdsl.integrators import available
 from mbdsl.simulation.plan import DEFAULT_STEP
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
-from mbdsl.studies.ladder import Ladder, difference
+from mbdsl.studies.ladder import Ladder, Run, difference
 
 FINER = 3.0  #: a difference this many times the error of one method measures the error of the other
 ROUNDS = 10  #: largest number of runs of both methods in a check
@@ -72,7 +73,8 @@ def ask(ladder: Ladder, accuracy: float, run: Limited, judge: Limited, left: Cal
     while waiting:
         other = waiting.pop(0)
         others = left() * len(waiting) / (1 + len(waiting))  # they may be needed
-        found = _confront(ladder, other, accuracy, run, judge, left, lambda kept=others: left() - kept)  # type: ignore[misc]
+        runs = partial(_within, run, left, 0.0), partial(_within, judge, left, others)
+        found = _confront(ladder, other, accuracy, *runs)
         verdict.opinions.append(found)
         if found.agrees is not None:
             waiting = [x for x in waiting if family(x.method) != family(other.method)]
@@ -83,18 +85,14 @@ def ask(ladder: Ladder, accuracy: float, run: Limited, judge: Limited, left: Cal
     return verdict
 
 
-def _confront(
-    ladder: Ladder,
-    other: Ladder,
-    accuracy: float,
-    run: Limited,
-    judge: Limited,
-    left: Callable[[], float],
-    share: Callable[[], float],
-) -> Opinion:
-    """Refine both until they agree or one cannot continue; ``share`` is the time of ``other`` [s]."""
-    judged, own_run = (lambda case: judge(case, share())), (lambda case: run(case, left()))
-    if not all(other.refine(judged, size) for size in list(other.sizes)):
+def _within(run: Limited, left: Callable[[], float], kept: float, case: Case) -> Trajectory:
+    """A run within the remaining time without what is ``kept`` [s]."""
+    return run(case, left() - kept)
+
+
+def _confront(ladder: Ladder, other: Ladder, accuracy: float, run: Run, judge: Run) -> Opinion:
+    """Refine both until they agree or one cannot continue; ``judge`` makes runs of ``other``."""
+    if not all(other.refine(judge, size) for size in list(other.sizes)):
         return Opinion(other.method, None, f"failed: {other.problem}")
     before, still = math.inf, 0
     for _ in range(ROUNDS):
@@ -111,10 +109,10 @@ def _confront(
         elif len(other.estimates) > PERSISTS and own > SAME * min(other.estimates[-1 - PERSISTS : -1]):
             break  # it does not improve
         if not finer or still == PERSISTS:
-            refined = other.refine(judged, other.next(max(differs, accuracy) / FINER))
+            refined = other.refine(judge, other.next(max(differs, accuracy) / FINER))
         else:
             ladder.estimates[-1] = max(ladder.estimate, differs)
-            refined = ladder.refine(own_run, ladder.next(accuracy))
+            refined = ladder.refine(run, ladder.next(accuracy))
         if not refined:
             break
     stopped, ladder.problem = other.problem or ladder.problem, ""

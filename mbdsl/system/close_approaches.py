@@ -46,8 +46,8 @@ EPS = float(np.finfo(float).eps)
 FEW = 8
 #: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
 NARROW, MOST_KNOTS = 1e-2, 32
-#: comparisons in a condition that are examined
-MOST_COMPARED = 16
+#: most comparisons in a condition, and operations in an argument, that are examined
+MOST_COMPARED, MOST_NODES = 16, 500
 
 
 class Approach(NamedTuple):
@@ -75,7 +75,8 @@ def arguments(system: System) -> list[Expr]:
             apart = (system.scene.spatial and of_positions(g)) or any(x.op == "angle" for x in walk(g))
             # a stop with a damper, as max(0, -k s - c v): its contact is shorter than what interpolation resolves
             mixed = not of_positions(g) and any(map(_is_position, _summands(g)))
-            if moves and not apart and not mixed and all(x.op != "input" for x in variables):
+            large = len(walk(g)) > MOST_NODES  # as distances from profiles: they would cost more than steps
+            if moves and not apart and not mixed and not large and all(x.op != "input" for x in variables):
                 found[g] = None
     # in space, positions are searched between steps
     found |= dict.fromkeys(c.gap for c in system.scene.contacts if not system.scene.spatial)

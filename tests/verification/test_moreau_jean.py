@@ -223,6 +223,8 @@ def test_coulomb_oscillator():
         assert found["floor.force"][-1] == pytest.approx(G, rel=1e-9)
         assert found["floor.friction"][-1] == pytest.approx(-100 * found["p.x"][-1], abs=1e-9)
         np.testing.assert_allclose(found["floor.friction"][5:40], -2.0)
+        np.testing.assert_allclose(found["p.ax"][5:40], 2.0 - 100 * found["p.x"][5:40], atol=1e-9)
+        assert abs(found["p.ax"][-1]) < 1e-9
         assert (found["floor.sliding"][10], found["floor.sliding"][-1]) == (-1.0, 0.0)
     assert abs(errors[0]) < 1e-4 and abs(errors[1]) < abs(errors[0]) / 4
 
@@ -264,11 +266,11 @@ def test_static_friction_is_larger():
 
 def test_verge_clock():
     """Limit cycle of 0.9529336667 s (momentum at the strike, constant torque), to the error of the step."""
-    found = mbdsl.simulate(MACHINES / "verge_clock.mbd", method="moreau-jean", step=5e-4, stop=3.8, interval=5e-4)
+    found = mbdsl.simulate(MACHINES / "verge_clock.mbd", method="moreau-jean", step=5e-4, stop=2.9, interval=5e-4)
     beats = found.t[np.flatnonzero(np.diff(found["up"]) > 0)]
-    assert len(beats) == 5
-    assert np.diff(beats)[-2:].mean() == pytest.approx(0.9529336667, abs=4e-3)
-    assert found["upper.impacts"][-1] >= 4 and np.abs(found["arbor.Phi[1]"]).max() < 1e-12
+    assert len(beats) == 4
+    assert np.diff(beats)[-1] == pytest.approx(0.9529336667, abs=4e-3)
+    assert found["upper.impacts"][-1] >= 3 and np.abs(found["arbor.Phi[1]"]).max() < 1e-12
 
 
 # -- events, and what is refused --------------------------------------------------------------------------------------

@@ -51,16 +51,6 @@ def on_belt(t: float) -> float:
     return 0.03 + 0.02 * cos(10 * after) + 0.01 * sin(10 * after) if after < slip else 0.1 * (after - slip + 0.1)
 
 
-@pytest.mark.parametrize("method", ["hht-i3", "hht-si2", "nstiff-si2"])
-def test_a_block_on_an_incline_does_not_creep(method):
-    scene = mbdsl.load(ROOT / "tests" / "data" / "machines" / "incline.mbd")
-    run = mbdsl.simulate(scene, step=1.0, method=method)
-    assert len(run.t) > 500 and run.t[-1] == 3600.0
-    assert np.abs(run["slide.s"]).max() < 1e-16
-    assert (run["slide.sliding"] == 0.0).all()
-    assert run["slide.friction"] == pytest.approx(np.full(len(run.t), 9.81 * sin(radians(20))), rel=1e-3)
-
-
 @pytest.mark.parametrize(("h", "error"), [(0.01, 3e-5), (0.0025, 5e-7)])
 def test_an_oscillator_with_dry_friction_comes_to_rest(h, error):
     run = mbdsl.simulate(mbdsl.parse(OSCILLATOR), stop=2.5, step=h, method="hht-si2", interval=h)
@@ -182,6 +172,12 @@ def test_two_feet_slide_where_all_of_their_friction_is_used():
         assert run.t[moving][0] == pytest.approx(start, abs=0.0101)
         assert (moving == (run["right.sliding"] != 0.0)).all()
         assert run["block.x"][-1] == pytest.approx(0.7 * (1.0 - start) ** 3 / 6, rel=5e-3)
+
+
+def test_a_law_that_reads_friction_that_is_not_unique_is_refused():
+    text = FEET.replace("LOAD", "0.5 N").replace("initial", "  Force spy(block.c, fy = -1e-3*left.friction);\ninitial")
+    with pytest.raises(mbdsl.InitialisationError, match="`spy` reads the friction of `left`, which is not unique"):
+        mbdsl.simulate(mbdsl.parse(text), stop=1.0, step=0.1, method="hht-si2")
 
 
 @pytest.mark.parametrize("speed", ["0 m/s", "0.1 m/s"])

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import leave_chart, move_charts
-from mbdsl.integrators.loop.step_times import finished, start_of_step
+from mbdsl.integrators.loop.step_times import at_stop, finished, start_of_step
 from mbdsl.integrators.loop.switch_location import near_switch
 from mbdsl.integrators.loop.ticks import full, tick
 from mbdsl.integrators.loop.turn_counting import count_turns
@@ -94,6 +94,8 @@ def advance(step, formulas, steps, times, out, run):
         if reals[S.NOW] >= reals[S.NEXT_EVENT]:
             if run.layout[L.TICKS] == 0 or not tick(run):
                 return S.EVENT
+            if at_stop(run) and integers[S.EVERY]:
+                times[integers[S.OUTPUT] - 1] = reals[S.STOP]
             continue
         if integers[S.CUT] > 0:
             if integers[S.PASSED] == MOST_PASSED or near_switch(h, run):

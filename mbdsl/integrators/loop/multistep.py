@@ -32,7 +32,7 @@ from mbdsl.integrators.loop.step_control import (
     remember,
     to_grid,
 )
-from mbdsl.integrators.loop.step_times import end_of_step
+from mbdsl.integrators.loop.step_times import end_of_step, in_reach
 from mbdsl.integrators.loop.switch_location import REACTIONS, TURNING, length_before_switch, until_switch
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
@@ -233,7 +233,7 @@ def trial_length(run):
     """The length to try [s]."""
     if run.reals[S.GRID] > 0.0 and run.integers[S.CUT] == 0:
         return to_grid(run)
-    return run.reals[S.STEP_SIZE]
+    return in_reach(run.reals[S.STEP_SIZE], run)
 
 
 @kernel

@@ -44,6 +44,30 @@ def end_in_reach(run):
 
 
 @kernel
+def in_reach(h, run):
+    """The length h of a controlled step, or a shorter one that ends at the stop time or at the next known event [s].
+
+    The length was chosen before a clock ticked, or before a change from outside: the next event was not yet known.
+    """
+    reals = run.reals
+    if reals[S.TOL] > 0.0:
+        left = max(min(reals[S.STOP], reals[S.NEXT_EVENT]) - reals[S.NOW], reals[S.LEAST_H])
+        if h > left + 1e-9 * h:
+            return left
+    return h
+
+
+@kernel
+def at_stop(run):
+    """Whether only the rounding error of times is left of a run behind an event; it then ends."""
+    reals = run.reals
+    if reals[S.TOL] > 0.0 and reals[S.STOP] - reals[S.NOW] <= 4.0 * reals[S.LEAST_H]:
+        reals[S.NOW] = max(reals[S.NOW], reals[S.STOP])
+        return True
+    return False
+
+
+@kernel
 def representable(h, run):
     """A length of about h whose multiples can be added to the time without rounding; h if it is below rounding [s].
 

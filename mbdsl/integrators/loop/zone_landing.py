@@ -24,7 +24,10 @@ def until_zone(h, run):
     if integers[S.NEXT_ZONE] == integers[S.ZONES]:
         return 0.0
     start, end = reals[S.ZONE + 2 * integers[S.NEXT_ZONE]], reals[S.ZONE + 2 * integers[S.NEXT_ZONE] + 1]
-    return h if reals[S.NOW] + h <= end else (1.0 - reals[S.WITHIN]) * start + reals[S.WITHIN] * end - reals[S.NOW]
+    if reals[S.NOW] + h <= end:
+        return h
+    landing = (1.0 - reals[S.WITHIN]) * start + reals[S.WITHIN] * end - reals[S.NOW]
+    return max(landing, min(end - reals[S.NOW], reals[S.SLIVER] * reals[S.GRID]))
 
 
 @kernel

@@ -16,7 +16,8 @@ from mbdsl.lang.builder.draft import Draft
 from mbdsl.lang.builder.handles import Handle, Law, Place
 from mbdsl.lang.builder.kind_methods import KindMethods, known
 from mbdsl.lang.calls import CallLine, Given
-from mbdsl.lang.events import ACTIONS, no_action
+from mbdsl.lang.event_functions import ACTIONS
+from mbdsl.lang.events import no_action
 from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import read_expression

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from mbdsl.elements import find
 from mbdsl.lang import syntax as s
-from mbdsl.lang.mistakes import bodies, frames, members
+from mbdsl.lang.mistakes import blocks, bodies, frames, members
 from mbdsl.lang.mistakes.frames import Ends
 from mbdsl.lang.mistakes.gears import GEARS
 from mbdsl.lang.mistakes.names import with_unit
@@ -50,7 +50,6 @@ _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
         for name in ("Spring", "Damper", "SpringDamper")
     },
 }
-_EXPRESSION = "there are no blocks: write the expression where its value is used, as in `tau = 3 N.m*sin(2*time)`"
 _FRICTION = "friction belongs to its joint, as in `Revolute pin(ground, rod.a, mu = 0.1, radius = 10 mm);`"
 _LAW = "write a law of the speed, as in `Torque load(pin, tau = -0.1 N.m.s*pin.w);`"
 _STOP = "use a TranslationalStop or a RotationalStop, a spring and damper beyond a clearance"
@@ -81,8 +80,7 @@ BODIES = ("BodyShape", "BodyBox", "BodyCylinder", "Link", "Bar", "RigidBody", "B
 FRAMES = ("FixedTranslation", "FixedRotation", "Parts.Fixed")
 #: a part of a name -> what to write instead
 _TEXTS = {
-    "Blocks.Interfaces": "an input is declared `input Real u;`, an output `Real y = ...;`",
-    "Blocks": _EXPRESSION,
+    **blocks.TEXTS,
     "Sensors": _SENSOR,
     **dict.fromkeys(("Accelerometer", "Gyroscope", "Gyro", "IMU", "LoadCell"), _MEASURED),
     **dict.fromkeys(("CutForce", "CutTorque", "CutForceAndTorque"), _MEASURED),
@@ -92,7 +90,6 @@ _TEXTS = {
     "Differential": _DIFFERENTIAL,
     "JointRRR": "use three Revolute joints and two bodies",
     "JointRRP": "use two Revolute joints, a Prismatic and the bodies between them",
-    "Inertia": "a rotor is a Body on a Revolute: `Body rotor(m = 1 kg, I = 0.1 kg.m2);`",
     "Translational.Components.Mass": "a sliding mass is a Body on a Prismatic",
     "Rotational.Components.Fixed": "the frame of the ground is the name of the ground",
     "Flange_a": "there are no flanges: connectors are frames, `Frame name;`",
@@ -105,9 +102,7 @@ _TEXTS = {
         ("LinearSpeedDependentTorque", "QuadraticSpeedDependentTorque", "LinearSpeedDependentForce"),
         _LAW,
     ),
-    **dict.fromkeys(
-        ("ConstantTorque", "TorqueStep", "SignTorque"), "write `Torque t(pin, tau = ...);`, a law of time and signals"
-    ),
+    **dict.fromkeys(("TorqueStep", "SignTorque"), "write `Torque t(pin, tau = ...);`, a law of time and signals"),
     **dict.fromkeys(("ConstantForce", "ForceStep"), "write `Force f(rod.b, fx = ...);`, a law of time and signals"),
     **dict.fromkeys(("ConstantSpeed", "Accelerate", "Move"), "use a RotationalDriver, whose `phi` is a law of time"),
     **dict.fromkeys(("LineForceWithMass", "LineForceWithTwoMasses"), "use a SpringDamper and a PointMass"),
@@ -147,7 +142,7 @@ def instead(d: s.Declaration, ends: Ends, spatial: bool = False) -> str | None:
             return _TEXTS[suffix]
     if parts[-1].endswith("Sensor") and len(parts[-1]) > len("Sensor"):
         return _SENSOR
-    found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
+    found = next((part for part in (*blocks.TEXTS, "Sensors") if f".{part}." in f".{d.type}"), None)
     return _TEXTS[found] if found else None
 
 
@@ -205,6 +200,7 @@ def _marker(name: str, given: dict[str, s.Expression], ends: Ends, spatial: bool
 
 _MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends, bool], str]] = {
     **GEARS,
+    **blocks.MADE,
     **dict.fromkeys(("Parts.SpringDamper", "Parts.Spring"), _bushing),
     "Marker": _marker,
     "SphericalSpherical": bodies.massless_rod,

@@ -46,7 +46,8 @@ def output_only(name: str, at: At) -> ModelError:
     return ModelError(
         f"`{name}` is a result of the simulation, it cannot be used in the model",
         span_of(at),
-        "accelerations can be written out, but laws may depend on positions, velocities and reactions only",
+        "accelerations can be written out, but laws may depend on positions, velocities and reactions only, and "
+        "initial values are those of positions, velocities and states",
     )
 
 

@@ -45,6 +45,24 @@ def test_errors_of_syntax_and_of_names():
     assert lines(broken) == [3, 4, 6, 9, 11, 13, 15]  # line 10 needs line 9
 
 
+def test_an_equation_with_an_error_still_gives_its_variable():
+    """No error that a variable has no value, where its derivative or its value at an event is wrong."""
+    text = """model M
+  Ground ground;
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Revolute pin(ground, b.c);
+  Real x, y = 2*x;
+  Integer n;
+  Torque load(pin, tau = n*x*1 N.m);
+  Torque other(pin, tau = 1 m);
+equation
+  der(x) = 3 kg;
+  when time > 1 m then n = 2; end when;
+end M;
+"""
+    assert lines(text) == [8, 10, 11]
+
+
 @pytest.mark.parametrize(
     ("block", "expected"),
     [
@@ -60,6 +78,8 @@ def test_errors_of_syntax_and_of_names():
         ("  function f\n    input Real x;\n    output Real y;\n  algorithm\n    y := x;\n  end f;\n  Foo z;\n", [8]),
         ("  record R\n    Real a;\n  end R;\n", [2]),
         ("equation\n  when time > 1 then\n    reinit(x, 0);\n  end when;\n  Rod late(m = 1 kg);\n", [6]),
+        ("equation\n  when time > 1 then\n    reinit(x, 0);\n  end whn;\n  v = 2;\n", [5, 6]),
+        ("equation\n  v = 2;\n  when time > 1 then\n    reinit(x, 0);\n", [3, 6]),
         ("equation\n  if time < 1 then\n    u = 0;\n  else\n    u = 1;\n  end if;\n  v = 2;\n", [3, 8]),
         ("algorithm\n  x := 1;\n  if x > 2 then\n    y := 3;\n  end if;\nequation\n  v = 2;\n", [2, 8]),
         ("  for i in 1:n loop\n    Rod r[i](m = 1 kg, length = 1 m);\n  end for;\n  Foo x;\n", [2, 5]),

@@ -1,5 +1,7 @@
 """Contact of a circle with a closed profile, against distances from many points of the profile and forces by hand."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -190,10 +192,13 @@ def test_energy_without_damping():
 
 
 def test_a_model_without_contact():
-    scene = mbdsl.parse(TEXT % given(L_SHAPE, ", e = 0.5"))
+    """No force, and no speed of touch is kept."""
+    scene = mbdsl.parse(TEXT % given(L_SHAPE, ", e = 0.5, mu = 0.5"))
     absent = scene.changed({}, ("contact",))
-    assert absent.without == {"contact": ("c",)}
-    assert not absent.events and len(scene.events.latches if hasattr(scene.events, "latches") else [1]) == 1
+    assert absent.without == {"contact": ("c",)} and scene.changed({}, ("friction",)).without == {"friction": ("c",)}
+    assert scene.events and not absent.events
+    s = build(absent, graph.build(absent))
+    assert load(s, 0.5 + 0.1j, (1.0, 1.0, 1.0)) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -216,3 +221,14 @@ def test_wrong_values(points, more, message):
 def test_points_of_another_shape():
     with pytest.raises(mbdsl.ModelError, match="expected an array of n x 2 values"):
         mbdsl.parse(TEXT % f"ProfileContact c(ground.p, a.c, points = {{1, 2, 3}} m, k = {K} N/m);")
+
+
+def test_a_scene_is_pickled():
+    scene = mbdsl.parse(TEXT % given(L_SHAPE))
+    assert pickle.loads(pickle.dumps(scene)) == scene
+    assert pickle.loads(pickle.dumps(scene)).components["c"].kind is scene.components["c"].kind
+
+
+def test_models_in_space_have_none():
+    with pytest.raises(mbdsl.ModelError, match="no ProfileContact in models in space"):
+        mbdsl.parse(TEXT.replace("model M", "spatial model M", 1).replace("I = 1", "I = {1, 1, 1}") % given(L_SHAPE))

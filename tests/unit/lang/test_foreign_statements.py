@@ -179,3 +179,37 @@ def test_kinds_of_machines_have_a_counterpart(kind, right):
 def test_a_type_is_no_remedy_for_a_component():
     assert "Integer" not in error(MODEL.format("  IdealGrea x(ratio = 2);")).hint
     assert error(MODEL.format("  Reel x = 2;")).hint == "did you mean `Real`?"
+
+
+@pytest.mark.parametrize(
+    ("block", "statements"),
+    [
+        ("Modelica.Blocks.Continuous.Integrator x(k = 2, y_start = 3)", "Real x(start = 3); der(x) = 2*u/(1 s);"),
+        ("Modelica.Blocks.Continuous.FirstOrder x(T = 0.1)", "Real x(start = 0); der(x) = (u - x)/(0.1 s);"),
+        (
+            "Modelica.Blocks.Continuous.PI x(k = 3, T = 0.1)",
+            "Real x_x(start = 0), x = 3*(u + x_x); der(x_x) = u/(0.1 s);",
+        ),
+        ("Modelica.Blocks.Continuous.Derivative x(T = 0.1)", "Real x(start = 0); der(x) = (u - x)/(0.1 s);"),
+        (
+            "Modelica.Blocks.Discrete.Sampler x(samplePeriod = 0.1)",
+            "discrete Real y; when sample(0 s, 1 ms) then y = u; end when;",
+        ),
+    ],
+)
+def test_blocks_with_a_memory_become_states(block, statements):
+    hint = error(MODEL.format(f"  {block};")).hint
+    written = re.findall(r"`([^`]*;)`", hint)
+    assert " ".join(written) == statements
+    declared = written[0].removeprefix("discrete ").split()[1].split("(")[0].rstrip(";")
+    text = f"  Real u = sin(time*(1 rad/s));\n  {written[0]}\n  Torque t(pin, tau = 1 N.m*{declared});"
+    assert parse(MODEL.format(f"{text}\nequation\n  {written[1]}")).warnings == ()
+
+
+def test_a_controller_of_modelica_is_one_of_states():
+    given = "k = 100, Ti = 0.1, Td = 0.02, yMax = 12, Ni = 0.2"
+    hint = error(MODEL.format(f"  Modelica.Blocks.Continuous.LimPID c({given});")).hint
+    variables, integral, derivative = re.findall(r"[^;`]+;", "".join(re.findall(r"`([^`]*;)`", hint)))[:3]
+    written = variables.replace("... - ...", "0.3 - pin.phi")
+    text = f"  {written}\n  Torque t(pin, tau = 1 N.m*c_y);\nequation\n  {integral}\n  {derivative}"
+    assert parse(MODEL.format(text)).warnings == ()

@@ -206,3 +206,16 @@ def test_space():
         space = mbdsl.simulate(mbdsl.parse(spatial), stop=0.5, step=1e-3, method=method)
         assert space["i"][-1] == pytest.approx(plane["i"][-1], rel=1e-5)
         assert space["pin.phi"][-1] == pytest.approx(plane["pin.phi"][-1], rel=1e-5)
+
+
+def test_accelerations_are_no_initial_values():
+    problem = refused("Real x;", "der(pin.w) = 0;", "der(x) = -x/(1 s);")
+    assert problem.message == "the initial value of `der(pin.w)`, an acceleration, follows from the forces"
+    assert "initial(state = steady);" in problem.hint
+
+
+def test_numbers_beside_other_values_get_units():
+    hint = refused("Real x = pin.phi - pin.w;", "", "").hint
+    declared, factor = hint.split("; ")
+    assert declared == "a variable has the unit of its type, as `AngularVelocity x`"
+    assert factor == "a number gets a unit by a factor, `1 rad/s*...`"

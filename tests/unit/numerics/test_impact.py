@@ -120,6 +120,21 @@ def test_many_contacts_agree_with_quadratic_programming():
     np.testing.assert_allclose(P[[mode == OPEN for mode in modes]], 0.0, atol=1e-15)
 
 
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_many_contacts_from_those_of_the_step_before(tangents):
+    """Velocities change from step to step; the solution is the one that a search from nothing finds."""
+    rng, size = np.random.default_rng(2), 1 + tangents
+    W = np.eye(8 * size) + 0.1 * rng.normal(size=(8 * size, 8 * size))
+    contacts, u = Contacts(W @ W.T, (size,) * 8, np.full(8, 0.3)), rng.normal(size=8 * size)
+    P, modes = solve(contacts, u)
+    for _ in range(20):
+        u = u + 0.3 * rng.normal(size=len(u))
+        found = solve(contacts, u, modes, guess=P)
+        P, modes = solve(contacts, u)
+        np.testing.assert_allclose(found[0], P, atol=1e-8)
+        assert found[1] == modes
+
+
 def rod(tan, mu, slips):
     """A uniform rod of mass 1 and half length 1 whose lower end touches the ground, at an angle of this tangent."""
     c, s = 1 / np.hypot(1, tan), tan / np.hypot(1, tan)
