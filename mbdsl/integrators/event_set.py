@@ -307,6 +307,8 @@ class EventSet:
             acted += done
             if self.ended or self.failed is not None or (self.values == before and v is at_first):
                 break
+            if not done and self._only_struck:
+                break
         else:
             self.endless = list({id(x): x for x in acted[-len(self._conditions) :]}.values())
         for name in pulses:
@@ -321,6 +323,13 @@ class EventSet:
             self.acted.append(Acted(t, tuple(acted)))
         self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
         return v
+
+    @property
+    def _only_struck(self) -> bool:
+        """Whether the last round was an impact that leaves all contacts open, so that another round changes nothing."""
+        if self.contacts is None or self.friction is not None or self._before:
+            return False
+        return self.contacts.struck and self.contacts.all_open(self.values)
 
     def _round(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[list[Branch], Array]:
         """Everything that acts with the same values before; the branches, and the velocities behind them.

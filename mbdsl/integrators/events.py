@@ -59,6 +59,9 @@ MANY_KNOWN = 10_000
 UNDECIDED = 1e-9
 #: the same of one step
 ROUNDED = 16 * EPS
+#: largest error of the located time to a switch, relative to it; of a first search on the way that is then refined; and
+#: the part of it by which a refined way may change it
+LOCATED, ROUGH, AROUND = 1e-9, 1e-5, 1e-4
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
@@ -253,7 +256,13 @@ class Events:
             acted = self._acted(t, q, v)
             if isinstance(acted, int):
                 return acted, None
+            jumped = acted[1] is not v and not (self.set.struck or self.set.status)
             q, v, a, lam = acted
+            if jumped and (there := self._cleared(t, q, v, lam, s)) is not q:
+                acted = self._acted(t, there, v)
+                if isinstance(acted, int):
+                    return acted, None
+                q, v, a, lam = acted
         if known or reals[S.KNOWN] <= t:
             self._next(t)
         elif self.set is not None:
@@ -273,6 +282,18 @@ class Events:
             status = self.set.status or (S.RUNNING if known else status)
         return status, Restart(t, q, v, a, lam, longest)
 
+    def _cleared(self, t: float, q: Array, v: Array, lam: Array, s: float) -> Array:
+        """The positions behind a jump of velocities, moved along v by a little if that changes a switch.
+
+        The side of a threshold follows from the motion behind the jump: the way is longer than rounding, and than the
+        error of a time that was located ``s`` behind a step.
+        """
+        speed = float(np.abs(v * self.system.tables.scale).max(initial=0.0))
+        late = 4.0 * max(ROUNDED / speed if speed > 0.0 else 0.0, LOCATED * s, self.run.reals[S.LEAST_H])
+        there = self.system.moved(q, late * v)
+        changes = (self.system.switches(t, q, v, lam) != self.system.switches(t, there, v, lam)).any()
+        return there if changes else q
+
     def _located(
         self, t: float, state: tuple[Array, Array, Array], lam: Array, old: States, cut: int, at_once: bool
     ) -> tuple[float, Way] | None:
@@ -290,14 +311,17 @@ class Events:
         late = self._of_reactions and not declared(run.method).own_reactions
         if late and combined(old) != run.integers[S.SIGNATURE]:
             return self._missed(t, way, lam), way
-        found = self._distance(t, way, lam, old, most)
+        refines = run.grid or declared(run.method).order > PRECISE
+        rough = ROUGH if refines and self.set is not None else LOCATED
+        found = self._distance(t, way, lam, old, most, part=rough)
         if found is None and not at_once:
             found = self._within_rounding(t, q, v, way, lam, old)
         if found is None:
             return None
-        if found > 0.0 and (run.grid or declared(run.method).order > PRECISE):
+        if found > 0.0 and refines:
             way = self._refined(t, q, v, a, found)
-            found = self._distance(t, way, lam, old, most) or found
+            near = found if rough > LOCATED else 0.0
+            found = self._distance(t, way, lam, old, most, near) or found
         # behind an event, rounding may leave a condition on its former side
         return 2 * least if found == 0.0 and at_once and self.set is not None else found, way
 
@@ -437,8 +461,13 @@ class Events:
         states = np.array([system.switches(t, *end, lam) for end in ((q, v), *ends)])
         return _changed(system, states.min(axis=0), states.max(axis=0))
 
-    def _distance(self, t: float, way: Way, lam: Array, old: States, most: float) -> float | None:
-        """The time from t until just behind the next change of a switch; None if it is longer than ``most``."""
+    def _distance(
+        self, t: float, way: Way, lam: Array, old: States, most: float, near: float = 0.0, part: float = LOCATED
+    ) -> float | None:
+        """The time from t until just behind the next change of a switch; None if it is longer than ``most``.
+
+        Its error is at most the ``part`` of it. It is first looked for close to ``near``.
+        """
         if combined(old) != self.run.integers[S.SIGNATURE]:
             return 0.0  # the last Newton correction of the step has changed a switch
 
@@ -446,10 +475,13 @@ class Events:
             q, v = way(s)
             return bool((self.system.switches(t + s, q, v, self._reactions(t + s, q, v, lam)) == old).all())
 
-        if same(most):
-            return None
         low, high = 0.0, most
-        while high - low > max(1e-9 * high, 0.01 * self.run.reals[S.LEAST_H]):
+        if near > 0.0 and not same(high := min(most, near * (1.0 + AROUND))):
+            low = near * (1.0 - AROUND)
+            low, high = (low, high) if same(low) else (0.0, low)
+        elif same(high := most):
+            return None
+        while high - low > max(part * high, 0.01 * self.run.reals[S.LEAST_H]):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high

@@ -49,6 +49,11 @@ class Contact(NamedTuple):
         return NUMBERS if self.slips else NUMBERS[:4]
 
     @property
+    def gap(self) -> Expr:
+        closes = self.closing.args[0]
+        return closes.args[1].args[0]
+
+    @property
     def condition(self) -> Expr:
         """Becomes true where an open contact closes, and where a closed one opens, stops or begins to slide."""
         if not self.slips:

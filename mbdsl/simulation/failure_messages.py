@@ -16,11 +16,12 @@ from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import Run, declared, method_files
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.event_set import EventSet
-from mbdsl.integrators.events import SLIDING, SLIDING_HINT, reads_reactions, sliding
+from mbdsl.integrators.events import HARDLY, SLIDING, SLIDING_HINT, reads_reactions, sliding
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.mechanism.events import Branch
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import MechanismRun
@@ -32,6 +33,8 @@ from mbdsl.system.paradox import Paradox, paradox
 from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch, law_of, within
 
+#: number of the last events of when-equations that show these as the cause of a run without progress
+FEW = 4
 #: rotation of a body in a step that may be the reason why it fails [rad]
 FAR_TURN = 0.5
 #: ends of a run in Newton's iteration
@@ -129,6 +132,8 @@ def failure(motion: MechanismRun, trajectory: Trajectory, status: int) -> Integr
         problem = integration.events.unsolved
         assert problem is not None
         return failed(trajectory, problem.message, problem.span, problem.hint, problem.notes)
+    if status == S.SLIDING and (branches := _restless(integration)):
+        return _of_chatter(branches, trajectory)
     t, notes = integration.reals[S.STEP_END], ()
     if status == S.STIFF and _singular_pose(integration, t):
         status = S.DIVERGED  # accelerations that change by any amount are not those of a stiff force
@@ -162,6 +167,25 @@ def _of_events(integration: Run, events: EventSet, trajectory: Trajectory) -> In
     notes = tuple(("this one acts as well", b.span) for b in branches[1:4] if b.span is not None)
     message = f"the when-equations act without end at t = {t:.9g} s: they change what their own conditions read"
     hint = "use pre(x) for the value before the event, and conditions that become true once"
+    return failed(trajectory, message, branches[0].span, hint, notes)
+
+
+def _restless(integration: MethodRun) -> list[Branch]:
+    """The when-equations whose events follow one another without progress of time, at the end of a run."""
+    events = integration.events.set
+    last = events.acted[-FEW:] if events is not None else []
+    close = len(last) == FEW and last[-1].t - last[0].t <= HARDLY * (integration.stop - integration.start)
+    return list({id(b): b for x in last for b in x.branches}.values()) if close else []
+
+
+def _of_chatter(branches: Sequence[Branch], trajectory: Trajectory) -> IntegrationError:
+    """The error of a run that such when-equations have ended."""
+    message = f"the when-equation acts again and again without progress of time at t = {float(trajectory.t[-1]):.9g} s"
+    if any(a.what == "reinit" for b in branches for a in b.actions):
+        hint = "a body that bounces comes to rest at a rigid `Contact(gap = ..., e = ...)` in place of `reinit`"
+    else:
+        hint = "give a hysteresis: a threshold to switch on and another one to switch off; or sample the condition"
+    notes = tuple(("this one acts in turn with it", b.span) for b in branches[1:4] if b.span is not None)
     return failed(trajectory, message, branches[0].span, hint, notes)
 
 

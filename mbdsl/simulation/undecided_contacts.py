@@ -97,6 +97,8 @@ def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]
     """The largest scaled change of a velocity that a contact of this depth causes [1/s]."""
     if x.number in system.kept(Approaches).of_events or not np.isfinite(depth):
         return np.inf  # what a when-equation does has no bound
+    if (contact := system.kept(Approaches).contacts.get(x.number)) is not None:
+        return _strike(system, x, system.tables.rows[contact.name], depth, left_out)
     scale, (q, v), argument = system.tables.scale, np.array(x.state).reshape(2, -1), _argument(system, x)
     positions = of_positions(argument)
     g_q = np.zeros(system.n)
@@ -126,6 +128,20 @@ def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]
     duration = 2.0 * np.sqrt(2.0 * depth / x.curvature)
     rebound = 2.0 * np.sqrt(2.0 * x.curvature * depth)
     return size * min(duration, rebound / along if positions and along > 0.0 else np.inf)
+
+
+def _strike(system: System, x: Approach, row: int, depth: float, left_out: tuple[int, ...]) -> float:
+    """The largest scaled change of a velocity by an impact of a rigid contact, which may return the whole velocity of
+    the path at d = 0 [1/s]."""
+    n, (q, v) = system.n, np.array(x.state).reshape(2, -1)
+    matrix = _dense(system.tangent(x.t, q, v, cM=1.0, cP=1.0, cV=1.0))
+    others = [n + k for k in {*left_out, *(k for rows in system.tables.contact_rows for k in rows)}]
+    kept = np.setdiff1d(np.arange(system.unknowns), others)
+    W, right = matrix[n + row, :n], np.zeros(len(kept))
+    right[:n] = W
+    X = np.linalg.lstsq(matrix[np.ix_(kept, kept)], right, rcond=None)[0][:n]
+    speed = np.sqrt(2.0 * x.curvature * depth)
+    return 2.0 * float(speed * np.abs(system.tables.scale * X).max() / max(float(W @ X), 1e-300))
 
 
 def _sensitivity(system: System, x: Approach, speed: float) -> float:

@@ -78,6 +78,8 @@ def arguments(system: System) -> list[Expr]:
             large = len(walk(g)) > MOST_NODES  # as distances from profiles: they would cost more than steps
             if moves and not apart and not mixed and not large and all(x.op != "input" for x in variables):
                 found[g] = None
+    # in space, positions are searched between steps
+    found |= dict.fromkeys(c.gap for c in system.scene.contacts if not system.scene.spatial)
     return list(found)
 
 
@@ -163,6 +165,8 @@ class Approaches:
         self.system = system
         self.arguments = arguments(system)
         own = of_events(system)
+        #: rigid contacts by the numbers of their gaps
+        self.contacts = {self.arguments.index(c.gap): c for c in system.scene.contacts if c.gap in self.arguments}
         self.of_events = frozenset(k for k, g in enumerate(self.arguments) if g in own)  #: numbers of their arguments
         self._of_velocities = [k for k, g in enumerate(self.arguments) if not of_positions(g)]
         self._roots = self.arguments + [der(g) if of_positions(g) else const(np.nan) for g in self.arguments]

@@ -93,3 +93,27 @@ def test_an_event_that_the_error_decides_is_said(method):
     grazes = model("Integer n(start = 0);", "when rail.s > 0.9999999999999 m then n = pre(n) + 1; end when;", v=1.0)
     with pytest.raises(IntegrationError, match=r"different events|so close to a condition"):
         mbdsl.simulate(grazes, method=method, tol=1e-4, stop=6.0)
+
+
+GRAZES = {
+    "peak": ("Integer n(start = 0);", "when rail.s > 0.999999 m then n = pre(n) + 1; end when;", "n", 10),
+    "window": ("Integer n(start = 0);", "when abs(rail.s - 0.3 m) < 1e-6 m then n = pre(n) + 1; end when;", "n", 20),
+    "contact": ("Contact c(gap = 0.999999 m - rail.s, e = 1);", "", "c.impacts", 10),
+}
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "radau5", "dop853"])
+@pytest.mark.parametrize("name", GRAZES)
+def test_two_events_within_a_step(name, method):
+    """x = sin t: a condition becomes true and false again within a part of a step, in every one of ten periods.
+
+    The impacts at 1 - 1e-6 return 1.4e-3 of the velocity: each shortens the period by 2 acos(1 - 1e-6)."""
+    declared, events, count, expected = GRAZES[name]
+    run = mbdsl.simulate(model(declared, events, v=1.0), method=method, tol=1e-4, stop=60.0, interval=0.25)
+    assert run[count][-1] == expected
+    if name == "contact":
+        b = np.arccos(1.0 - 1e-6)  # falling from an impact to the next one: x = cos(t + b)
+        first, period = np.pi / 2 - b, 2 * (np.pi - b)
+        since = (run.t - first) % period
+        exact = np.where(run.t < first, np.sin(run.t), np.cos(since + b))
+        assert np.abs(run["rail.s"] - exact).max() <= 3e-4
