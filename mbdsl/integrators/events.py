@@ -190,6 +190,11 @@ class Events:
         scene = self.system.scene
         return bool(scene.sticking) or any(c.slips for c in scene.contacts)
 
+    @property
+    def _lags(self) -> bool:
+        """Whether reactions decide events and those of a step are behind the motion."""
+        return self._of_reactions and not declared(self.run.method).own_reactions
+
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
         known = self.system.time_events(t, self.run.stop, corners=declared(self.run.method).order > 2)
@@ -240,6 +245,8 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
+            if located is None and at_once and run.grid and self._lags:
+                located = h, self._way(q, v, a)  # no reaction changes a mode within the step
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
@@ -305,11 +312,11 @@ class Events:
         most = self._left(cut) * run.reals[S.LAST_H]
         if at_once:  # reactions of shorter steps have larger errors, of rounding
             most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
+            most = max(most, run.reals[S.UNCUT]) if run.grid and self._lags else most
         if self.set is not None:  # rounding may keep a gap from closing
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)
-        late = self._of_reactions and not declared(run.method).own_reactions
-        if late and combined(old) != run.integers[S.SIGNATURE]:
+        if self._lags and combined(old) != run.integers[S.SIGNATURE]:
             return self._missed(t, way, lam), way
         refines = run.grid or declared(run.method).order > PRECISE
         rough = ROUGH if refines and self.set is not None else LOCATED
