@@ -135,7 +135,7 @@ class Kind:
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
     #: values (after ``derive``) -> the ``variant`` that components with them are, if it has other formulas or rows
-    specialised: Callable[[Mapping], str] = lambda values: ""
+    specialised: Callable[[Mapping], str] | None = None
     #: effect (of ``EFFECTS``) -> function from values to those that change without the effect, {} if there is none
     effects: Mapping[str, Callable[[Mapping], dict]] = field(default_factory=dict)
     #: values -> the numbers of one component that its kernels read as ``p``

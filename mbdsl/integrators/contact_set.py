@@ -48,6 +48,7 @@ Array = NDArray[np.float64]
 #: relative to the mechanism's size: gaps that count as closed; error of the gap of a closed contact, and overlap at the
 #: start that is rounding; and the overlap at which a gap has closed, which is more than the rounding error of gaps
 NEAR, OVERLAP, ROUNDING = 1e-9, 1e-6, 1e-14
+PARALLEL = 1e-6  #: relative pivot below which the overlaps of two contacts are removed as one
 NEVER = -1e300  #: the gap [m] at which a contact closes that is left out
 #: height of a bounce, relative to the coordinates in its gap, below which it is rounding
 ROUNDED = 64.0 * float(np.finfo(float).eps)
@@ -112,9 +113,9 @@ class ContactSet:
             If bodies overlap.
         """
         size, self._before = self.system.tables.size, (np.nan, {})
+        self._release(values)
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
-            values[number(contact.name, EDGE)] = NEVER if contact.absent else -ROUNDING * size
             if not contact.absent and gap < -OVERLAP * size:
                 message = f"the gap of `{contact.name}` is {gap:.6g} m at the start: the bodies overlap"
                 raise InitialisationError(message, contact.span, "give initial values at which it is not negative")
@@ -168,6 +169,7 @@ class ContactSet:
         """Open all contacts."""
         for c in self.contacts:
             values[number(c.name, MODE)] = OPEN
+            values[number(c.name, EDGE)] = NEVER if c.absent else -ROUNDING * self.system.tables.size
             if c.slips:
                 values |= {number(c.name, x): 0.0 for x in (COEFFICIENT, SLIDING, HELD, ALONG, ALONG_2)}
                 for name in (COEFFICIENT, SLIDING):
@@ -180,14 +182,28 @@ class ContactSet:
         the energy, u^2 - 2 a depth, impacts would not die away."""
         if not depth.any():
             return q, v
-        u, _ = self._speeds(t, q, v, touching)
+        u, slow = self._speeds(t, q, v, touching)
         N = touching.normals
         a, _ = accelerations(self.system, t, q, v, others)
         fall = touching.W[N] @ a - self.system.gamma_c(t, q, v)[self.rows[touching.which]]
+        fall = self._supported(touching, fall, np.abs(u[N]) <= slow)
         before = np.where(u[N] < 0.0, -np.sqrt(np.maximum(u[N] * u[N] + 2.0 * fall * depth, 0.0)), u[N])
-        shift = least_squares(touching.laws.G[np.ix_(N, N)], np.stack([depth, before - u[N]], axis=1), DEPENDS)
+        right = np.stack([depth, before - u[N]], axis=1)
+        shift = least_squares(touching.laws.G[np.ix_(N, N)], right, PARALLEL)  # nearly parallel rows would move much
         X = touching.X[:, N]
         return self.system.moved(q, X @ shift[:, 0]), v + X @ shift[:, 1]
+
+    @staticmethod
+    def _supported(touching: Touching, b: Array, rest: NDArray[np.bool_]) -> Array:
+        """The accelerations of gaps (k,) with the contacts at ``rest`` closed, where ``b`` are those with all open: a
+        ball bounces on a table that its floor carries."""
+        at = np.flatnonzero(rest)
+        if not len(at) or len(at) == len(rest):
+            return b
+        N = np.array(touching.normals)
+        G = touching.laws.G[np.ix_(N, N)]
+        found = contact_modes.solve(Contacts(G[np.ix_(at, at)], (1,) * len(at), np.zeros(len(at))), b[at])
+        return b if found is None else b + G[:, at] @ found[0]
 
     def _touching(self, t: float, q: Array, v: Array, which: NDArray[np.int64], others: tuple[int, ...]) -> Touching:
         """The rows of contacts, and their Delassus matrix; ``others``: rows that do not constrain."""
@@ -255,9 +271,12 @@ class ContactSet:
         N = np.array(touching.normals)
         rest = np.abs(u[N]) <= slow
         height = ROUNDED * np.abs(touching.W[N]) @ np.abs(q)  # in which rounding decides the times of impacts
+        fall = self._supported(touching, b[N], rest)
         for k in np.flatnonzero(self.struck & ~rest):
-            n, e = N[k], self.e[touching.which[k]]
-            rest[k] = comes_to_rest(u[n], -b[n], e, self.shortest) is not None or u[n] ** 2 < -2.0 * b[n] * height[k]
+            speed, e = u[N[k]], self.e[touching.which[k]]
+            rest[k] = (
+                comes_to_rest(speed, -fall[k], e, self.shortest) is not None or speed**2 < -2.0 * fall[k] * height[k]
+            )
         at = np.flatnonzero(rest)
         rows = [r for k in at for r in range(N[k], N[k] + touching.laws.sizes[k])]
         own, u, b = touching.only(at), u[rows], b[rows]
@@ -275,6 +294,8 @@ class ContactSet:
         modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         w = turn @ b + laws.G @ P
         active = self._active(laws, P, modes)
+        if len(sharing := [k for i, k in enumerate(own.which) if self._shares(laws, i, modes[i], active)]):
+            raise self._not_unique(t, sharing)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
             name = self.contacts[k].name
             n = laws.first[i]
@@ -282,6 +303,7 @@ class ContactSet:
                 values[number(name, MODE)] = CLOSED
             elif mode != contact_modes.OPEN or not independent_rows(laws.G, [*active, n])[-1]:
                 values[number(name, MODE)] = DEPENDENT
+                values[number(name, EDGE)] = -0.5 * OVERLAP * self.system.tables.size
             if self.contacts[k].slips and n in active:
                 self._rub(name, laws, i, mode, (u[own.laws.tangents(i)], w[laws.tangents(i)]), edge, active, values)
         if not active:
@@ -375,6 +397,20 @@ class ContactSet:
             along = slip if laws.slides(i) else begins
             along = along / (np.linalg.norm(along) or 1.0)
             values[number(name, ALONG)], values[number(name, ALONG_2)] = map(float, along)
+
+    @staticmethod
+    def _shares(laws: Contacts, i: int, mode: int, active: list[int]) -> bool:
+        """Whether contact i sticks, and other contacts hold its slip as well."""
+        T = laws.tangents(i)
+        return mode == STICK and laws.first[i] in active and not {*range(T.start, T.stop)} <= {*active}
+
+    def _not_unique(self, t: float, which: list[int]) -> UnsolvedContactsError:
+        names = ", ".join(f"`{self.contacts[k].name}`" for k in which)
+        return UnsolvedContactsError(
+            f"friction of {names} at rest at t = {t:.9g} s is not unique: other contacts hold the same motion",
+            self.contacts[which[0]].span,
+            "give friction to fewer of them, take contacts with stiffness `k`, or the method moreau-jean",
+        )
 
     def _paradox(self, t: float, k: int, mu: float) -> UnsolvedContactsError:
         contact = self.contacts[k]

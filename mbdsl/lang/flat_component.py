@@ -252,7 +252,7 @@ class FlatComponent:
     @property
     def own_kind(self) -> Kind:
         """Its kind, or the one that its values make of it."""
-        variant = self.kind.specialised(self.values)
+        variant = "" if self.kind.specialised is None else self.kind.specialised(self.values)
         return of_variant(variant, self.kind.spatial).KIND if variant else self.kind
 
     @property

@@ -11,7 +11,7 @@ from mbdsl.expressions.frame_derivatives import by_rate, frames_in
 from mbdsl.expressions.symbolic import Expr, call, const, input_signal, multiplier
 
 #: numbers of a contact, as of discrete variables. MODE: see below. EDGE: the gap [m] below which it has closed, by more
-#: than its rounding error
+#: than its rounding error, or than that of the contacts by which it is closed
 MODE, COUNT, IMPULSE, EDGE = "mode", "count", "impulse", "edge"
 #: of one with friction. COEFFICIENT: of the force along the slip, by the normal force. SLIDING: the sense of sliding.
 #: HELD: whether it sticks. SLOW: the speed that counts as rest. ALONG, ALONG_2, in space: the direction of the slip at
@@ -81,7 +81,7 @@ def contact_of(component) -> Contact:
     """The contact that a component is."""
     name, values = component.name, component.values
     mode, edge = input_signal(number(name, MODE)), input_signal(number(name, EDGE))
-    closes = call("and", call("eq", mode, OPEN), call("lt", component.relations[0], edge))
+    closes = call("and", call("ne", mode, CLOSED), call("lt", component.relations[0], edge))
     opens = call("and", call("eq", mode, CLOSED), call("lt", 0.0, multiplier(name, 0)))
     own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
     sequential = values["impacts"] == "sequential"

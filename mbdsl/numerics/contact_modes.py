@@ -221,6 +221,9 @@ def _equations(contacts: Contacts, b: Array, modes: Modes, P: Array) -> tuple[Ar
         J[T, n] = mu * along
         J[T] += across @ G[T]
         c[T] = across @ (G[T] @ P)
+    others = sorted(set(range(r)) - set(contacts.held(modes)))  # rows of impulses, with the unit of the others
+    mass = np.where(G.diagonal() > 0.0, G.diagonal(), 1.0)[others]
+    J[others], c[others] = mass[:, None] * J[others], mass * c[others]
     return J, c
 
 
@@ -319,6 +322,8 @@ def painleve(contacts: Contacts) -> tuple[int, float] | None:
     sliding = [i for i in range(len(contacts.sizes)) if contacts.slides(i) and contacts.rubs(i)]
     for count in range(1, min(len(sliding), 2 * FEW) + 1):
         for which in combinations(sliding, count):
+            if not independent_rows(contacts.G, [contacts.first[i] for i in which]).all():
+                continue  # the minor is zero, whatever the friction is
             if _least_minor(contacts, which, 1.0) <= 0.0:
                 low, high = 0.0, 1.0
                 while high - low > 1e-12:

@@ -259,3 +259,51 @@ def test_a_rod_lifts_off():
         assert left[0] < 0.02 and left[1] > -0.02
         ends.append(found["rod.phi"][-1])
     np.testing.assert_allclose(ends, ends[1], rtol=1e-5)
+
+
+@pytest.mark.parametrize("mass", [1e-15, 1e14])
+def test_units_of_mass(mass):
+    """A ball that falls and rolls does so with any mass."""
+    text = BALL.replace("m = 2 kg", f"m = {2 * mass} kg").replace("I = 0.008", f"I = {0.008 * mass}")
+    text = text.replace("b.y = 0.1 m;", "b.y = 0.3 m;")
+    found = mbdsl.simulate(mbdsl.parse(text), step=2.5e-3)
+    assert found["b.vx"][-1] == pytest.approx(15 / 7)
+    assert found["b.x"][-1] == pytest.approx(mbdsl.simulate(mbdsl.parse(text), step=5e-3)["b.x"][-1], rel=1e-6)
+
+
+THREE = """
+model Three
+  Ground ground;
+  Body b(m = 1 kg, I = 0.1 kg.m2, frames(f1 = {-0.5 m, -0.2 m}, f2 = {0.1 m, -0.2 m}, f3 = {0.6 m, -0.2 m}));
+  Contact c1(gap = b.f1.y, slip = b.f1.vx, mu = 0.3, e = 0), c2(gap = b.f2.y, slip = b.f2.vx, mu = 0.3, e = 0),
+    c3(gap = b.f3.y, slip = b.f3.vx, mu = 0.3, e = 0);
+initial equation
+  b.x = 0 m; b.y = 0.2 m; b.phi = 0; b.vx = 3 m/s; b.vy = 0 m/s; b.w = 0 rad/s;
+  annotation(experiment(StopTime = 0.5 s));
+end Three;
+"""
+
+
+def test_three_feet_slide():
+    """Their normal forces are not unique, which is no paradox."""
+    found = mbdsl.simulate(mbdsl.parse(THREE), step=2.5e-3)
+    assert found["b.vx"][-1] == pytest.approx(3 - 0.3 * G * 0.5)
+
+
+def test_friction_at_rest_that_is_not_unique_in_space():
+    contacts = ", ".join(
+        f"c{i}(gap = b.{f}.z, slip = b.{f}.vx, slip_2 = b.{f}.vy, mu = 0.3, e = 0)" for i, f in enumerate("pqr")
+    )
+    text = f"""
+spatial model Tripod
+  Ground ground(n = {{0, 0, -1}});
+  Body b(m = 1 kg, I = {{{{0.1, 0, 0}}, {{0, 0.1, 0}}, {{0, 0, 0.1}}}}*1 kg.m2,
+    frames(p = {{1 m, 1 m, -0.1 m}}, q = {{1 m, -1 m, -0.1 m}}, r = {{-1 m, 0.1 m, -0.1 m}}));
+  Contact {contacts};
+initial equation
+  b.x = 0 m; b.y = 0 m; b.z = 0.1 m; b.vx = 0 m/s; b.vy = 0 m/s; b.vz = 0 m/s;
+  b.wx = 0 rad/s; b.wy = 0 rad/s; b.wz = 0 rad/s;
+end Tripod;
+"""
+    with pytest.raises(InitialisationError, match="not unique"):
+        mbdsl.simulate(mbdsl.parse(text), step=2.5e-3, stop=0.1)

@@ -237,3 +237,47 @@ def test_without_contact(options):
     found = mbdsl.simulate(mbdsl.parse(text), without=["contact"], stop=1.0, **options)
     np.testing.assert_allclose(found["ball.y"], 1 - G * found.t**2 / 2, atol=1e-9)
     assert not found["floor.active"].any()
+
+
+CURVED = """
+model Curved
+  Ground ground;
+  PointMass p(m = 1 kg);
+  Contact {contacts};
+initial equation
+  p.x = 0 m; p.y = 0 m; p.vx = 1 m/s; p.vy = 0 m/s;
+  annotation(experiment(StopTime = 0.8 s));
+end Curved;
+"""
+LEVEL, CURVE = "level(gap = p.y, e = 0)", "curve(gap = p.y - 1 m*(p.x/(1 m))^3, e = 0)"
+
+
+@pytest.mark.parametrize("contacts", [(LEVEL, CURVE), (CURVE, LEVEL)])
+def test_contacts_that_depend_on_each_other_in_one_pose(contacts):
+    """The rows are the same at x = 0 only: the particle climbs the curve, whichever is declared first."""
+    found = mbdsl.simulate(mbdsl.parse(CURVED.format(contacts=", ".join(contacts))), step=2.5e-3)
+    assert found["curve.gap"].min() > -1e-6
+    energy = (found["p.vx"] ** 2 + found["p.vy"] ** 2) / 2 + G * found["p.y"]
+    np.testing.assert_allclose(energy, 0.5, rtol=1e-4)
+    assert found["p.x"].max() > 0.3
+
+
+STACK = """
+model Stack
+  Ground ground;
+  PointMass block(m = 1 kg), ball(m = 0.1 kg);
+  Contact floor(gap = block.y, e = 0), top(gap = ball.y - block.y, e = 0.5);
+initial equation
+  block.x = 0 m; block.y = 0 m; block.vx = 0 m/s; block.vy = 0 m/s;
+  ball.x = 0 m; ball.y = 0.2 m; ball.vx = 0 m/s; ball.vy = 0 m/s;
+  annotation(experiment(StopTime = 0.6 s));
+end Stack;
+"""
+
+
+@pytest.mark.parametrize("options", [{"method": "hht-i3", "step": 2.5e-3}, {"method": "dop853", "tol": 1e-6}])
+def test_a_ball_comes_to_rest_on_a_block(options):
+    """Its bounces end, because the floor carries the block: gaps have no acceleration while all contacts are open."""
+    found = mbdsl.simulate(mbdsl.parse(STACK), **options)
+    assert found["top.force"][-1] == pytest.approx(0.1 * G)
+    assert found["floor.force"][-1] == pytest.approx(1.1 * G)

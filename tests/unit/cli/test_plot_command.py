@@ -153,6 +153,7 @@ class Trajectory:
     display = OWN
     descriptions = {}  # noqa: RUF012
     stats = {"warnings": ["a pulse may be passed over"]}  # noqa: RUF012
+    events = ()
     unit = staticmethod(UNITS.__getitem__)
 
     def select(self, patterns):

@@ -41,7 +41,7 @@ def test_a_run_that_stands_still_ends_with_its_law_and_its_results(tmp_path, mon
 class Run:
     """A run of 1 s whose steps have the given lengths [s]."""
 
-    start, stop = 0.0, 1.0
+    start, stop, span = 0.0, 1.0, 1.0
 
     def __init__(self, steps):
         self.ends = np.concatenate([[0.0], np.cumsum(steps)])

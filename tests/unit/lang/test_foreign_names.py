@@ -44,10 +44,6 @@ def scene(text):
             "Revolute j(rod.b, disc.c, phi(start = 0.5));",
         ),
         ("Torque t(pin, tau = 2 N.m*Modelica.Math.sin(2*time));", "Torque t(pin, tau = 2 N.m*sin(2*time));"),
-        (
-            "Torque t(pin, tau = noEvent(if time > 1 then 1 N.m else 0));",
-            "Torque t(pin, tau = (if time > 1 then 1 N.m else 0));",
-        ),
         ("Torque t(pin, tau = smooth(1, 2*pin.w));", "Torque t(pin, tau = 2*pin.w);"),
         ("parameter Angle a = Modelica.Units.Conversions.from_deg(30);", "parameter Angle a = 30 deg;"),
         ("parameter Angle a = Modelica.SIunits.Conversions.from_deg(30);", "parameter Angle a = 30 deg;"),
@@ -113,7 +109,6 @@ def test_translations_keep_the_pose():
     [
         ('equation assert(L > 2, "too short");', "the assertion `L > 2` is false: too short"),
         ('equation assert(L, "no condition");', "found a length"),
-        ('equation assert(rod.x > 0, "far");', "varies in time"),
         ("equation assert(L > 0);", "takes a condition and a text"),
         ('assert(L > 0, "no length");', "an assertion belongs to the equation section"),
     ],
