@@ -75,8 +75,8 @@ KINDS = {
     ),
     "effects": Command(
         "the effects that a result depends on",
-        "Run the model without each effect in turn (friction, damping, flexibility, gravity), and print the change of"
-        " a signal and the run time of the effect.",
+        "Run the model without each effect in turn (friction, damping, flexibility, gravity, contact), and print the"
+        " change of a signal and the run time of the effect.",
         f"""
         @model
         --signal NAME  name of a signal, such as crank.phi or O.fx

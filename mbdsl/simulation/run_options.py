@@ -102,7 +102,7 @@ OPTIONS: dict[str, Option] = {
     "interval": Option("s", "DT", "output interval; default (stop - start)/500; 0 writes every step", NOT_NEGATIVE),
     "force": Option(text="allow parameters known to fail on constrained models"),
     "general": Option(text="solve the unreduced equations with general code, for comparison"),
-    "without": Option("", "EFFECT,...", "leave effects out: friction, damping, flexibility, gravity"),
+    "without": Option("", "EFFECT,...", "leave effects out: friction, damping, flexibility, gravity, contact"),
 }
 
 
