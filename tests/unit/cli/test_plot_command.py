@@ -153,7 +153,6 @@ class Trajectory:
     display = OWN
     descriptions = {}  # noqa: RUF012
     stats = {"warnings": ["a pulse may be passed over"]}  # noqa: RUF012
-    events = ()
     unit = staticmethod(UNITS.__getitem__)
 
     def select(self, patterns):
@@ -164,6 +163,9 @@ class Trajectory:
 
     def cut_peaks(self, names):
         return []
+
+    def event_marks(self, start, stop):
+        return (), 0
 
 
 @pytest.fixture
