@@ -57,7 +57,7 @@ GROUPS = {
     "Gears, cams and contacts": (
         *("gear_pair", "planetary_gear", "hypocycloid", "rack_steering", "bicycle_chain", "cam_follower"),
         *("geneva_drive", "newtons_cradle", "woodpecker", "trip_hammer", "ratchet_hoist"),
-        "geneva_indexer",
+        *("geneva_indexer", "dominoes"),
     ),
 }
 INTRODUCTION = (

@@ -312,7 +312,8 @@ def painleve(contacts: Contacts) -> tuple[int, float] | None:
     """A sliding contact whose friction is too large for a unique reaction, and the least such mu of it.
 
     With A_ij = G_NiNj - s_j mu_j G_NiTj of the contacts that slide, all principal minors have to be positive; the
-    least mu is that of a common factor of all mu.
+    least mu is that of a common factor of all mu. They are positive if A + A^T is positive definite, which needs no
+    search of the many combinations.
 
     Returns
     -------
@@ -320,6 +321,9 @@ def painleve(contacts: Contacts) -> tuple[int, float] | None:
         None if the reactions are unique.
     """
     sliding = [i for i in range(len(contacts.sizes)) if contacts.slides(i) and contacts.rubs(i)]
+    sizes = np.linalg.eigvalsh((A := _of_normals(contacts, sliding, 1.0)) + A.T)
+    if sizes.min(initial=np.inf) > SETTLED * sizes.max(initial=0.0):
+        return None
     for count in range(1, min(len(sliding), 2 * FEW) + 1):
         for which in combinations(sliding, count):
             if not independent_rows(contacts.G, [contacts.first[i] for i in which]).all():
@@ -335,7 +339,11 @@ def painleve(contacts: Contacts) -> tuple[int, float] | None:
 
 def _least_minor(contacts: Contacts, which: Sequence[int], factor: float) -> float:
     """det A of these contacts with ``factor`` times their mu."""
-    N = [contacts.first[i] for i in which]
-    T = [n + 1 for n in N]
+    return float(np.linalg.det(_of_normals(contacts, which, factor)))
+
+
+def _of_normals(contacts: Contacts, which: Sequence[int], factor: float) -> Array:
+    """A (k, k) of these k contacts with ``factor`` times their mu."""
+    N = np.array([contacts.first[i] for i in which], int)
     rub = factor * contacts.mu[list(which)] * np.array([contacts.slips[i] for i in which])
-    return float(np.linalg.det(contacts.G[np.ix_(N, N)] - contacts.G[np.ix_(N, T)] * rub))
+    return contacts.G[np.ix_(N, N)] - contacts.G[np.ix_(N, N + 1)] * rub

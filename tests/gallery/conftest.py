@@ -1,6 +1,7 @@
 """The models of the gallery, and runs of 1,000 revolutions of those that are driven."""
 
 import runpy
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,8 +21,8 @@ def draw():
 
 @pytest.fixture(scope="session")
 def gallery():
-    """``gallery(name)``: the model."""
-    return lambda name: mbdsl.load(ROOT / "models" / "gallery" / f"{name}.mbd")
+    """``gallery(name)``: the model; ``gallery(name, parameters)``: with other values."""
+    return lambda name, parameters=None: mbdsl.load(ROOT / "models" / "gallery" / f"{name}.mbd", parameters)
 
 
 @pytest.fixture(scope="session")
@@ -41,6 +42,12 @@ def turned(gallery):
         return known[name]
 
     return find
+
+
+@pytest.fixture(scope="session")
+def whole(gallery):
+    """``whole(name)``: the run of a model to its end, the same for all tests."""
+    return cache(lambda name: mbdsl.simulate(gallery(name)))
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import mbdsl
 from mbdsl.mechanism import graph
 
 Image = pytest.importorskip("PIL.Image", reason="films need Pillow")
@@ -47,7 +46,7 @@ def test_page_and_film(name, gallery, draw):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_run(name, gallery, turned, draw):
+def test_run(name, gallery, turned, whole, draw):
     """The loops of driven models stay closed over 1,000 revolutions; the other models run to their end."""
     scene = gallery(name)
     if is_driven(scene):
@@ -56,7 +55,7 @@ def test_run(name, gallery, turned, draw):
         page = (PAGES / f"{name}.md").read_text(encoding="utf-8")
         assert float(draw["RESIDUAL"].search(page)[0].split()[-2]) <= 1e-12
     else:
-        run = mbdsl.simulate(scene)
+        run = whole(name)
     assert run.select(draw["option"](name, "--signals")) or "--signals" not in draw["page"](name)
     assert run.status == "done" and np.isfinite(run.q).all() and np.isfinite(run.v).all()
     assert np.ptp(run.q, axis=0).max() > 1e-3  # it moves

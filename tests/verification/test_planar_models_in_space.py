@@ -40,6 +40,7 @@ TEXTS = {
     f"{path.parent.name}/{path.stem}" if path.parent != MODELS else path.stem: text_of(path)
     for folder in (MODELS, MODELS / "gallery", MODELS / "hard")
     for path in sorted(folder.glob("*.mbd"))
+    if not re.search("^spatial ", path.read_text(encoding="utf-8"), re.MULTILINE)
 }
 PLANAR = [name for name, text in TEXTS.items() if not FLEXIBLE.search(text)]
 
