@@ -171,7 +171,11 @@ class States:
             found = found[state.index - 1]
         if isinstance(found, tuple):
             raise ModelError(f"{what}: found {values.describe(found)}, expected a single value")
-        return values.numeric(argument_checks.fit(found, per_second(state.start.dimension), what, "", e), what)
+        expected = per_second(state.start.dimension)
+        if state.start.dimension in (None, units.NUMBER) and getattr(found, "dimension", None) == units.NUMBER:
+            hint = f"divide by a time, as in `({write(e)})/(1 s)`"
+            raise ModelError(f"{what}: found a pure number, expected a number per time [1/s]", hint=hint)
+        return values.numeric(argument_checks.fit(found, expected, what, "", e), what)
 
     # -- the parts of a Scene ------------------------------------------------------------------------------------------
 

@@ -11,8 +11,8 @@ import pytest
 
 import mbdsl
 from mbdsl.elements import find, kinds
-from mbdsl.errors import MbdslError
-from mbdsl.lang.mistakes import gears
+from mbdsl.errors import MbdslError, ModelError
+from mbdsl.lang.mistakes import blocks, gears
 from mbdsl.lang.mistakes import kinds as other_kinds
 from mbdsl.lang.mistakes import names as other_names
 from mbdsl.lang.parser import parse
@@ -798,8 +798,53 @@ def test_every_rule_that_makes_a_declaration_is_followed_here():
         "Marker",
         *(gear.split(" ")[0] for gear in GEARS),
         *(name for name, made in gears.GEARS.items() if made is gears._coupling),  # without values
+        *blocks.MADE,
     }
     assert {key for key in other_kinds._MADE if f"{key} x(" not in types} == elsewhere
+
+
+#: blocks with the values that their advice reads
+BLOCKS = {
+    "Integrator": "(k = 2, y_start = 0.5)",
+    "LimIntegrator": "(k = 2)",
+    "FirstOrder": "(k = 2, T = 0.1)",
+    "Derivative": "(T = 0.1)",
+    "LimPID": "(k = 100, Ti = 0.1, Td = 0.1, yMax = 12, Ni = 0.1)",
+    "Continuous.PID": "(k = 3, Ti = 0.5, Td = 0.1)",
+    "Continuous.PI": "(k = 3, T = 0.5, initType = Modelica.Blocks.Types.Init.SteadyState)",
+    "KinematicPTP": "(startTime = 0.5, deltaq = {2}, qd_max = {1}, qdd_max = {1})",
+    "KinematicPTP2": "(deltaq = {2}, qd_max = {1}, qdd_max = {1})",
+    "Rotational.Components.Inertia": "(J = 0.5)",
+    "Inertia": "(J = 0.5)",
+    "ConstantTorque": "(tau_constant = 10)",
+    "Rotational.Sources.Torque": "(tau_constant = 10)",
+}
+
+
+def followed(codes, names=""):
+    """A model with pieces of advice, each in its section, and what they refer to."""
+    initial = [x for x in codes if re.match(r"der\(\w+\) = 0;", x)]
+    equations = [x for x in codes if re.match(r"der\(|when ", x) and x not in initial]
+    declared = [x.replace("... - ...", "1 - u") for x in codes if x not in (*initial, *equations)]
+    model = f"model M Ground ground; Body b(m = 1 kg, I = 1 kg.m2); Revolute shaft(ground, b.c); {names}"
+    model += f" Real u = sin(2*time/(1 s)); {' '.join(declared)}"
+    model += f" initial equation {' '.join(initial)}" * bool(initial)
+    return f"{model} equation {' '.join(equations)} end M;"
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_blocks_become_variables_states_and_bodies(block):
+    with pytest.raises(ModelError) as problem:
+        name = "Rotational.Inertia" if block == "Inertia" else block  # which alone is a quantity
+        mbdsl.parse(f"model M Ground ground; {name} x{BLOCKS[block]}; end M;")
+    codes = [code for code in re.findall(r"`([^`]*)`", str(problem.value)) if code.endswith(";")]
+    codes += [code for code in re.findall(r"`(parameter Time [^`]*|Real \w+ = [^`]*)`", str(problem.value))]
+    model = mbdsl.parse(followed(dict.fromkeys(codes)))
+    assert any(re.search(r"\bx", name) for name in (*model.variables, *model.components))
+
+
+def test_every_block_is_followed():
+    assert set(blocks.MADE) == {*BLOCKS, "Limiter"}  # which is an expression
 
 
 CODES = sorted(
@@ -809,6 +854,14 @@ CODES = sorted(
 
 @pytest.mark.parametrize("code", CODES)
 def test_declarations_in_other_advice_are_accepted(code):
+    if re.match(r"der\(|when ", code):
+        names = "Boolean on(start = false); discrete Real y; parameter Real high = 1, low = 0; Real x[2];"
+        rest = "" if "der(" in code else "der(x) = {0, 0}/(1 s);"
+        assert mbdsl.parse(followed([code, *filter(None, [rest])], names)).events or "der(" in code
+        return
+    if code == "Real x[2];":
+        assert mbdsl.parse(followed([code, "der(x) = {x[2], u - x[1]}/(1 s);"])).components
+        return
     around = {
         "ground": "Ground ground;",
         "rod": "Rod rod(m = 1 kg, length = 1 m);",

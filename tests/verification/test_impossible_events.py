@@ -42,7 +42,7 @@ def test_impossible_jumps_end_the_run(action, said, given):
     assert found.value.exit_code == 4
     assert found.value.span is not None and found.value.span.line == 12
     assert all(x in found.value.message for x in said), found.value.message
-    assert found.value.trajectory.t[-1] == pytest.approx(0.25, abs=0.02)
+    assert 0.25 - 0.02 < found.value.trajectory.t[-1] < 0.25 + 1e-9  # what was computed is kept: the last output
 
 
 def test_a_jump_at_the_start_that_constraints_do_not_allow():

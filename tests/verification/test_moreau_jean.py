@@ -46,11 +46,11 @@ def pendulum(t, y):
 def test_order_2_with_constraints_and_friction_of_joints():
     exact = solve_ivp(pendulum, (0.0, 0.5), (-np.pi / 6, 2.0), rtol=1e-11, atol=1e-12, method="DOP853").y[:, -1]
     errors = []
-    for step in (1 / 100, 1 / 200, 1 / 400):
+    for step in (1 / 200, 1 / 400, 1 / 800):
         found = run(PENDULUM, step, 0.5)
         errors.append(np.abs(exact - [found["pin.phi"][-1], found["pin.w"][-1]]))
         assert np.abs(found["pin.Phi[1]"]).max() < 1e-12 and np.abs(found["pin.dPhi[2]"]).max() < 1e-10
-    assert slopes(errors) == pytest.approx(2.0, abs=0.15)
+    assert slopes(errors) == pytest.approx(2.0, abs=0.02)
 
 
 def test_order_2_of_states_and_stiff_springs():
@@ -110,11 +110,11 @@ def test_order_1_across_impacts():
     exact = 0.8 * G * first * rest - G * rest**2 / 2
 
     def error(step):
-        steps = round(1.0 / step) + np.arange(0, 8)
+        steps = round(1.0 / step) + np.arange(0, 16)
         return np.sqrt(np.mean([(run(BALL, 1.0 / n, 1.0)["p.y"][-1] - exact) ** 2 for n in steps]))
 
     errors = [error(1e-2), error(2.5e-3)]
-    assert errors[0] < 2 * 1e-2 and slopes(errors) / 2 == pytest.approx(1.0, abs=0.15)
+    assert errors[0] < 2 * 1e-2 and slopes(errors) / 2 == pytest.approx(1.0, abs=0.1)
 
 
 def test_ball_comes_to_rest():
@@ -131,7 +131,8 @@ def test_ball_comes_to_rest():
     assert -2e-3 * np.sqrt(2 * G) < found["floor.gap"][-1] <= 0.0
     assert np.diff(found["energy.total"]).max() < 2 * (G * 2e-3) ** 2 / 8 + 1e-12
     first = np.searchsorted(found.t, np.sqrt(2 / G) + 4e-3)
-    assert found["floor.impulse"][first] == pytest.approx(2 * 1.8 * np.sqrt(2 * G), rel=1e-2)
+    # the impact is up to a step late, in which the weight adds g h to the speed
+    assert 0.0 <= found["floor.impulse"][first] - 2 * 1.8 * np.sqrt(2 * G) <= 2 * 1.8 * G * 2e-3
 
 
 CRADLE = """model Cradle
@@ -255,10 +256,11 @@ def test_static_friction_is_larger():
     initial equation
       p.x = 0 m; p.y = 0 m; p.vx = 0 m/s; p.vy = 0 m/s;
     end Block;"""
-    found = run(text, 5e-3, 6.0)
-    assert found.t[np.flatnonzero(found["p.vx"] > 1e-9)[0]] == pytest.approx(4.905, abs=0.02)
-    rest = 6.0 - 4.905
-    assert found["p.vx"][-1] == pytest.approx((4.905 - 2.943) * rest + rest**2 / 2, rel=1e-2)
+    found = run(text, 5e-3, 6.0, interval=5e-3)
+    assert 4.905 < found.t[np.flatnonzero(found["p.vx"] > 1e-9)[0]] < 4.905 + 2 * 5e-3
+    rest = 6.0 - 4.905  # it begins up to two steps late, with an acceleration of 4.905 - 2.943 m/s2
+    late = (4.905 - 2.943) * rest + rest**2 / 2 - found["p.vx"][-1]
+    assert 0.0 < late < 2 * 5e-3 * (4.905 - 2.943)
 
 
 # -- machines ---------------------------------------------------------------------------------------------------------

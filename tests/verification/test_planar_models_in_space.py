@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.elements import find
 from mbdsl.integrators import available, compiled, modules, run_state
 from mbdsl.integrators.loop import loop_state as S
 
 MODELS = Path(__file__).parents[2] / "models"
-#: the kind of bodies that do not exist in space
-FLEXIBLE = re.compile(r"^[^/]*\bFlexibleBeam\b", re.MULTILINE)
+#: the kinds that do not exist in space: planar beams, and contacts with a profile in the plane
+PLANE_ONLY = re.compile(r"^[^/]*\b(FlexibleBeam|ProfileContact)\b", re.MULTILINE)
 METHODS = [name for name in compiled() if name in available(True)]
 #: models that every method runs
 COMMON = ("four_bar", "rolling_disc", "seven_body", "slider_crank")
@@ -42,7 +43,7 @@ TEXTS = {
     for path in sorted(folder.glob("*.mbd"))
     if not re.search("^spatial ", path.read_text(encoding="utf-8"), re.MULTILINE)
 }
-PLANAR = [name for name, text in TEXTS.items() if not FLEXIBLE.search(text)]
+PLANAR = [name for name, text in TEXTS.items() if not PLANE_ONLY.search(text)]
 
 
 def cases():
@@ -110,10 +111,11 @@ def scales(trajectory):
 
 
 def test_no_planar_model_is_left_out():
-    """Only bodies that deform are not modelled in space."""
+    """Only bodies that deform and contacts with profiles are not modelled in space."""
     assert len(PLANAR) > 70
     for name in set(TEXTS) - set(PLANAR):
-        assert any(c.deforms for c in mbdsl.parse(TEXTS[name]).components.values()), name
+        components = mbdsl.parse(TEXTS[name]).components.values()
+        assert any(c.deforms or find(c.kind.name, True) is None for c in components), name
 
 
 @pytest.mark.parametrize(("method", "name"), list(cases()))

@@ -148,7 +148,7 @@ TEXTS = {
     "Blocks.Sources": EXPRESSION,
     "Blocks.Discrete": _SAMPLED,
     "Blocks.Continuous": "there are no blocks: one with a memory is states, `Real x[2];`, whose derivatives are given "
-    "in the equation section, `der(x) = {x[2], u - x[1]};`",
+    "in the equation section, `der(x) = {x[2], u - x[1]}/(1 s);`",
     "Hysteresis": "write `Boolean on(start = false);`, and `when u > high then on = true; elsewhen u < low then "
     "on = false; end when;` in the equation section",
     "Blocks": EXPRESSION,

@@ -148,7 +148,7 @@ def test_assertions_and_endless_events_end_the_simulation():
     sim = mbdsl.Simulation(model, step=1e-2)
     with pytest.raises(IntegrationError, match=r"is false at t = 1 s") as problem:
         sim.step(200)
-    assert problem.value.trajectory.t[-1] == pytest.approx(1.0, abs=0.011)
+    assert 1.0 - 1e-2 - 1e-9 < problem.value.trajectory.t[-1] < 1.0 + 1e-9  # the last step that was completed
 
 
 def test_contacts_rest_and_are_restored():
