@@ -17,11 +17,10 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING
 
-from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import quantities, units
 from mbdsl.lang.units import Dimension
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import OWN, DisplayUnit, UnitsOfSignals, did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.mechanism.scene import Scene

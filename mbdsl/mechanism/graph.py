@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
-from mbdsl.collection import uncollected
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelWarning
 from mbdsl.expressions.symbolic import Expr, leaves
@@ -26,6 +25,7 @@ from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
 from mbdsl.mechanism.scene import Component, Scene, is_rate, is_state
 from mbdsl.mechanism.sticking import joint_of
 from mbdsl.messages import count, few
+from mbdsl.storage.garbage_collection import uncollected
 
 
 class SubMechanism(NamedTuple):

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import units
+from mbdsl.messages import UnitsOfSignals
 
 MOST = 100_000  #: largest number of runs of a sweep
 DIGITS = 12  #: significant digits of the values of a range, so that the third of 1:2:11 is 1.2
