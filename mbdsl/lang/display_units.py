@@ -67,18 +67,10 @@ def factor(text: str, own: str) -> float:
 
 @dataclass(frozen=True)
 class DisplayUnits(UnitsOfSignals):
-    """Units in which values are displayed.
+    """Units in which values are displayed."""
 
-    Attributes
-    ----------
-    asked : mapping of Kind to str
-        Quantity -> the unit for all of its values.
-    declared : mapping of str to str
-        Signal -> its own unit, unless one is asked for.
-    """
-
-    asked: Mapping[Kind, str] = field(default_factory=dict)
-    declared: Mapping[str, str] = field(default_factory=dict)
+    asked: Mapping[Kind, str] = field(default_factory=dict)  #: quantity -> the unit for all of its values
+    declared: Mapping[str, str] = field(default_factory=dict)  #: signal -> its own unit, unless one is asked for
 
     def of(self, unit: str, name: str = "") -> DisplayUnit:
         """The unit in which the signal ``name``, whose values are in ``unit``, is displayed."""
@@ -100,10 +92,6 @@ def asked(given: str | Iterable[str] | None, known: UnitsOfSignals | None = None
         Units, separated by commas: "deg, rpm, kN, mm".
     known : UnitsOfSignals, optional
         The units until now.
-
-    Returns
-    -------
-    UnitsOfSignals
 
     Raises
     ------

@@ -47,24 +47,14 @@ class SubMechanism(NamedTuple):
 
 @dataclass(frozen=True)
 class MechanismGraph(GraphAlgorithms):
-    """Structure of a :class:`~mbdsl.mechanism.scene.Scene`. Bodies, joints and forces keep the scene's order.
-
-    Attributes
-    ----------
-    bodies : dict of str to Component
-        The components with coordinates.
-    ground : Component
-        The (first) ground; as a node it is ``GROUND``.
-    warnings : tuple of ModelWarning
-        Suspicious properties that are not errors.
-    """
+    """Structure of a :class:`~mbdsl.mechanism.scene.Scene`. Bodies, joints and forces keep the scene's order."""
 
     scene: Scene
-    ground: Component
-    bodies: Mapping[str, Component]
+    ground: Component  #: the (first) ground; as a node it is ``GROUND``
+    bodies: Mapping[str, Component]  #: the components with coordinates
     joints: tuple[Edge, ...]
     forces: tuple[Edge, ...]
-    warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
+    warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)  #: suspicious properties that are not errors
 
     def __repr__(self) -> str:
         return f"<MechanismGraph of {self.summary().splitlines()[0]}>"

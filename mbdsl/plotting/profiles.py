@@ -278,10 +278,6 @@ def of_result(result: Result, patterns: Sequence[str], at: Sequence[float] | Non
     at : sequence of float, optional [s]
         Times. Default: the last one.
 
-    Returns
-    -------
-    Profile
-
     Raises
     ------
     UsageError

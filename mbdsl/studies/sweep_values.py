@@ -127,10 +127,6 @@ def varied(name: str, given: str | Iterable) -> Varied:
         A text as on the command line ("1:2:11", "1:1000:4:log N/m", "1, 2, 5 mm"), or the values: numbers in SI units,
         Booleans, or texts with units.
 
-    Returns
-    -------
-    Varied
-
     Raises
     ------
     UsageError
