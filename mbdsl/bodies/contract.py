@@ -23,10 +23,8 @@ from functools import cache
 from types import ModuleType
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from mbdsl.kernels.arrays import Array
 
-Array = NDArray[np.float64]
 Pose = Any  #: a tuple of floats: (x, y, phi), or in space origin and axes (12 numbers)
 #: largest rotation of a section [rad] in theories of small deformation; their relative error is about its square
 LARGEST_BEND = 0.5

@@ -6,15 +6,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.massless_points import remedy
+from mbdsl.kernels.arrays import Array
 from mbdsl.messages import few
 from mbdsl.system.massless import massless
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 DEPENDENT = 1e-9  #: singular values below this part of the largest are zero
 ROUNDING = 1e-13  #: entries below this part of those of other motions of the same body are sums that cancel

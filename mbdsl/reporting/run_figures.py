@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import ENERGIES, Component
 from mbdsl.mechanism.scene_tables import displayed
 from mbdsl.messages import few
@@ -18,8 +18,6 @@ from mbdsl.plotting.series_styles import OTHERS, Look
 from mbdsl.plotting.signal_panels import Horizontal, labelled, panels
 from mbdsl.results.stored import of_columns
 from mbdsl.simulation.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 LEAST = 1e-18  #: residuals below it are drawn there: zero has no place on a logarithmic axis
 MOST_COMPONENTS = 1000  #: number of components up to which energies and residuals are computed

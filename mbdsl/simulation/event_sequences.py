@@ -15,14 +15,13 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.integrators.event_list import kind
 from mbdsl.integrators.event_set import EventSet
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import sticking
 from mbdsl.mechanism.contacts import CLOSED, COUNT, HELD, MODE, number
 
-Array = NDArray[np.float64]
 #: what a change of the number of a component is called; of several at one time, impacts are the first
 IMPACT, CLOSES, OPENS, STICKS, SLIDES = "impact", "rest", "opening", "sticking", "sliding"
 ORDER = {IMPACT: "0", OPENS: "1", SLIDES: "1", STICKS: "2", CLOSES: "3"}

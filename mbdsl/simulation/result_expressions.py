@@ -7,10 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, input_signal, leaves
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import Operand, read
 from mbdsl.results.selection import matching
 from mbdsl.simulation.result_units import in_si
@@ -18,8 +18,6 @@ from mbdsl.simulation.stored_extremes import KEY, cut_in_file
 
 if TYPE_CHECKING:
     from mbdsl.results.stored import Made, Result
-
-Array = NDArray[np.float64]
 
 
 def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:

@@ -8,7 +8,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.simulation.signal_table import Signals
     from mbdsl.viewing.animation import Animation
-
-Array = NDArray[np.float64]
 
 
 class Trajectory(NamedSignals):

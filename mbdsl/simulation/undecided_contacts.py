@@ -20,12 +20,12 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import diff
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators import Run
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.calibration_runs import Trial
 from mbdsl.simulation.part_run import PartRun
 from mbdsl.system import System
@@ -36,7 +36,6 @@ from mbdsl.system.signals import gradients, values
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 
 #: factor by which a distance has to exceed the difference of two runs
 MARGIN = 2.0

@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 
 class Solution(Protocol):

@@ -14,10 +14,10 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import available
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
 from mbdsl.simulation import result_units
@@ -30,7 +30,6 @@ from mbdsl.studies.ladder import difference
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import OUT_OF_TIME, Computed
 
-Array = NDArray[np.float64]
 TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first that succeeds is used
 POWERS = (2, 3, 4)  #: powers of h that the extrapolation removes
 GOOD = 1e-9  #: scaled difference of two references above which further ones are computed

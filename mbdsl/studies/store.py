@@ -19,16 +19,15 @@ from types import ModuleType
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.compilation.kernel_sources import digest_of, names_of
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.provenance import code, machine
 from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 LARGEST = 1_000_000_000  #: largest size in bytes
 OUT_OF_TIME = "not run to its end: the budget of the study was spent"

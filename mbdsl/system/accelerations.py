@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.saddle_point import least_squares, refined
 from mbdsl.system.broken_laws import not_finite
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 #: bounds of the residual and of the solution of a regular system, relative to its right-hand side
 ACCURATE, BOUNDED = 1e-12, 1e8
@@ -62,7 +60,7 @@ class Equations(NamedTuple):
     t: float
     q: Array
     v: Array
-    kept: NDArray[np.int64]
+    kept: Integers
     M: Any
     J: Any
     right: Array

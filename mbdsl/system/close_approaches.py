@@ -23,6 +23,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import TIME, Expr, const, is_const, leaves, walk
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import gradients, values
@@ -30,7 +31,6 @@ from mbdsl.system.signals import gradients, values
 if TYPE_CHECKING:
     from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 
 #: distance, relative to the largest value of the argument, above which an approach is not close
 CLOSE = 0.05
@@ -264,7 +264,7 @@ class Approaches:
     def _rates(
         self,
         k: int,
-        at: NDArray[np.int64],
+        at: Integers,
         a: Array,
         rows: tuple[Array, Array, Array, Array],
         inputs: Mapping[str, float],
@@ -289,7 +289,7 @@ class Approaches:
 
     def _accelerations(
         self,
-        rows: Iterable[NDArray[np.int64]],
+        rows: Iterable[Integers],
         states: tuple[Array, Array, Array, Array],
         inputs: Mapping[str, float],
         left_out: tuple[int, ...],
@@ -328,7 +328,7 @@ def _approach(number: int, t: float, side: float, d: float, curvature: float, er
     return Approach(number, float(t), float(side), float(d), float(curvature), float(error), list(map(float, state)))
 
 
-def _turning(y: Array, near: float) -> NDArray[np.int64]:
+def _turning(y: Array, near: float) -> Integers:
     """The ends of steps (of y without its first entry, which precedes them) where an argument turns back or changes its
     sign within ``near`` of zero, their neighbours, and close ends at the border of the search."""
     slope = np.diff(y)
@@ -337,7 +337,7 @@ def _turning(y: Array, near: float) -> NDArray[np.int64]:
     turns[:3] = turns[-3:] = True
     crosses[1:-1] = (y[:-2] * y[1:-1] < 0.0) | (y[1:-1] * y[2:] < 0.0)
     close = (np.abs(y) <= near) & (y != 0.0)
-    found: list[NDArray[np.int64]] = []
+    found: list[Integers] = []
     for kind in (turns & close, crosses & close & ~turns):  # the closest of each
         at = np.flatnonzero(kind)
         found.append(at[np.argsort(np.abs(y[at]), kind="stable")[: MOST_RATES // 2]])
