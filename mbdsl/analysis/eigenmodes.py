@@ -30,7 +30,6 @@ from mbdsl.analysis import operating_points
 from mbdsl.analysis.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.analysis.operating_points import about
 from mbdsl.analysis.tangent_bases import Moving, Still, of_positions
-from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
 from mbdsl.kernels.arrays import Complex
 from mbdsl.lang.display_units import in_units
@@ -48,7 +47,6 @@ if TYPE_CHECKING:
 
 
 COUNT = 10  #: default number of modes
-CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 LARGEST_MOVING = 3000  #: largest number of unknowns for modes about a motion, which use dense matrices
 
 

@@ -23,6 +23,8 @@ from functools import cache
 from types import ModuleType
 from typing import Any, Protocol
 
+import numpy as np
+
 from mbdsl.kernels.arrays import Array
 
 Pose = Any  #: a tuple of floats: (x, y, phi), or in space origin and axes (12 numbers)
@@ -151,6 +153,26 @@ class Body(Protocol):
 
     def bend(self, q: Array) -> Array:
         """The largest rotation (N,) [rad] that the theory assumes to be small; zeros if it assumes none to be."""
+
+
+class Undeformed:
+    """The members that a model has by default, of a body that does not deform and has no couplings."""
+
+    n: int
+    deforms = False
+    turn, counter = 0.0, -1
+
+    def couplings(self) -> list[tuple[int, int, float]]:
+        return []
+
+    def eliminate(self) -> Sequence[int]:
+        return range(self.n)
+
+    def dofs(self, pose: Pose) -> tuple[int, ...]:
+        return tuple(range(self.n))
+
+    def bend(self, q: Array) -> Array:
+        return np.zeros(len(q))
 
 
 @cache

@@ -11,6 +11,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.initial.massless_points import remedy
 from mbdsl.kernels.arrays import Array
 from mbdsl.messages import few
+from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.massless import massless
 from mbdsl.system.system import System
 
@@ -92,14 +93,10 @@ def _whole_bodies(motions: Array, scale: Array, owners: list[str]) -> Array:
 def _significant(X, motions: Array, whole: Array, left: bool = False) -> Array:
     """X @ motions, or motions.T @ X @ motions, where rounding errors are zeros: a thin rod turns about the axis through
     a ball without moving it, and without a torque."""
-    found, bound = _dense(X @ motions), _dense(abs(X) @ whole)
+    found, bound = dense(X @ motions), dense(abs(X) @ whole)
     if left:
         found, bound = motions.T @ found, whole.T @ bound
     return np.where(np.abs(found) > ROUNDING * bound, found, 0.0)
-
-
-def _dense(X) -> Array:
-    return X if isinstance(X, np.ndarray) else X.toarray()
 
 
 def _null_space(J: Array) -> Array:

@@ -23,13 +23,6 @@ if TYPE_CHECKING:
 def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     """A result with the expressions among the names and patterns of signals that are asked for.
 
-    Parameters
-    ----------
-    result : Result
-        A result.
-    patterns : iterable of str or None
-        Names, patterns and expressions.
-
     Returns
     -------
     Result

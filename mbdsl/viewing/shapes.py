@@ -61,11 +61,6 @@ class Drawing:
 def drawing(motion: Motion) -> Drawing:
     """The shapes of a mechanism in the plane.
 
-    Parameters
-    ----------
-    motion : Motion
-        Its motion.
-
     Returns
     -------
     Drawing

@@ -74,13 +74,6 @@ def vectors(trajectory: Trajectory, motion: AnyMotion) -> list[Vector]:
 def loads(trajectory: Trajectory, motion: AnyMotion) -> list[Vector]:
     """Weights of bodies, and what springs and dampers with a law of one force or torque exert on frame_b.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        The states over time.
-    motion : Motion or SpaceMotion
-        Its motion.
-
     Returns
     -------
     list of Vector

@@ -59,11 +59,6 @@ class SpaceDrawing:
 def drawing(motion: SpaceMotion) -> SpaceDrawing:
     """The solids of a mechanism.
 
-    Parameters
-    ----------
-    motion : SpaceMotion
-        Its motion.
-
     Returns
     -------
     SpaceDrawing
