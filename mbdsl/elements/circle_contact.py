@@ -17,7 +17,7 @@ def check(values):
     if values["internal"] and not values["r_a"] > values["r_b"]:
         r_a, r_b = values["r_a"], values["r_b"]
         return f"frame_a has the hole, but its radius r_a = {r_a:g} m is not larger than r_b = {r_b:g} m"
-    return contact_law.check(values, "v_0") or friction.check(values)
+    return contact_law.check(values, "v_0", False) or friction.check(values)
 
 
 def derive(values):

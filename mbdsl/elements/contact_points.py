@@ -71,6 +71,7 @@ def contact(
     """
     count, signals, check, derive = len(points), *(more.pop(x, None) for x in ("signals", "check", "derive"))
     touches = 1 if one else count
+    touching = ()
     each, own = dict(terms), {}
     for i, point in enumerate(points, 1):
         each |= _in_space(i, point) if spatial else _in_plane(i, point)
@@ -92,7 +93,7 @@ def contact(
         terms={"overlap": _sum(f"max(0, -gap_{i})" for i in _of(count)), **each, **own},
         searched="overlap",
         latches=tuple(contact_law.latch(i, f"lt(gap_{i}, 0)", f"-rate_{i}", "v_0") for i in _of(touches)),
-        check=lambda v: (check and check(v)) or contact_law.check(v, "v_0") or friction.check(v),
+        check=lambda v: (check and check(v)) or contact_law.check(v, "v_0", bool(touching)) or friction.check(v),
         derive=lambda v: {
             **contact_law.derive(v, "v_0", touches),
             **friction.derive(v),
