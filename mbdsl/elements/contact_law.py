@@ -14,16 +14,18 @@ is the speed of each touch, at which alpha is set (``LATCH``): then every impact
 from collections.abc import Mapping
 from math import log
 
-from mbdsl.elements.declaration import CONTACTS, Latch, Parameter
+from mbdsl.elements.declaration import CONTACTS, REQUIRED, Latch, Parameter
 
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 
 
-def parameters(stiffness: str, speed: str, unit: str) -> tuple[Parameter, ...]:
-    """The parameters of a contact with this unit of stiffness, whose speed is called ``speed``."""
+def parameters(stiffness: str, speed: str, unit: str, rigid: bool = True) -> tuple[Parameter, ...]:
+    """The parameters of a contact with this unit of stiffness, whose speed is called ``speed``; ``rigid``: whether it
+    may be rigid."""
+    k, e = ("; without it the contact is rigid", ", but rigid contacts need it") if rigid else ("", "")
     return (
-        Parameter("k", stiffness, None, "stiffness; without it the contact is rigid", positive=True),
-        Parameter("e", "1", None, "coefficient of restitution; default 1, but rigid contacts need it", minimum=0.0),
+        Parameter("k", stiffness, None if rigid else REQUIRED, f"stiffness{k}", positive=True),
+        Parameter("e", "1", None, f"coefficient of restitution; default 1{e}", minimum=0.0),
         Parameter(
             speed,
             unit,
@@ -69,17 +71,15 @@ def damping(e: float) -> float:
     return low
 
 
-def check(values: Mapping, speed: str, rigid: bool = True) -> str | None:
+def check(values: Mapping, speed: str) -> str | None:
     """The error text, if the coefficient of restitution cannot be used, or the kind cannot be ``rigid``."""
-    e, stiff = values["e"], values["k"] is None
-    if stiff and not rigid:
-        return "it cannot be rigid, give its stiffness `k`"
-    if stiff and e is None:
+    e, rigid = values["e"], values["k"] is None
+    if rigid and e is None:
         return "without `k` it is rigid, and needs `e`, its coefficient of restitution"
-    if stiff and (values[speed] is not None or values["exponent"] != 1.0):
+    if rigid and (values[speed] is not None or values["exponent"] != 1.0):
         return f"without `k` it is rigid: `{speed}` and `exponent` have no meaning"
-    if e is not None and not (0.0 if stiff else LEAST) <= e <= 1.0:
-        least, which = ("0", "") if stiff else (f"{LEAST:g}", " of a contact with stiffness")
+    if e is not None and not (0.0 if rigid else LEAST) <= e <= 1.0:
+        least, which = ("0", "") if rigid else (f"{LEAST:g}", " of a contact with stiffness")
         return f"e is {e:g}, the coefficient of restitution{which} must be between {least} and 1"
     return None
 
