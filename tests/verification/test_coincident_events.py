@@ -1,4 +1,4 @@
-"""Events that rounding separates: an impact at the time of a tick, and two contacts that come to rest on one another."""
+"""Events that rounding separates: an impact at the time of a tick, and contacts that come to rest on one another."""
 
 import pytest
 

@@ -178,6 +178,8 @@ initial equation
   annotation(experiment(StopTime = 0.2 s));
 end Pile;
 """
+
+
 @SPACES
 def test_a_pile_between_walls(spatial):
     """The line of centres has the slope 4/3: N 0.8 = m g/2 for each; 0.6 N on walls, 1.5 m g on the floor."""
