@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -95,7 +95,7 @@ class StateSignals:
             **{k: x for k, x in vars(self).items() if k not in computed},
             "_known": {},
             "find_steps": None,
-            "find_events": list,
+            "find_events": partial(list, self.find_events()),
             "gathered": None,
         }
 
