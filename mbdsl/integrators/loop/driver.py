@@ -13,8 +13,6 @@ is made of their ``formulas``. ``run`` is a :class:`mbdsl.integrators.loop.run_d
 The loop is compiled once per method and allocates nothing.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import leave_chart, move_charts
 from mbdsl.integrators.loop.step_times import at_stop, finished, start_of_step

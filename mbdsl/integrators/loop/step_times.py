@@ -4,8 +4,6 @@ Steps of fixed length start at START + step h, which sums up no rounding errors.
 reached, and ends exactly at the stop time or at the next known event if it reaches that.
 """
 
-from __future__ import annotations
-
 from numpy import floor, inf
 
 from mbdsl.integrators.loop import loop_state as S
