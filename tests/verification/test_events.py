@@ -269,7 +269,7 @@ def test_events_are_listed_with_kinds_and_lines(tmp_path, capsys):
         assert main(words) == 0
         shown = capsys.readouterr().out
         assert main([*words[:-3], "-", "--output", "o.csv", "--quiet"]) == 0
-        assert not os.path.exists("-") and capsys.readouterr().out == open("e.csv").read()
+        assert not os.path.exists("-") and capsys.readouterr().out == Path("e.csv").read_text()
     finally:
         os.chdir(here)
     assert "12 events (11 sample, 1 reinit); most of them by line m.mbd:9: 12" in shown
