@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.errors import UsageError
+from mbdsl.errors import InitialisationError, UsageError
 
 MODEL = """model M
   parameter Real e = 0.7;
@@ -147,3 +147,20 @@ def test_backends_work_or_say_why(name, method):
     with pytest.raises(UsageError, match=f"does not know {what}") as problem:
         mbdsl.simulate(model(name), method=method, tol=1e-6, stop=6.0)
     assert problem.value.span.line in (5, 7, 11)
+
+
+def test_linear_models_know_open_contacts_and_discrete_variables():
+    contact = model("contact")
+    for at in ("start", "1 s"):
+        assert [x.frequency for x in mbdsl.eigen(contact, at=at).modes] == pytest.approx([1.0 / (2.0 * math.pi)])
+    with pytest.raises(InitialisationError, match="a rigid contact that is closed, as `stop` is") as problem:
+        mbdsl.eigen(contact, at={"rail.s": "-0.4 m"})
+    assert problem.value.span.line == 7
+    assert mbdsl.static(contact, without=["contact"])["rail.s"] == pytest.approx(0.0, abs=1e-9)
+    switched = MODEL.format(
+        declared='discrete Real more(unit = "N/m", start = 0); Force f(b.c, fx = -more*rail.s);',
+        events="when sample(0.5 s, 1 s) then more = 3 N/m; end when;",
+        joint="",
+    )
+    found = [mbdsl.eigen(mbdsl.parse(switched), at=at).modes[0].frequency for at in ("start", "0.4 s", "1 s")]
+    assert 2.0 * math.pi * np.array(found) == pytest.approx([1.0, 1.0, 2.0])
