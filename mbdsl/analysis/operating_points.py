@@ -151,7 +151,8 @@ def find(
     if at == "start" or at == start:
         system, mechanism = prepare(scene.without_contacts() if scene.contacts else scene, None, (), announce)
         first = initial_state(system, mechanism, start)
-        gaps = values(system, [c.gap for c in scene.contacts], *(np.array([x]) for x in (start, first.q, first.v)))
+        at_start = np.array([start]), first.q[None], first.v[None]
+        gaps = values(system, [c.gap for c in scene.contacts], *at_start)
         _check_open(scene, [gap[0] <= OVERLAP * system.tables.size for gap in gaps])
         found = OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])
         return _with_friction(found)

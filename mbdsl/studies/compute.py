@@ -72,12 +72,13 @@ def compute(
         if events := text_of(found.find_events()):
             stats[EVENTS] = events
         if not case.ends:
-            return Computed(case, found.t, found.q, found.v, found.lam, stats)
+            return Computed(case, found.t, found.q, found.v, found.lam, stats, numbers=found.inputs)
         last = len(found.t) - 1
         rows = np.linspace(0, last, min(last, ENDS) + 1).astype(int)
         # nan multipliers are computed on access, which does not happen here
         lam = np.full((len(rows), found.system.m + found.system.p), np.nan)
-        return Computed(case, found.t[rows], found.q[rows], found.v[rows], lam, stats)
+        numbers = {name: x[rows] for name, x in found.inputs.items()}
+        return Computed(case, found.t[rows], found.q[rows], found.v[rows], lam, stats, numbers=numbers)
 
     return attempted(case, run, deadline)
 

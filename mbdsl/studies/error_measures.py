@@ -30,7 +30,9 @@ class Solution(Protocol):
     """A solution to compare with: signals by name at times t, and the events."""
 
     t: Array
-    find_events: Callable[[], Sequence[Group]]
+
+    @property
+    def find_events(self) -> Callable[[], Sequence[Group]]: ...
 
     def __contains__(self, name: str) -> bool: ...
 

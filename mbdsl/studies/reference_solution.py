@@ -288,12 +288,19 @@ def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Compu
     if problem := unseen_peak(runs[cases[-1]].stats):  # all of them may have missed it
         return how, Computed(cases[-1], problem=problem)
     weights, last = extrapolation(steps), runs[cases[-1]]
-    q, v, lam = (sum(w * getattr(runs[c], x) for w, c in zip(weights, cases, strict=True)) for x in ("q", "v", "lam"))
+
+    def limit(found: Sequence[Array]) -> Array:
+        same = np.all([x == found[-1] for x in found], axis=0)  # as modes of contacts are
+        return np.where(same, found[-1], sum(w * x for w, x in zip(weights, found, strict=True)))
+
+    q, v, lam = (limit([getattr(runs[case], x) for case in cases]) for x in ("q", "v", "lam"))
+    numbers = {name: limit([runs[case].numbers[name] for case in cases]) for name in last.numbers}
     events = of_meta(last.stats)
     for case in cases[:-1] if events else ():  # runs behind and before a jump have no common value
         jumps = apart(last.t, of_meta(runs[case].stats), events, NEAR * of.span) > 0.0
-        q[jumps], v[jumps], lam[jumps] = last.q[jumps], last.v[jumps], last.lam[jumps]
-    return how, Computed(last.case, last.t, q, v, lam, last.stats)
+        for x, own in ((q, last.q), (v, last.v), (lam, last.lam), *((numbers[n], last.numbers[n]) for n in numbers)):
+            x[jumps] = own[jumps]
+    return how, Computed(last.case, last.t, q, v, lam, last.stats, numbers=numbers)
 
 
 def extrapolation(steps: Sequence[float]) -> Array:

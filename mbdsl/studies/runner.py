@@ -249,8 +249,7 @@ class Runner:
 
     def trajectory(self, run: Computed) -> Trajectory:
         """A run as a trajectory, for access to its signals."""
-        unknown = {name: np.full(len(run.t), np.nan) for name in self._system.scene.events.variables}  # not stored
-        found = Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats), inputs=unknown)
+        found = Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats), inputs=run.numbers)
         found.find_events = partial(of_meta, run.stats)
         return found
 

@@ -164,3 +164,23 @@ def test_linear_models_know_open_contacts_and_discrete_variables():
     )
     found = [mbdsl.eigen(mbdsl.parse(switched), at=at).modes[0].frequency for at in ("start", "0.4 s", "1 s")]
     assert 2.0 * math.pi * np.array(found) == pytest.approx([1.0, 1.0, 2.0])
+
+
+def test_studies_know_discrete_variables_and_forces_of_contacts(tmp_path):
+    """F holds -0.7 of the position at the last sample; a force of 2 N presses a body against a stop, once it is there."""
+    given = {"methods": ["hht-si2", "radau5"], "stop": 3.0, "store": tmp_path / "store", "workers": 1}
+    sampled = mbdsl.study.convergence(model("sample"), steps=[0.05], tols=[1e-6], signals=["F", "b.ax"], **given).survey
+    for row in sampled.rows:
+        F = [-0.7 * of_sample(0.25 * int((t + 1e-9) / 0.25), 0.7)[0] if t >= 0.0 else 0.0 for t in row.trajectory.t]
+        error = np.abs(row.trajectory["F"] - F).max() / np.ptp(F)
+        assert row.errors["F"].scaled == pytest.approx(error, rel=0.2, abs=1e-6)
+        assert error < (1e-3 if row.case.step else 1e-5)
+    pressed = mbdsl.parse(
+        "model P Ground o; Body b(m = 1 kg, I = 1 kg.m2); Prismatic s(o, b.c); Force f(b.c, fx = 1 N + 1 N/s*time); "
+        "Contact stop(gap = 1 m - s.s, e = 0); initial equation s.s = 0 m; s.v = 0 m/s; end P;"
+    )
+    found = mbdsl.study.convergence(pressed, steps=[0.05], signals=["stop.force"], **given).survey
+    for row in found.rows:
+        closed = row.trajectory.t > 1.3  # t^2/2 + t^3/6 = 1 at 1.1958 s
+        assert row.trajectory["stop.force"][closed] == pytest.approx(1.0 + row.trajectory.t[closed], rel=1e-6)
+        assert row.errors["stop.force"].scaled < 1e-2
