@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, input_signal, leaves
+from mbdsl.integrators.event_list import times
 from mbdsl.lang.asked_signals import Operand, read
 from mbdsl.results.selection import matching
 from mbdsl.simulation.event_marks import marks
@@ -51,7 +52,8 @@ def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     if result.is_file and KEY in result.layout.meta:
         result.cut_peaks = partial(cut_in_file, result)
     if result.is_file and EVENTS in result.layout.meta:
-        result.events = partial(marks, of_meta(result.layout.meta))
+        events = of_meta(result.layout.meta)
+        result.events, result.jumps = partial(marks, events), partial(times, events)
 
     def operand(name: str) -> Operand | None:
         return (input_signal(name), result.unit(name)) if name in known else None
