@@ -19,7 +19,7 @@ from mbdsl.system.contact_numbers import COUNT, HELD, MODE, OPEN, number
 
 if TYPE_CHECKING:
     from mbdsl.integrators.event_set import EventSet
-    from mbdsl.mechanism.events import Branch, Events
+    from mbdsl.mechanism.events import Action, Branch, Events
 
 Array = NDArray[np.float64]
 IMPULSES = ("impact", "contact", "reinit")  #: kinds of events at which velocities jump
@@ -68,7 +68,7 @@ def groups(found: EventSet) -> list[Group]:
     own = [
         Group(kind(b, found.events), b.span, np.sort(np.concatenate([times.get(id(b), []), *ticks.get(id(b), [])])))
         for b in found.events.branches
-        if any(action.what != "assert" for action in b.actions)
+        if any(action.what != "assert" and not (action.what == "set" and action.text) for action in b.actions)
     ]
     return [group for group in [*own, *_of_numbers(found)] if len(group.times)]
 
@@ -85,9 +85,18 @@ def times(found: list[Group], impulses: bool = False) -> Array:
     return np.unique(np.concatenate(chosen)) if chosen else np.empty(0)
 
 
+def warned(found: EventSet) -> Iterator[tuple[Action, Array]]:
+    """The assertions that are warnings, and the times (k,) at which they were false."""
+    for action in (a for b in found.events.branches for a in b.actions if a.what == "set" and a.text):
+        times, rows = found.table()
+        yield action, times[np.diff(rows[:, found.names.index(action.target)], prepend=0.0) > 0.0]
+
+
 def _of_numbers(found: EventSet) -> Iterator[Group]:
-    """The events of rigid contacts and of joints that stick."""
+    """The warnings of assertions, and the events of rigid contacts and of joints that stick."""
     scene = found.system.scene
+    for action, false in warned(found):
+        yield Group("warning", action.span, false)
     if not (scene.contacts or scene.sticking):
         return
     times, rows = found.table()

@@ -1,9 +1,10 @@
 """Comma-separated values: one header row with the signals' names, numbers that read back to the same double.
 
 CSV has no remarks that all readers skip. Therefore incomplete results in ``NAME.csv`` have a second file
-``NAME.csv.incomplete`` with the reason, which complete results remove. Events are in ``NAME.csv.events``, after the
-size of ``NAME.csv``, by which events of other results are known. The header and the last row end with CR LF, the other
-rows with LF, which readers treat alike, so that a truncated file is recognised. A second row may contain units.
+``NAME.csv.incomplete`` with the reason, which complete results remove; and results with events have them in
+``NAME.csv.events``, whose first line is the size of ``NAME.csv``, so that events of older results are recognised. The
+header and the last row end with CR LF, the other rows with LF, which readers treat alike, so that a truncated file is
+recognised. A second row may contain units.
 """
 
 from __future__ import annotations
