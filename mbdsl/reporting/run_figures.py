@@ -9,6 +9,7 @@ import numpy as np
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.kernels.arrays import Array
+from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.scene import ENERGIES, Component
 from mbdsl.mechanism.scene_tables import displayed
 from mbdsl.messages import few
@@ -63,7 +64,7 @@ def _exchanges(c: Component) -> bool:
 def constraint_figure(trajectory: Trajectory) -> Figure | None:
     """The largest residuals of the constraints over time; None without constraints."""
     scene = trajectory.scene
-    joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind)]
+    joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind) and not is_contact(c)]
     if not len(trajectory) or not joints or len(scene.components) > MOST_COMPONENTS:
         return None
     kinds: dict[str, list[str]] = {POSITIONS: [], RATES: [], SPEEDS: []}

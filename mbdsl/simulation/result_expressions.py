@@ -10,6 +10,7 @@ import numpy as np
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, input_signal, leaves
+from mbdsl.integrators.event_list import times
 from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import Operand, read
 from mbdsl.results.selection import matching
@@ -42,7 +43,8 @@ def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     if result.is_file and KEY in result.layout.meta:
         result.cut_peaks = partial(cut_in_file, result)
     if result.is_file and EVENTS in result.layout.meta:
-        result.events = partial(marks, of_meta(result.layout.meta))
+        events = of_meta(result.layout.meta)
+        result.events, result.jumps = partial(marks, events), partial(times, events)
 
     def operand(name: str) -> Operand | None:
         return (input_signal(name), result.unit(name)) if name in known else None

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators.event_list import happened
+from mbdsl.integrators.event_list import happened, times
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.display_units import asked
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
@@ -94,6 +95,10 @@ class Trajectory(NamedSignals):
             Number of ticks of clocks that are not marked, because there are many.
         """
         return marks(self.find_events(), start, stop)
+
+    def _event_times(self, impulses: bool) -> Array:
+        """The times (k,) of the events [s], ascending; of impulses only, if asked."""
+        return times(self.find_events(), impulses)
 
     @property
     def signals(self) -> Signals:

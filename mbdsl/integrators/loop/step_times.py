@@ -66,6 +66,16 @@ def at_stop(run):
 
 
 @kernel
+def passed(t0, h, run):
+    """The time up to which a step of length h from t0 has output: a last step that ends at an event has that of the
+    stop time, too [s]."""
+    reals = run.reals
+    if reals[S.TOL] > 0.0 and reals[S.STOP] - (t0 + h) <= 4.0 * reals[S.LEAST_H]:
+        return max(t0 + h + 1e-9 * h, reals[S.STOP])
+    return t0 + h + 1e-9 * h
+
+
+@kernel
 def representable(h, run):
     """A length of about h whose multiples can be added to the time without rounding; h if it is below rounding [s].
 
