@@ -163,7 +163,9 @@ class ContactSet:
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
             v = self._struck(t, q, v, touching, values)
             v = self._lasting(t, q, v, touching, others, before, values)
-        return q, given if np.abs(v - given).max(initial=0.0) <= SAME * np.abs(given).max(initial=0.0) else v
+        scale = self.system.tables.scale
+        change, fastest = (float(np.abs(x * scale).max(initial=0.0)) for x in (v - given, given))
+        return q, given if change <= SAME * fastest else v
 
     def _release(self, values: dict[str, float]) -> None:
         """Open all contacts."""
