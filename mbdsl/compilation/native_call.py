@@ -75,9 +75,14 @@ class Native:
     def _block(self, arguments: tuple) -> bytes:
         """The arguments as one block of bytes."""
         last, block = self._last
-        same = block and len(arguments) == len(self._arrays)
-        if not same or any(known() is not arguments[k] for k, known in last):
-            last, block = self._last = self._look_at(arguments)
+        if len(arguments) != len(self._arrays):
+            block = []
+        for k, known in last:
+            if not block or known() is not arguments[k]:
+                block = []
+                break
+        if not block:
+            _, block = self._last = self._look_at(arguments)
         words = list(block)
         for k, at in self._others:
             x = arguments[k]

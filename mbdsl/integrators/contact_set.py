@@ -231,11 +231,8 @@ class ContactSet:
     def _speeds(self, t: float, q: Array, v: Array, touching: Touching) -> tuple[Array, float]:
         """The rates of gaps and the slips (r,), and the speed that counts as rest."""
         fastest = float(np.abs(v * self.system.tables.scale).max(initial=0.0))
-        rates = self.system.evaluate(t, q, v)[2]
-        if self.system.p:
-            rates = np.concatenate([rates, self.system.Gam(t, q, v)])
         slow = self.system.tables.size * (REST * fastest + STILL / self.span)
-        return rates[self._rows_of(touching.which)], slow
+        return self.system.constraint_rates(t, q, v)[self._rows_of(touching.which)], slow
 
     def _struck(self, t: float, q: Array, v: Array, touching: Touching, values: dict[str, float]) -> Array:
         """The velocities behind the impact, if there is one."""
