@@ -87,6 +87,11 @@ class System(CompiledScene):
         """Nonholonomic constraints (p,)."""
         return self._at(t, q, v).vectors[L.FORCE, self.n + self.m : self.unknowns].copy()
 
+    def constraint_rates(self, t: float, q, v) -> Array:
+        """The rates of Phi, then Gam (m + p,)."""
+        work, n = self._at(t, q, v).vectors, self.n
+        return np.concatenate([work[L.FORCE2, n : n + self.m], work[L.FORCE, n + self.m : self.unknowns]])
+
     def Gam_v(self, t: float, q, v) -> Array | csr_array:
         """Their Jacobian (p, n) with respect to v."""
         return self.tangent(t, q, v, cV=1.0)[self.n + self.m :, : self.n]
@@ -220,8 +225,13 @@ class System(CompiledScene):
 
         gamma_c = -(Phi_q v)_q v - Phi_tt, then -Gam_q v - Gam_t.
         """
+        self._at(t, q, v).vectors[L.UNKNOWN, : self.n] = 0.0
+        return self.gamma_c_here(t, np.asarray(v, float))
+
+    def gamma_c_here(self, t: float, v: Array) -> Array:
+        """The same at the last evaluated state, whose velocities are v."""
         # also runs the gradient tape, which holds u'' and Gam_t
-        rate = self.tangent(t, q, v, cN=1.0, cW=1.0)[self.n :, : self.n] @ np.asarray(v, float)
+        rate = self.matrix(self.entries(t, cN=1.0, cW=1.0))[self.n :, : self.n] @ v
         return -rate - self.in_time()
 
     def in_time(self) -> Array:
@@ -239,11 +249,19 @@ class System(CompiledScene):
         located by bisection. Empty if there are no switches. ``tables.switches`` lists their expressions; see
         :mod:`mbdsl.system.switches`.
         """
-        found = np.zeros(len(self.tables.switches), np.int64)
-        if len(found):
-            w = self._at(t, q, v, lam)
-            switches.compiled()(w.numbers, w.layout, found)
-        return found
+        if not self.tables.switches:
+            return np.zeros(0, np.int64)
+        w, found = self._at(t, q, v, lam), self.kept(_states)  # the same array: calls with new ones take longer
+        switches.compiled()(w.numbers, w.layout, found)
+        return found.copy()
+
+    def quantities(self) -> Array:
+        """The quantity whose sign decides each switch, at the last evaluated state; see
+        :func:`mbdsl.system.switches.quantity`."""
+        w = self._work
+        assert w is not None
+        registers = w.numbers[w.layout[L.REGISTERS] :]
+        return np.array([switches.quantity(x, registers) for x in self.tables.quantities])
 
     def time_events(self, t0: float, t1: float, corners: bool = True) -> Iterator[float]:
         """The times t0 < t < t1 [s], ascending, at which switches that depend on time alone change; generated lazily.
@@ -359,6 +377,11 @@ class System(CompiledScene):
             count = len(component.velocity_constraints)
             found.append((f"Gam[{first}:{first + count}]", name, component.kind.name))
         return found
+
+
+def _states(system: System) -> NDArray[np.int64]:
+    """A buffer for the states of its switches."""
+    return np.zeros(len(system.tables.switches), np.int64)
 
 
 @blame_extremes
