@@ -199,7 +199,9 @@ def test_an_assertion_with_the_level_warning_lets_the_run_go_on(given):
     assert run.t[-1] == 3.0 and run.stats["kinds of events"] == {"warning": 3}
     assert [x.t for x in run.events if x.kind == "warning"] == pytest.approx([1.0, 2.0, 2.0], abs=1e-6)
     fast, very = [x for x in run.stats["warnings"] if x.startswith("the assertion")]
-    assert fast.startswith("the assertion `rail.v < 0.5 m/s` is false: fast (line <text>:9, t = 1 s, the first of 2 times)")
+    assert fast.startswith(
+        "the assertion `rail.v < 0.5 m/s` is false: fast (line <text>:9, t = 1 s, the first of 2 times)"
+    )
     assert very.startswith("the assertion `rail.v < 2 m/s` is false: very fast (line <text>:10, t = 2 s)")
     known = slide(
         "parameter Length L = 1 m; Force f(b.c, fx = 0 N);", 'assert(L > 2 m, "short", AssertionLevel.warning);'
