@@ -13,7 +13,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
-from mbdsl.elements.declaration import K, Kind, Signal
+from mbdsl.elements.declaration import K, Kind, Signal, Touch
 from mbdsl.elements.row import Row, Rows
 
 
@@ -289,6 +289,7 @@ class ForceKind(PairKind):
     laws: tuple[str, ...] = ()
     sign: float = -1.0
     springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None
+    touching: tuple[Touch, ...] = ()  #: the rigid contacts that its components without a stiffness `k` are
     #: of kinds that may run over further frames, the parameter ``over``: (values, coordinates of each frame, spatial)
     #: -> a :class:`mbdsl.elements.rope_path.Path`. It replaces the formulas of the signals, which are those of a
     #: component between two points. Every span of the path is a component of the kind

@@ -119,6 +119,7 @@ def of_count(count):
         [touch(1), touch(2)],
         terms=terms(count) if count else {},
         one=True,
+        rigid=False,
         check=check,
         derive=derive,
         specialised=specialised,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from mbdsl.elements.declaration import EFFECTS
+from mbdsl.elements.declaration import CONTACTS, EFFECTS
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, functions, units, values
 from mbdsl.lang import syntax as s
@@ -124,6 +124,6 @@ def check_effects(given: Iterable[str]) -> tuple[str, ...]:
         raise ModelError(f"found {given!r}, expected effects to leave out", hint=hint)
     names = (given,) if isinstance(given, str) else tuple(given)
     for name in names:
-        if name not in EFFECTS:
+        if name not in EFFECTS and name not in CONTACTS.values():
             raise ModelError(f"there is no effect `{name}` to leave out", hint=did_you_mean(name, EFFECTS, "there are"))
     return names

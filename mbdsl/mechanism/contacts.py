@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from mbdsl.elements import of_variant
@@ -89,13 +90,14 @@ def contact_of(component) -> Contact:
     return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent)
 
 
-def rubbing(component) -> list[tuple[str, list[Expr]]]:
+def rubbing(name: str, slips: Sequence[Expr], spatial: bool) -> list[tuple[str, list[Expr]]]:
     """What friction exerts while a contact slides: frames, and the components of force and torque on them.
 
     In the plane it is c N along the slip, c being its number COEFFICIENT. In space it has the direction of the slip; at
     rest, where there is none, that of ALONG.
     """
-    name, slips = component.name, component.velocity_constraints
+    if not slips:
+        return []
     force = input_signal(number(name, COEFFICIENT)) * -multiplier(name, 0)
     forces = [force]
     if len(slips) > 1:
@@ -107,7 +109,7 @@ def rubbing(component) -> list[tuple[str, list[Expr]]]:
         forces = [force * x / speed for x in u]
     found = []
     for frame in dict.fromkeys(f for x in slips for f in frames_in(x)):
-        rates = [by_rate(x, frame, component.kind.spatial) for x in slips]
+        rates = [by_rate(x, frame, spatial) for x in slips]
         loads = [
             sum((s * g for s, g in zip(forces[1:], of[1:], strict=True)), forces[0] * of[0])
             for of in zip(*rates, strict=True)

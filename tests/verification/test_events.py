@@ -283,18 +283,21 @@ def test_events_are_listed_with_kinds_and_lines(tmp_path, capsys):
     assert reinit.t == pytest.approx(at, abs=1e-9) and reinit.span.line == 9
     assert [x.t for x in run.events if x.kind == "sample"] == [k / 100 for k in range(11)]
     (tmp_path / "m.mbd").write_text(SLIDE.format(angle="", declared=CLOCKED[0], events=CLOCKED[1], s=0, v=1, stop=0.1))
-    words = ["simulate", "m.mbd", "--step", "1ms", "--method", "hht-si2", "--events", "e.csv", "--output", "o.csv"]
+    words = "simulate m.mbd --step 1ms --method hht-si2 --events e.csv --output o.csv".split()
     from mbdsl.cli import main
 
     here = os.getcwd()
     os.chdir(tmp_path)
     try:
         assert main(words) == 0
+        shown = capsys.readouterr().out
+        assert main([*words[:-3], "-", "--output", "o.csv", "--quiet"]) == 0
+        assert not os.path.exists("-") and capsys.readouterr().out == (tmp_path / "e.csv").read_text()
     finally:
         os.chdir(here)
-    assert "12 events (11 sample, 1 reinit); most of them by line m.mbd:9: 12" in capsys.readouterr().out
+    assert "12 events (11 sample, 1 reinit); most of them by line m.mbd:9: 12" in shown
     rows = (tmp_path / "e.csv").read_text().splitlines()
-    assert rows[:2] == ["time,kind,line", '0.0,sample,"m.mbd:9"'] and len(rows) == 13
+    assert rows[:2] == ["time,kind,line,name", "0.0,sample,m.mbd:9,"] and len(rows) == 13
 
 
 @pytest.mark.parametrize("given", [{"step": 1e-3, "method": "nstiff"}, {"tol": 1e-5, "method": "hht-si2"}])
