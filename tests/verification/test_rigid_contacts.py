@@ -62,6 +62,8 @@ def test_a_ball_bounces_and_rests(options):
     np.testing.assert_allclose(found["ball.ay"][~rest], -G, rtol=1e-9)
     assert not found["floor.force"][~rest].any()
     assert found["floor.impacts"][found.t < 1.5].max() == 2
+    (closes,) = [x.t for x in found.events if x.kind == "contact"]
+    assert closes == pytest.approx(9 * np.sqrt(2 / G), abs=2e-6)  # 4.0637 s
     assert found["floor.impulse"][60] == pytest.approx(2 * 1.8 * np.sqrt(2 * G))
 
 
@@ -150,6 +152,7 @@ def cradle(n, e, moving, law="sequential"):
     ("n", "e", "moving", "law", "after"),
     [
         (3, 1.0, 1, "sequential", (0, 0, 1)),
+        (5, 1.0, 1, "sequential", (0, 0, 0, 0, 1)),
         (5, 1.0, 2, "sequential", (0, 0, 0, 1, 1)),
         (3, 0.9, 1, "sequential", (0.047625, 0.049875, 0.9025)),
         (3, 1.0, 1, "simultaneous", (-1 / 3, 2 / 3, 2 / 3)),
