@@ -186,10 +186,10 @@ class Events:
 
     @property
     def _of_reactions(self) -> bool:
-        """Whether reactions decide events. Those of a step have its error: where a step was cut short, they are taken
-        from the equations of motion."""
-        scene = self.system.scene
-        return bool(scene.sticking) or any(c.slips for c in scene.contacts)
+        """Whether reactions decide events, by friction or because those of steps are behind the motion. Those of a step
+        have its error: where a step was cut short, they are taken from the equations of motion."""
+        scene, lags = self.system.scene, not declared(self.run.method).own_reactions
+        return bool(scene.sticking) or any(c.slips or lags for c in scene.contacts)
 
     @property
     def _lags(self) -> bool:
