@@ -243,6 +243,8 @@ class Events:
             integers[S.PASSED] = MOST_PASSED
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         try:
+            if self.set is not None and "dPhi" not in declared(run.method).enforces:  # else the way would leave Phi
+                q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None and at_once and run.grid and self._lags:
