@@ -126,6 +126,6 @@ def test_gaps_of_rigid_contacts_that_are_closed_are_no_approaches(y, v, h, count
     search = system.kept(Approaches)
     past = np.zeros((5, len(search.arguments)))
     past[4] = 1.0
-    numbers = {name: 0.0 for name in system.tables.inputs}
+    numbers = dict.fromkeys(system.tables.inputs, 0.0)
     search.add(approaches, past, rows, numbers)
     assert sum(x.number in search.contacts for x in approaches) == count
