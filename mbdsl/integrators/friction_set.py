@@ -107,6 +107,16 @@ class FrictionSet:
                 return at.v
         raise self._undecided(at)
 
+    def release(self, t: float, q: Array, v: Array, numbers: Numbers) -> bool:
+        """Let the joints slide as an impulse has moved them; whether some were held."""
+        slow, held = self._slow(v), False
+        for x, rate in zip(self.joints, self._rates(t, q, v), strict=True):
+            if np.linalg.norm(rate) > slow:
+                held = held or not numbers[number(x.name, SLIDING)]
+                self._set_sliding(x, rate, numbers, slow)
+                numbers.update(dict.fromkeys(x.held, 0.0))
+        return held
+
     def _may_rest(self, k: int, before: int, along: float, rate: Array, numbers: Numbers, slow: float) -> bool:
         """Whether a joint is held, or so slow that it may be."""
         speed = float(np.linalg.norm(rate))
