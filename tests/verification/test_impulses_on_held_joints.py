@@ -48,3 +48,34 @@ def test_reinit_moves_what_friction_holds_and_contacts_support():
     assert run["pb.s"][-1] == pytest.approx(t - 0.1 * G * t**2, abs=1e-9)
     assert run["low.y"][-1] == pytest.approx(2.0 * t - 0.5 * G * t**2, abs=1e-9)
     assert run["high.y"][-1] == pytest.approx(G - 0.5 * G * 0.75**2, abs=1e-9)
+
+
+PUSHED = """model Pushed "A force that grows, on the first of two blocks that touch"
+  Ground ground;
+  Body a(m = 1 kg, I = 1e-3 kg.m2), b(m = 2 kg, I = 1e-3 kg.m2);
+  Prismatic pa(ground, a.c, mu = 0.1, sticks = true), pb(ground, b.c, mu = 0.2, sticks = true);
+  Force f(a.c, fx = {sign}2 N/s*time);
+  Contact hit(gap = pb.s - pa.s - 0.1 m, e = 0.5);
+initial equation
+  pa.s = 0 m; pa.v = 0 m/s; pb.s = 0.1 m; pb.v = 0 m/s;
+end Pushed;"""
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "hht-i3"])
+def test_friction_does_not_hold_a_block_by_a_contact_that_would_pull(method):
+    """It slides from 2 N/s t = mu m g on, with the acceleration 2 N/s (t - t1)/m."""
+    run = mbdsl.simulate(mbdsl.parse(PUSHED.format(sign="-")), method=method, step=1e-2, stop=1.0)
+    first = 0.1 * G / 2.0
+    assert [event.t for event in run.events if event.kind == "slip"] == pytest.approx([first], abs=1e-6)
+    assert run["pa.s"][-1] == pytest.approx(-((1.0 - first) ** 3) / 3.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "hht-i3"])
+def test_a_contact_carries_what_friction_does_not(method):
+    """Block a is held until 0.981 N, then pushes block b, which is held until 3.924 N; then both slide."""
+    run = mbdsl.simulate(mbdsl.parse(PUSHED.format(sign="")), method=method, step=1e-2, stop=3.0, interval=0.5)
+    held = run.t < 2.4
+    np.testing.assert_allclose(run["hit.force"][held], np.maximum(2.0 * run.t[held] - 0.1 * G, 0.0), atol=1e-6)
+    np.testing.assert_allclose(run["pb.friction"][held], run["hit.force"][held], atol=1e-6)
+    begins = 0.5 * G / 2.0
+    assert run["pb.s"][-1] == pytest.approx(0.1 + 2.0 * (3.0 - begins) ** 3 / 18.0, abs=1e-4)
