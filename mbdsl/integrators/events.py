@@ -195,6 +195,11 @@ class Events:
         """Whether reactions decide events and those of a step are behind the motion."""
         return self._of_reactions and not declared(self.run.method).own_reactions
 
+    @cached_property
+    def _turns(self) -> bool:
+        """Whether the friction of contacts turns with their slip, so that steps up to its end have no solution."""
+        return any(len(c.slips) > 1 for c in self.system.scene.contacts)
+
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
         known = self.system.time_events(t, self.run.stop, corners=declared(self.run.method).order > 2)
@@ -316,7 +321,7 @@ class Events:
         most = self._left(cut) * run.reals[S.LAST_H]
         if at_once:  # reactions of shorter steps have larger errors, of rounding
             most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
-            most = max(most, run.reals[S.UNCUT]) if run.grid and self._lags else most
+            most = max(most, run.reals[S.UNCUT]) if run.grid and (self._lags or self._turns) else most
         if self.set is not None:  # rounding may keep a gap from closing
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)

@@ -187,7 +187,6 @@ class FrictionSet:
                 return False
             at.numbers.update(given)
         fits = self._agree(at, modes, a, lam)
-
         if fits and rows_held is not None:
             which = np.flatnonzero(np.abs(rows_held.Z).max(axis=1, initial=0.0))
             names = tuple(self.joints[k].name for k in held if set(self.rows[k]) & set(which.tolist()))
@@ -226,8 +225,8 @@ class FrictionSet:
         change = self._accelerations(at, a)
         tiny = float(np.finfo(float).tiny)
         fastest = self._largest(a, self._free(at))
-        supported = any(row not in at.left_out for row in self.gaps)  # a contact may keep it at rest, but for rounding
-        largest = fastest if supported else self._largest(a)
+        # a contact may keep it at rest, but for rounding
+        largest = fastest if not {*self.gaps} <= {*at.left_out} else self._largest(a)
         advice, worst = list(modes), 0.0
         for i, (k, mode, x) in enumerate(zip(at.resting, modes, own, strict=True)):
             normal = float(next(found)[0])
@@ -278,7 +277,7 @@ class FrictionSet:
         not pull."""
         rows = self.left_out(at.left_out, at.numbers)
         closed = [row for row in self.gaps if row not in rows]
-        if not closed or not any(at.numbers[name] for name in self.held.values()):
+        if not (closed and any(at.numbers[name] for name in self.held.values())):
             return rows
         self.put(at.numbers, rows)
         return (*rows, *(set(closed) - set(independent(self.system, at, rows, closed).kept)))

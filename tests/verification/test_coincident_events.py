@@ -72,3 +72,23 @@ def test_bounces_die_away_on_a_driven_table(method):
     expected = (np.arcsin(9.81 / (0.02 * 30.0**2)) + 2.0 * np.pi * np.arange(2)) / 30.0
     assert opens == pytest.approx(expected, abs=1e-6)
     assert sum(event.kind == "impact" for event in run.events) < 20
+
+
+BALL = """spatial model Ball "A ball slides and spins on a table"
+  Ground ground(g = 9.81, n = {0, 0, -1});
+  Body b(m = 1 kg, I = {0.004, 0.004, 0.004} kg.m2);
+  Contact t(gap = b.z - 0.1 m, slip = b.vx - 0.1 m*b.wy, slip_2 = b.vy + 0.1 m*b.wx, mu = 0.2, e = 0.3);
+initial equation
+  b.x = 0 m; b.y = 0 m; b.z = 0.1 m; b.vx = 2 m/s; b.vy = 0 m/s; b.vz = 0 m/s;
+  b.wx = 10 rad/s; b.wy = -5 rad/s; b.wz = 3 rad/s;
+end Ball;"""
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "hht-i3", "generalized-alpha"])
+def test_sliding_of_a_ball_ends_where_a_step_would_end(method):
+    """The slip (2.5, 1) m/s keeps its direction and decreases by mu g (1 + m R^2/I); then the ball rolls."""
+    run = mbdsl.simulate(mbdsl.parse(BALL), method=method, step=1e-3, stop=0.5)
+    (sticks,) = (event.t for event in run.events if event.kind == "stick")
+    assert sticks == pytest.approx(np.hypot(2.5, 1.0) / (0.2 * 9.81 * 3.5), abs=1e-5)
+    assert run["b.vx"][-1] == pytest.approx(2.0 - 2.5 / 3.5, abs=1e-4)
+    assert run["b.vy"][-1] == pytest.approx(-1.0 / 3.5, abs=1e-4)
