@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.numerics import contact_modes
 from mbdsl.numerics.contact_modes import SENSE, STICK, Contacts, independent_rows, painleve
 from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_sequence
@@ -138,9 +139,18 @@ class ContactSet:
         return all(values[number(c.name, MODE)] != CLOSED for c in self.contacts)
 
     def act(
-        self, t: float, q: Array, v: Array, left_out: tuple[int, ...], values: dict[str, float]
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        left_out: tuple[int, ...],
+        values: dict[str, float],
+        friction: FrictionSet | None = None,
     ) -> tuple[Array, Array]:
         """q and v (n,) behind the event at time t, ``v`` itself if it does not change; ``values`` get the modes.
+
+        Joints with ``friction`` that are held slide behind an impact that moves them: friction of a finite force has
+        no impulse.
 
         Raises
         ------
@@ -161,7 +171,11 @@ class ContactSet:
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))
             touching = self._touching(t, q, v, which, others)
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
-            v = self._struck(t, q, v, touching, values)
+            free = tuple(sorted({*others, *self.system.tables.switchable}))
+            v = self._struck(t, q, v, touching if free == others else self._touching(t, q, v, which, free), values)
+            if self.struck and friction is not None and friction.release(t, q, v, values):
+                others = friction.left_out(others, values)
+                touching = self._touching(t, q, v, which, others)
             v = self._lasting(t, q, v, touching, others, before, values)
         scale = self.system.tables.scale
         change, fastest = (float(np.abs(x * scale).max(initial=0.0)) for x in (v - given, given))

@@ -196,6 +196,11 @@ class Events:
         """Whether reactions decide events and those of a step are behind the motion."""
         return self._of_reactions and not declared(self.run.method).own_reactions
 
+    @cached_property
+    def _turns(self) -> bool:
+        """Whether the friction of contacts turns with their slip, so that steps up to its end have no solution."""
+        return any(len(c.slips) > 1 for c in self.system.scene.contacts)
+
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
         known = self.system.time_events(t, self.run.stop, corners=declared(self.run.method).order > 2)
@@ -244,6 +249,8 @@ class Events:
             integers[S.PASSED] = MOST_PASSED
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         try:
+            if self.set is not None and "dPhi" not in declared(run.method).enforces:  # else the way would leave Phi
+                q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None and at_once and run.grid and self._lags:
@@ -315,7 +322,7 @@ class Events:
         most = self._left(cut) * run.reals[S.LAST_H]
         if at_once:  # reactions of shorter steps have larger errors, of rounding
             most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
-            most = max(most, run.reals[S.UNCUT]) if run.grid and self._lags else most
+            most = max(most, run.reals[S.UNCUT]) if run.grid and (self._lags or self._turns) else most
         if self.set is not None:  # rounding may keep a gap from closing
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)

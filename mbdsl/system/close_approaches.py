@@ -42,6 +42,8 @@ POSITIONS = ("x", "y", "phi")
 #: difference of time for that, relative to the step; values below this part of the largest one are at a switch
 MOST_RATES, APART, AT_SWITCH = 32, 1e-2, 1e-9
 EPS = float(np.finfo(float).eps)
+#: gaps of rigid contacts, relative to the mechanism's size, that count as closed
+ROUNDED = 1e-14
 #: least number of states whose accelerations are computed together
 FEW = 8
 #: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
@@ -228,6 +230,9 @@ class Approaches:
         x, turns = _minimum(side * on.r0, side * on.c2, side * on.c3)
         d = side * (y[:-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
         stays = (side * y[1:] >= least) & (side * y[:-1] >= least) & self._is_side(k, side)
+        if k in self.contacts:  # a closed gap, and one that opens or closes, turns by rounding
+            rounding = ROUNDED * self.system.tables.size
+            turns &= (d > rounding) | (np.abs(y[:-1] - d) > rounding) | (np.abs(y[1:] - d) > rounding)
         for i in np.flatnonzero(turns & stays & (np.abs(d) <= CLOSE * largest)).tolist():
             at, q, v = x[i], on.q, on.v
             dq, a, b = q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
