@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, UsageError
 
 G = 9.81
 SLIDER = """
@@ -178,6 +178,8 @@ initial equation
   annotation(experiment(StopTime = 0.2 s));
 end Pile;
 """
+
+
 @SPACES
 def test_a_pile_between_walls(spatial):
     """The line of centres has the slope 4/3: N 0.8 = m g/2 for each; 0.6 N on walls, 1.5 m g on the floor."""
@@ -189,3 +191,51 @@ def test_a_pile_between_walls(spatial):
         np.testing.assert_allclose(found[f"{name}.force"], force, rtol=1e-9)
         np.testing.assert_array_equal(found[f"{name}.active"], 1.0)
     np.testing.assert_allclose(found["c.y"], 2.6, atol=1e-9)
+
+
+def test_contacts_as_one_asks(tmp_path, monkeypatch, capsys):
+    """Rigid: the stiffness is ignored; compliant: each contact needs one."""
+    from mbdsl.cli import main
+
+    stiff = made(SLIDER, False, given="k = 1e6 N/m, e = 0.8, exponent = 1.5")
+    rigid = mbdsl.simulate(stiff, contacts="rigid", step=0.01)
+    own = mbdsl.simulate(made(SLIDER, False, given="e = 0.8"), step=0.01)
+    np.testing.assert_array_equal(rigid["s.s"], own["s.s"])
+    assert mbdsl.simulate(stiff, contacts="compliant", step=1e-3, stop=0.1).scene.contacts == ()
+    with pytest.raises(ModelError, match=r":6:\d+: TranslationalStop `stop` has no stiffness"):
+        mbdsl.simulate(made(SLIDER, False, given="e = 0.8"), contacts="compliant")
+    with pytest.raises(UsageError, match="'soft', expected 'rigid' or 'compliant'"):
+        mbdsl.simulate(stiff, contacts="soft")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slider.mbd").write_text(SLIDER.format(of="", I="0.1 kg.m2", given="e = 0.8"), encoding="utf-8")
+    assert main(["simulate", "slider.mbd", "--contacts", "compliant"]) == 2
+    assert "slider.mbd:6:" in capsys.readouterr().err
+    given = ["--contacts", "rigid", "--quiet", "--output", "a.csv", "--events", "events.csv"]
+    assert main(["simulate", "slider.mbd", "--step", "0.01", *given]) == 0
+    events = (tmp_path / "events.csv").read_text(encoding="utf-8")
+    assert events.count("impact") == 3 and "slider.mbd:6" in events
+
+
+@SPACES
+def test_without_contact_and_kinds_that_are_never_rigid(spatial):
+    scene = made(SLIDER, spatial, given="e = 0.8")
+    found = mbdsl.simulate(scene, without=["contact"], step=0.01)
+    np.testing.assert_allclose(found["s.s"], 0.5 + found.t, atol=1e-9)
+    assert found.scene.without == {"contact": ("stop",)}
+    profile = "ProfileContact stop(ground, b.c, points = {{-1, -1}, {1, -1}, {0, 1}} m"
+    cylinder = "CylinderContact stop(ground, b.c, length = 1 m, radius = 1 m"
+    never = SLIDER.replace("TranslationalStop stop(ground, b.c, s_min = 0 m, s_max = 1 m", "{never}")
+    with pytest.raises(ModelError, match=r"needs `k`: stiffness"):
+        made(never, spatial, never=cylinder if spatial else profile, given="e = 0.5")
+
+
+def test_from_python():
+    b = mbdsl.Builder("Slider")
+    ground, body = b.Ground("ground", g=0), b.Body("b", m=2, I=0.1)
+    slide = b.Prismatic("s", ground, body.c)
+    b.TranslationalStop("stop", ground, body.c, s_min=0, s_max=1, e=0.8)
+    b.initial(slide.s, 0.5)
+    b.initial(slide.v, 1.0)
+    found = mbdsl.simulate(b, step=0.01, stop=5.0)
+    own = mbdsl.simulate(made(SLIDER, False, given="e = 0.8"), step=0.01)
+    np.testing.assert_array_equal(found["s.s"], own["s.s"])
