@@ -239,3 +239,78 @@ def test_from_python():
     found = mbdsl.simulate(b, step=0.01, stop=5.0)
     own = mbdsl.simulate(made(SLIDER, False, given="e = 0.8"), step=0.01)
     np.testing.assert_array_equal(found["s.s"], own["s.s"])
+
+
+def test_a_law_that_reads_impacts():
+    """From the impact at 0.5 s on it is pushed away with 1 m/s2, back at 0.5 + 1.6 s."""
+    law = "Force f(b.c, fx = if stop.impacts > 0 then 2 N else 0 N);\n  TranslationalStop stop"
+    found = mbdsl.simulate(
+        made(SLIDER.replace("TranslationalStop stop", law), False, given="e = 0.8"), step=0.01, stop=2.2
+    )
+    after = (found.t > 0.501) & (found.t < 2.099)
+    np.testing.assert_allclose(found["s.v"][after], -0.8 + found.t[after] - 0.5, atol=1e-9)
+    assert found["stop.impacts"][-1] == 2.0
+    assert found["s.v"][-1] == pytest.approx(-0.8 * 0.8 + 0.1)
+
+
+DOME = """
+spatial model Dome
+  Ground ground(n = {0, 0, -1});
+  Body b(m = 1 kg, I = {0.4, 0.4, 0.4} kg.m2);
+  FreeMotion free(ground, b.c);
+  KIND;
+initial equation
+  b.x = 0 m; b.y = 0 m; b.z = 2 m; b.vx = 0.5 m/s; b.vy = 0 m/s; b.vz = 0 m/s;
+  b.wx = 0 rad/s; b.wy = 0 rad/s; b.wz = 0 rad/s;
+  annotation(experiment(StopTime = 3 s));
+end Dome;
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "centre"),
+    [
+        ("CircleContact c(ground, b.c, r_a = 1 m, r_b = 1 m, e = 0)", (0, 0)),
+        ("SphereCylinderContact c(ground, b.c, radius = 1 m, R = 1 m, length = 4 m, axis = {0, 1, 0}, e = 0)", (0, 0)),
+        ("SphereCapsuleContact c(ground, b.c, radius = 1 m, R = 1 m, length = 4 m, axis = {0, 1, 0}, e = 0)", (0, 0)),
+        ("SphereBoxContact c(ground, b.c, radius = 1 m, length = 1 m, width = 4 m, height = 2 m, e = 0)", (0.5, 1)),
+    ],
+    ids=["ball", "cylinder", "capsule", "box"],
+)
+def test_a_ball_leaves_a_round_body(kind, centre):
+    """Without friction, where the slope of its path on a circle of the radius r has cos = 2/3 + v0^2/(3 g r)."""
+    found = mbdsl.simulate(mbdsl.parse(DOME.replace("KIND", kind)), step=2e-3, interval=2e-3)
+    k = int(np.flatnonzero(found["c.active"] == 0)[0])
+    x, z = found["b.x"] - centre[0], found["b.z"] - centre[1]
+    r = 2.0 - centre[1]
+    expected = np.arccos(2 / 3 + 0.25 / (3 * G * r))
+    assert np.arctan2(x[k - 1], z[k - 1]) - 1e-3 < expected < np.arctan2(x[k], z[k]) + 1e-3
+    on = slice(0, k)
+    np.testing.assert_allclose(np.hypot(np.maximum(x[on], 0.0), z[on]), r, atol=1e-8)
+    np.testing.assert_allclose(found["energy.total"], found["energy.total"][0], rtol=1e-5)
+
+
+BOWL = """
+{of}model Bowl
+  Ground ground;
+  Body b(m = 1 kg, I = {I});
+  FreeMotion free(ground, b.c);
+  CircleContact c(ground, b.c, r_a = 0.6 m, r_b = 0.1 m, internal = true, e = 0, mu = 0.5);
+initial equation
+  b.x = 0.3 m; b.y = -0.4 m; b.vx = 0 m/s; b.vy = 0 m/s;
+  annotation(experiment(StopTime = 1.5 s));
+end Bowl;
+"""
+
+
+@SPACES
+def test_a_ball_rolls_in_a_bowl(spatial):
+    """(1 + c) v^2/2 = g (y0 - y) with I = c m r^2; N = m (v^2/R - g y/R) on the circle of its centre, R = 0.5 m."""
+    text = BOWL.replace("{I}", "{{0.004, 0.004, 0.004}} kg.m2" if spatial else "0.004 kg.m2")
+    found = mbdsl.simulate(made(text, spatial), step=1e-3)
+    square, y = found["b.vx"] ** 2 + found["b.vy"] ** 2, found["b.y"]
+    np.testing.assert_allclose(1.4 * square / 2, G * (-0.4 - y), atol=2e-5)
+    np.testing.assert_allclose(found["c.force"], (square - G * y) / 0.5, atol=1e-3)
+    np.testing.assert_allclose(np.abs(found["b.w"]), np.sqrt(square) / 0.1, atol=1e-4)
+    np.testing.assert_array_equal(found["c.active"], 1.0)
+    np.testing.assert_allclose(np.abs(found["c.friction_force"]), 2 / 7 * G * np.abs(found["b.x"]) / 0.5, atol=1e-3)
