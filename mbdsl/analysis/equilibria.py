@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
@@ -31,7 +30,7 @@ from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import count, few
+from mbdsl.messages import UnitsOfSignals, count, few
 from mbdsl.numerics.saddle_point import Array
 from mbdsl.simulation.steady_start import AtRest
 from mbdsl.simulation.trajectory import Trajectory

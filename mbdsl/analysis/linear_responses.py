@@ -29,34 +29,18 @@ class Linear(Protocol):
 
 
 class StepResponse(NamedTuple):
-    """The response to a unit step of each input at t = 0, as deviations from the state.
+    """The response to a unit step of each input at t = 0, as deviations from the state."""
 
-    Attributes
-    ----------
-    t : (N,) [s]
-    y : (N, o, i)
-        Output o for a step of input i.
-    """
-
-    t: Array
-    y: Array
+    t: Array  #: (N,) [s]
+    y: Array  #: (N, o, i): output o for a step of input i
 
 
 class FrequencyResponse(NamedTuple):
-    """The response to harmonic inputs, C (j w I - A)^{-1} B + D.
+    """The response to harmonic inputs, C (j w I - A)^{-1} B + D."""
 
-    Attributes
-    ----------
-    f : (N,) [Hz]
-    amplitude : (N, o, i)
-        Amplitude of output o for a unit amplitude of input i.
-    phase : (N, o, i) [rad]
-        Without jumps along f.
-    """
-
-    f: Array
-    amplitude: Array
-    phase: Array
+    f: Array  #: (N,) [Hz]
+    amplitude: Array  #: (N, o, i): amplitude of output o for a unit amplitude of input i
+    phase: Array  #: (N, o, i) [rad]: without jumps along f
 
 
 def poles(linear: Linear) -> NDArray[np.complex128]:

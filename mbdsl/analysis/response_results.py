@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.analysis.eigenmodes import Modes
 from mbdsl.analysis.operating_points import about
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import few
+from mbdsl.messages import DisplayUnit, few
 from mbdsl.system import System
 
 if TYPE_CHECKING:

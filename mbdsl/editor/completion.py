@@ -52,10 +52,6 @@ def complete(unit: SourceUnit, offset: int) -> tuple[int, list[Proposal]]:
         The file.
     offset : int
         Place of the cursor.
-
-    Returns
-    -------
-    tuple of (int, list of Proposal)
     """
     at = context(unit.text, offset)
     model = unit.own(at.model)

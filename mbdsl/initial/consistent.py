@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.collection import uncollected
-from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.assembly import Assembly, Notes
@@ -30,7 +28,9 @@ from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.given_attitudes import for_assembly
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import InitialValue
+from mbdsl.messages import DisplayUnit, UnitsOfSignals
 from mbdsl.numerics.saddle_point import row_size, scaled
+from mbdsl.storage.garbage_collection import uncollected
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import begin, values
 from mbdsl.system.system import System, build

@@ -205,6 +205,13 @@ class ContactSet:
         found = contact_modes.solve(Contacts(G[np.ix_(at, at)], (1,) * len(at), np.zeros(len(at))), b[at])
         return b if found is None else b + G[:, at] @ found[0]
 
+    @staticmethod
+    def _carried(touching: Touching, u: Array, rest: NDArray[np.bool_]) -> Array:
+        """The rates of gaps (k,) once those at ``rest`` are held, where ``u`` are those before."""
+        at, N = np.flatnonzero(rest), np.array(touching.normals)
+        G = touching.laws.G[np.ix_(N, N)]
+        return u - G[:, at] @ least_squares(G[np.ix_(at, at)], u[at], DEPENDS) if len(at) else u
+
     def _touching(self, t: float, q: Array, v: Array, which: NDArray[np.int64], others: tuple[int, ...]) -> Touching:
         """The rows of contacts, and their Delassus matrix; ``others``: rows that do not constrain."""
         system, n = self.system, self.system.n
@@ -271,12 +278,15 @@ class ContactSet:
         N = np.array(touching.normals)
         rest = np.abs(u[N]) <= slow
         height = ROUNDED * np.abs(touching.W[N]) @ np.abs(q)  # in which rounding decides the times of impacts
-        fall = self._supported(touching, b[N], rest)
-        for k in np.flatnonzero(self.struck & ~rest):
-            speed, e = u[N[k]], self.e[touching.which[k]]
-            rest[k] = (
-                comes_to_rest(speed, -fall[k], e, self.shortest) is not None or speed**2 < -2.0 * fall[k] * height[k]
-            )
+        while self.struck:  # what comes to rest may carry others, and take part in their velocities
+            fall, speeds = self._supported(touching, b[N], rest), self._carried(touching, u[N], rest)
+            few = [
+                comes_to_rest(speed, -a, e, self.shortest) is not None or speed**2 < -2.0 * a * low
+                for speed, a, e, low in zip(speeds, fall, self.e[touching.which], height, strict=True)
+            ]
+            if not (rest < few).any():
+                break
+            rest |= few
         at = np.flatnonzero(rest)
         rows = [r for k in at for r in range(N[k], N[k] + touching.laws.sizes[k])]
         own, u, b = touching.only(at), u[rows], b[rows]

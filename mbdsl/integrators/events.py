@@ -250,6 +250,8 @@ class Events:
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
+            if t + s + least > (due := reals[S.NEXT_EVENT]):  # no step is possible up to there: it is one event
+                s = max(s, due + 2 * least - t)
             t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
@@ -415,7 +417,8 @@ class Events:
         run, s, events = self.run, 2 * self.run.reals[S.LEAST_H], self.set
         if events is None or declared(run.method).order > 2 or not events.ticks_by(t + s):
             return False  # the history of methods of higher order would need the jumps of rates
-        if (self.system.switches(t, q, v, lam) != self.system.switches(t + s, q, v, lam)).any():
+        there = self.system.moved(q, s * v)  # what happens at the time of the tick, but for rounding, is one event
+        if (self.system.switches(t, q, v, lam) != self.system.switches(t + s, there, v, lam)).any():
             return False
         acted = events.act(t + s, q, v, run.left_out, put=False)
         if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):

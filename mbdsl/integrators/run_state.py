@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.collection import uncollected
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, sparse_lu, step_control
 from mbdsl.integrators.loop import loop_state as S
@@ -21,6 +20,7 @@ from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.tick_history import weights
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.storage.garbage_collection import uncollected
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.peaks_along_motion import Turns, not_searched

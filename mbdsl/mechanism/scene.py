@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Protocol
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.errors import ModelWarning, Span, UsageError
 from mbdsl.expressions.symbolic import Expr, const, substitute
@@ -36,6 +35,7 @@ from mbdsl.mechanism.scene_parts import (
 )
 from mbdsl.mechanism.scene_signals import SceneSignals
 from mbdsl.mechanism.sticking import Sticking, in_loops, sticks
+from mbdsl.messages import OWN, UnitsOfSignals
 
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")

@@ -62,10 +62,6 @@ class Formulas:
         name : str
             Its name, without that of the component.
 
-        Returns
-        -------
-        Expr
-
         Raises
         ------
         KeyError

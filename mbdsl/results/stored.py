@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mbdsl import results
-from mbdsl.display_unit import OWN
 from mbdsl.errors import UsageError
+from mbdsl.messages import OWN
 
 if TYPE_CHECKING:
     import numpy as np

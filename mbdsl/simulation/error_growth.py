@@ -72,21 +72,13 @@ REGULAR = 1e-3
 
 @dataclass(frozen=True)
 class Growth:
-    """The growth of perturbations along a run.
+    """The growth of perturbations along a run."""
 
-    Attributes
-    ----------
-    t : (N,) [s]
-    log : (N,)
-        Logarithm of the perturbation at these times, when perturbations as large as the state itself are added at the
-        start and at every sample.
-    rate : float [1/s]
-        The largest rate of growth over a fiftieth of the run.
-    """
-
-    t: Array
+    t: Array  #: (N,) [s]
+    #: (N,): logarithm of the perturbation at these times, when perturbations as large as the state itself are added at
+    #: the start and at every sample
     log: Array
-    rate: float
+    rate: float  #: [1/s] the largest rate of growth over a fiftieth of the run
 
     def at(self, times: Array) -> Array:
         """The logarithm of the largest perturbation up to each of ``times``."""

@@ -69,10 +69,6 @@ def along(trajectory: Any, patterns: Sequence[str], at: Sequence[float] | None) 
     at : sequence of float or None [s]
         Times; None: the end of the run.
 
-    Returns
-    -------
-    Profile
-
     Raises
     ------
     UsageError

@@ -13,7 +13,9 @@ from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, input_signal, leaves
 from mbdsl.lang.asked_signals import Operand, read
 from mbdsl.results.selection import matching
+from mbdsl.simulation.event_marks import marks
 from mbdsl.simulation.result_units import in_si
+from mbdsl.simulation.stored_events import EVENTS, of_meta
 from mbdsl.simulation.stored_extremes import KEY, cut_in_file
 
 if TYPE_CHECKING:
@@ -48,6 +50,8 @@ def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     known = set(result.names)
     if result.is_file and KEY in result.layout.meta:
         result.cut_peaks = partial(cut_in_file, result)
+    if result.is_file and EVENTS in result.layout.meta:
+        result.events = partial(marks, of_meta(result.layout.meta))
 
     def operand(name: str) -> Operand | None:
         return (input_signal(name), result.unit(name)) if name in known else None

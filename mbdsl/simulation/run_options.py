@@ -60,22 +60,13 @@ ANY, POSITIVE, NOT_NEGATIVE, TOLERANCE = "any", "above 0", "of 0 or more", "betw
 
 
 class Option(NamedTuple):
-    """What is known of an option besides its name, type and default.
+    """What is known of an option besides its name, type and default."""
 
-    Attributes
-    ----------
-    unit : str
-        Unit of its number, which may also be given as a text with a unit; "" if it is no number.
-    metavar, text : str
-        Placeholder and help on the command line; a flag has no placeholder.
-    within : str
-        Range of the number on the command line.
-    """
-
-    unit: str = ""
+    unit: str = ""  #: unit of its number, which may also be given as a text with a unit; "" if it is no number
+    #: placeholder and help on the command line; a flag has no placeholder
     metavar: str = ""
     text: str = ""
-    within: str = ANY
+    within: str = ANY  #: range of the number on the command line
 
 
 #: option -> what is known of it; the others have no number, and no common form on the command line
@@ -218,10 +209,6 @@ class RunOptions:
         ----------
         given : mapping
             Options by name; numbers may be texts with units.
-
-        Returns
-        -------
-        RunOptions
 
         Raises
         ------

@@ -132,10 +132,6 @@ def signals(trajectory: Trajectory) -> Signals:
     Parameters
     ----------
     trajectory : Trajectory
-
-    Returns
-    -------
-    Signals
     """
     scene = trajectory.scene
     named = {name: meaning(scene, name) for name in trajectory.names}

@@ -26,6 +26,8 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import diff
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators import Run
+from mbdsl.simulation.calibration_runs import Trial
+from mbdsl.simulation.part_run import PartRun
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations, equations, solve_motion
 from mbdsl.system.close_approaches import Approach, Approaches, of_positions
@@ -91,6 +93,21 @@ def undecided(
     found.sort(key=lambda pair: -pair[1] * pair[0].curvature)
     system = run.system
     return [Undecided(x.t, _effect(system, x, depth, left_out) / speed) for x, depth in found[:MOST]]
+
+
+def undecided_effect(parts: Sequence[PartRun], last: Trial, before: Trial, speed: float, span: float) -> Array:
+    """The effect (N,) of contacts that two calibration runs leave undecided, up to each time of the last one."""
+    effect = np.zeros(len(last.t))
+
+    def apart(t: float) -> float:
+        at = int(np.searchsorted(last.t, t))  # the first output behind it, which a difference there has reached
+        return float(last.difference[at]) if at < len(last.difference) else np.inf
+
+    for part, run, other in zip(parts, last.kept.integrations, before.kept.integrations, strict=True):
+        for x in undecided(run, other, part.initial.redundant, speed, span, apart):
+            later = last.t >= x.time
+            effect[later] = np.maximum(effect[later], x.effect)
+    return effect
 
 
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:

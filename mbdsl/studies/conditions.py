@@ -23,24 +23,12 @@ Tree: TypeAlias = "int | tuple[str, Tree] | tuple[str, Tree, Tree]"
 
 @dataclass(frozen=True)
 class When:
-    """A condition.
+    """A condition."""
 
-    Attributes
-    ----------
-    text : str
-        As written.
-    tree : int or tuple
-        Numbers of comparisons, connected by "and", "or" and "not".
-    differences : tuple of str
-        For each comparison an expression that is positive where it holds.
-    closed : tuple of bool
-        For each comparison whether it also holds where the expression is zero.
-    """
-
-    text: str
-    tree: Tree
-    differences: tuple[str, ...]
-    closed: tuple[bool, ...]
+    text: str  #: as written
+    tree: Tree  #: numbers of comparisons, connected by "and", "or" and "not"
+    differences: tuple[str, ...]  #: for each comparison an expression that is positive where it holds
+    closed: tuple[bool, ...]  #: for each comparison whether it also holds where the expression is zero
 
     def spans(self, t: Array, xs: Sequence[Array]) -> Array:
         """Return the times between which the condition holds.

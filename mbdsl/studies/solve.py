@@ -25,14 +25,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang.display_units import asked as asked_units
 from mbdsl.lang.display_units import only_asked
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.units import measure as measured
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import count
+from mbdsl.messages import UnitsOfSignals, count
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.run_options import takes_options
 from mbdsl.studies.measures import Measure

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang.display_units import asked, only_asked
-from mbdsl.messages import count, did_you_mean, few
+from mbdsl.messages import OWN, UnitsOfSignals, count, did_you_mean, few
 from mbdsl.plotting.figures import Table
 from mbdsl.plotting.signal_panels import labelled
 from mbdsl.studies.measures import Measure

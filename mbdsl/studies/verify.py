@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.given_values import seconds
+from mbdsl.messages import OWN, UnitsOfSignals
 from mbdsl.plotting.figures import Table
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.trajectory import Trajectory

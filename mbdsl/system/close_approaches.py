@@ -227,7 +227,7 @@ class Approaches:
         side = np.where(y[:-1] != 0.0, np.sign(y[:-1]), np.sign(on.r0))
         x, turns = _minimum(side * on.r0, side * on.c2, side * on.c3)
         d = side * (y[:-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
-        stays = (side * y[1:] >= least) & (side * y[:-1] >= least)
+        stays = (side * y[1:] >= least) & (side * y[:-1] >= least) & self._is_side(k, side)
         for i in np.flatnonzero(turns & stays & (np.abs(d) <= CLOSE * largest)).tolist():
             at, q, v = x[i], on.q, on.v
             dq, a, b = q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
@@ -250,6 +250,7 @@ class Approaches:
         slope, bends = side * slope, side * bends
         d = side * value - slope**2 / (2.0 * bends)
         crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest)
+        crosses &= self._is_side(k, side)
         for i in np.flatnonzero(crosses).tolist():
             j = max(i - 1, 0)
             curvature = side[i] * self._second(k, on.t[j], on.q[j], on.v[j]) if i and positions else bends[i]
@@ -260,6 +261,10 @@ class Approaches:
                 d_i = side[i] * value[i] + rest * (slope[i] + rest * (0.5 * curvature + rest * third / 6.0))
                 d_i = min(d_i, side[i] * y[i])
                 found.append(_approach(k, on.t[j], side[i], d_i, curvature, 0.0, [*on.q[j], *on.v[j]]))
+
+    def _is_side(self, k: int, side: Array) -> NDArray[np.bool_]:
+        """Whether there is motion on this side of zero: gaps of rigid contacts below zero are rounding errors."""
+        return (side > 0.0) | (k not in self.contacts)
 
     def _rates(
         self,

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.collection import uncollected
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.factors import Factors
@@ -24,6 +23,7 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
+from mbdsl.storage.garbage_collection import uncollected
 from mbdsl.system import emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables

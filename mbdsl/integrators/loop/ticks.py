@@ -84,6 +84,14 @@ def tick(run):
         return False
     for i in range(n):
         vectors[L.POSITION, i], vectors[L.VELOCITY, i] = vectors[L.POSITION0, i], vectors[L.VELOCITY0, i]
+    if integers[S.WATCHING] > 0:
+        for i in range(n):
+            vectors[L.POSITION, i] += 2.0 * reals[S.LEAST_H] * vectors[L.VELOCITY0, i]
+        evaluate(t, run)
+        if signature(run.numbers, layout) != integers[S.SIGNATURE]:  # an event at the same time
+            return False
+        for i in range(n):
+            vectors[L.POSITION, i] = vectors[L.POSITION0, i]
     evaluate(t, run)
     for i in range(n):
         vectors[L.E_V, i] = vectors[L.FORCE, i]

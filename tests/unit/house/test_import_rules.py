@@ -28,8 +28,6 @@ ROOMS = (
         "storage",
         "errors",
         "messages",
-        "display_unit",
-        "collection",
         "version",
     ),
 )
@@ -184,8 +182,8 @@ def reached(part, forbidden, kinds):
 def test_every_file_is_in_a_room():
     assert {room(name) for name in FILES} == set(ROOMS)
     assert {path.name for path in PACKAGE.iterdir() if path.is_file()} == {
-        *("__init__.py", "__main__.py", "api.py", "collection.py", "errors.py", "messages.py", "study.py"),
-        *("display_unit.py", "version.py", "py.typed"),
+        *("__init__.py", "__main__.py", "api.py", "errors.py", "messages.py", "study.py"),
+        *("version.py", "py.typed"),
     }
 
 
