@@ -226,16 +226,17 @@ def test_contacts_as_one_asks(tmp_path, monkeypatch, capsys):
 
 
 @SPACES
-def test_without_contact_and_kinds_that_are_never_rigid(spatial):
+def test_without_contact(spatial):
     scene = made(SLIDER, spatial, given="e = 0.8")
     found = mbdsl.simulate(scene, without=["contact"], step=0.01)
     np.testing.assert_allclose(found["s.s"], 0.5 + found.t, atol=1e-9)
     assert found.scene.without == {"contact": ("stop",)}
-    profile = "ProfileContact stop(ground, b.c, points = {{-1, -1}, {1, -1}, {0, 1}} m"
-    cylinder = "CylinderContact stop(ground, b.c, length = 1 m, radius = 1 m"
-    never = SLIDER.replace("TranslationalStop stop(ground, b.c, s_min = 0 m, s_max = 1 m", "{never}")
+
+
+def test_a_cylinder_is_never_rigid():
+    cylinder = "CylinderContact stop(ground, b.c, length = 1 m, radius = 1 m, e = 0.5);"
     with pytest.raises(ModelError, match=r"needs `k`: stiffness"):
-        made(never, spatial, never=cylinder if spatial else profile, given="e = 0.5")
+        made(SLIDER.replace("TranslationalStop stop(ground, b.c, s_min = 0 m, s_max = 1 m, {given});", cylinder), True)
 
 
 def test_from_python():
@@ -323,3 +324,41 @@ def test_a_ball_rolls_in_a_bowl(spatial):
     np.testing.assert_allclose(np.abs(found["b.w"]), np.sqrt(square) / 0.1, atol=1e-4)
     np.testing.assert_array_equal(found["c.active"], 1.0)
     np.testing.assert_allclose(np.abs(found["c.friction_force"]), 2 / 7 * G * np.abs(found["b.x"]) / 0.5, atol=1e-3)
+
+
+CAM = """
+model Cam
+  Ground ground(g = 0);
+  Frame up(ground, phi = 90 deg);
+  Body cam(m = 1 kg, I = 1 kg.m2), f(m = 2 kg, I = 1 kg.m2);
+  Revolute axis(ground, cam.c);
+  RotationalVelocityDriver drive(axis, w = 100 rad/s);
+  Prismatic guide(up, f.c);
+  TranslationalSpringDamper spring(guide, k = 1000 N/m, s0 = -0.1 m);
+  ProfileContact c(cam.c, f.c, points = {{-0.04, 0}, {0.06, 0}} m, arcs = {0.05, 0.05} m, radius = 10 mm, e = 0);
+initial equation
+  axis.phi = 0; guide.s = 0.0035^0.5*(1 m); guide.v = 1 m/s;
+  annotation(experiment(StopTime = 12 ms));
+end Cam;
+"""
+
+
+def test_a_roller_lifts_off_an_eccentric():
+    """y = e sin(phi) + (R^2 - e^2 cos(phi)^2)^(1/2) is its path; N cos(a) = m y'' + k (y - s0), with
+    sin(a) = e cos(phi)/R."""
+    from scipy.optimize import brentq
+
+    found = mbdsl.simulate(mbdsl.parse(CAM), step=1e-5, interval=2e-5)
+
+    def y(phi):
+        return 0.01 * np.sin(phi) + np.sqrt(0.06**2 - (0.01 * np.cos(phi)) ** 2)
+
+    def force(phi, d=1e-3):
+        second = (-y(phi + 2 * d) + 16 * y(phi + d) - 30 * y(phi) + 16 * y(phi - d) - y(phi - 2 * d)) / (12 * d * d)
+        return (2 * second * 1e4 + 1000 * (y(phi) + 0.1)) / np.cos(np.arcsin(np.cos(phi) / 6))
+
+    leaves = brentq(force, 0.5, 1.2) / 100
+    k = int(np.flatnonzero(found["c.active"] == 0)[0])
+    assert found.t[k - 1] - 1e-6 < leaves < found.t[k] + 1e-6
+    np.testing.assert_allclose(found["guide.s"][:k], y(100 * found.t[:k]), atol=1e-9)
+    np.testing.assert_allclose(found["c.force"][:k], force(100 * found.t[:k]), rtol=1e-4, atol=0.05)
