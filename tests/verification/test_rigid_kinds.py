@@ -215,6 +215,10 @@ def test_contacts_as_one_asks(tmp_path, monkeypatch, capsys):
         mbdsl.simulate(made(SLIDER, False, given="e = 0.8"), contacts="compliant")
     with pytest.raises(UsageError, match="'soft', expected 'rigid' or 'compliant'"):
         mbdsl.simulate(stiff, contacts="soft")
+    swept = mbdsl.sweep(
+        stiff, {"b.m": [1, 2]}, "max(stop.impacts)", contacts="rigid", step=0.01, workers=1, store=tmp_path
+    )
+    np.testing.assert_array_equal(swept["max(stop.impacts)"], 3.0)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "slider.mbd").write_text(SLIDER.format(of="", I="0.1 kg.m2", given="e = 0.8"), encoding="utf-8")
     assert main(["simulate", "slider.mbd", "--contacts", "compliant"]) == 2
