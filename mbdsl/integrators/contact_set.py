@@ -118,7 +118,7 @@ class ContactSet:
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             if not contact.absent and gap < -OVERLAP * size:
-                message = f"the gap of `{contact.name}` is {gap:.6g} m at the start: the bodies overlap"
+                message = f"the gap of `{contact.name}` is {gap:.6g} {contact.unit} at the start: the bodies overlap"
                 raise InitialisationError(message, contact.span, "give initial values at which it is not negative")
 
     def _gaps(self, t: float, q: Array) -> Array:

@@ -81,7 +81,7 @@ class Simulation:
         is not used.
     record : bool, optional
         Whether to store every state for ``trajectory``. Otherwise only the present state is stored.
-    method, start, options, force, general, without, parameters, initial : optional
+    method, start, options, force, general, without, contacts, parameters, initial : optional
         As for ``mbdsl.simulate``; the method has to support fixed steps.
 
     Raises
@@ -99,7 +99,7 @@ class Simulation:
         *("_count", "_count_in", "_single", "_turns", "_vectors"),
     )
 
-    @takes_options("method step start options force general without parameters initial".split())
+    @takes_options("method step start options force general without contacts parameters initial".split())
     @blame_model
     def __init__(
         self, model: Scene | Builder | str | PathLike, *, record: bool = True, **given: Unpack[GivenOptions]

@@ -79,7 +79,7 @@ def solve(
     conditions : str or sequence of str
         As many as parameters: a measure and its value, such as ``max(shaft.w) = 160 rpm``, ``static(boom.phi) = 30
         deg`` or ``frequency(1) = 2 Hz``; the measures are those of ``mbdsl.sweep``.
-    after, method, step, tol, start, stop, interval, at, options, parameters, without : optional
+    after, method, step, tol, start, stop, interval, at, options, parameters, without, contacts : optional
         As for ``mbdsl.sweep``.
     limit, workers, store, fresh, units, tell, announce : optional
         As for ``mbdsl.sweep``; measures are printed in the units of their conditions, unless others are asked for.
