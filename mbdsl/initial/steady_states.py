@@ -79,7 +79,7 @@ def _newton(J: Array, r: Array, A: Array, a: Array) -> tuple[Array | None, bool]
     try:
         return -np.linalg.solve(J, r), False
     except np.linalg.LinAlgError:
-        step = -np.linalg.lstsq(J, r, rcond=RANK)[0]
+        step: Array = -np.linalg.lstsq(J, r, rcond=RANK)[0]
         if np.abs(J @ step + r).max() > DONE * max(1.0, np.abs(J).max()):
             return None, False
     free = null_space(J)
