@@ -9,7 +9,6 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.declaration import EFFECTS
 from mbdsl.errors import MbdslError, UsageError
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
     from mbdsl.lang.builder import Builder
     from mbdsl.simulation.run_options import GivenOptions
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
