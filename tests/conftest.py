@@ -71,6 +71,8 @@ verification/test_moreau_jean.py::test_verge_clock*
 !verification/test_point_masses.py*
 !verification/test_point_on_curve_in_space.py*
 !verification/test_redundant.py*
+!verification/test_rigid_kinds.py::test_a_slider*
+!verification/test_rigid_kinds.py::test_contacts_as*
 !verification/test_screws_and_drivers_in_space.py*
 !verification/test_singular_poses.py*
 !verification/test_small_motions_in_space.py*
