@@ -53,10 +53,6 @@ def repaired(text: str, file: str) -> Repaired:
         The content of a file.
     file : str
         Its name.
-
-    Returns
-    -------
-    Repaired
     """
     problems: list[MbdslError] = []
     left = text

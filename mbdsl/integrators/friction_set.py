@@ -15,12 +15,12 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.shared_friction import At, RowsHeld, independent, share
 from mbdsl.integrators.start_values import onto_constraints
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.sticking import DRIVEN, EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
 from mbdsl.system import contact_numbers as contacts
@@ -28,7 +28,6 @@ from mbdsl.system.accelerations import accelerations
 from mbdsl.system.paradox import paradox
 from mbdsl.system.signals import gradients, values
 
-Array = NDArray[np.float64]
 Modes = tuple[int, ...]
 Numbers = dict[str, float]
 

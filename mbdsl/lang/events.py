@@ -11,6 +11,7 @@ from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr, input_signal
 from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang import syntax as s
+from mbdsl.lang.assertions import parts
 from mbdsl.lang.evaluate import evaluate, loop
 from mbdsl.lang.event_functions import ACTIONS, FUNCTIONS
 from mbdsl.lang.source import At, placed, span_of
@@ -161,7 +162,8 @@ class EventsOfModel:
         action = self._call(item, scope.for_signals())
         at_start = symbolic.expr(self._truth(INITIAL).value)  # type: ignore[arg-type]
         assert action.value is not None
-        return When((Branch((symbolic.call("not", action.value), at_start), (action,), action.span),))
+        holds = action.value if action.what == "assert" else action.value.args[0]
+        return When((Branch((symbolic.call("not", holds), at_start), (action,), action.span),))
 
     def finished(self, at_rest: Collection[str]) -> Events:
         """The events of the model, checked; ``at_rest`` are the frames that do not move."""
@@ -291,25 +293,34 @@ class EventsOfModel:
         span = span_of(item.at)
         if name == "terminate" and len(given) == 1 and isinstance(given[0], s.String):
             return Action("terminate", "", None, None, _text(given[0]), span)
-        if name == "assert" and len(given) in (2, 3):
-            if len(given) == 3 and write(given[2]).endswith("warning"):
+        if name == "assert":
+            condition, text, warns = parts(item)
+            found = evaluate(condition, scope)
+            if isinstance(found, tuple) or not found.boolean:
                 raise ModelError(
-                    "an assertion that is a warning only is not available",
-                    span_of(given[2].at),
-                    "leave out the level: the run ends where the condition is false",
+                    f"assert() takes a condition (true or false), found {values.describe(found)}",
+                    span_of(condition.at),
                 )
-            condition = evaluate(given[0], scope)
-            if isinstance(condition, tuple) or not condition.boolean:
-                raise ModelError(
-                    f"assert() takes a condition (true or false), found {values.describe(condition)}",
-                    span_of(given[0].at),
-                )
-            value = symbolic.expr(condition.value)  # type: ignore[arg-type]
-            return Action("assert", write(given[0]), value, None, _text(given[1]), span)
+            value = symbolic.expr(found.value)  # type: ignore[arg-type]
+            return (
+                self._warning(condition, value, text, span)
+                if warns
+                else Action("assert", write(condition), value, None, text, span)
+            )
         if name == "reinit" and len(given) == 2:
             target, value = evaluate(given[0], scope), evaluate(given[1], scope)
             return self._reinit(given, target, value, span)
         raise no_action(call, span)
+
+    def _warning(self, condition: s.Expression, value: Expr, text: str, span: Span | None) -> Action:
+        """An assertion that is a warning only counts how often it is false."""
+        name = f"assert({len(self._variables)})"
+        before = f"pre({name})"
+        self._add(Discrete(name))
+        self._add(Discrete(before))
+        count = input_signal(before)
+        found = symbolic.call("select", value, count, count + 1.0)
+        return Action("set", name, found, None, f"`{write(condition)}` is false: {text}", span)
 
     def _reinit(self, given: list[s.Expression], target: Value, value: Value, span) -> Action:
         name = write(given[0])

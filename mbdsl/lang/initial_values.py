@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
 
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, values
@@ -22,6 +21,7 @@ from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.scene import InitialValue
+from mbdsl.messages import DisplayUnit
 
 STATES = {"steady": True, "static": True, "given": False}  #: values of ``initial(state = ...)``
 
