@@ -12,8 +12,6 @@ from mbdsl.errors import MbdslError
 from mbdsl.lang.display_units import asked, declared_text
 from mbdsl.simulation.result_units import KEY as SHOWN
 from mbdsl.simulation.result_units import check, converted
-from mbdsl.simulation.stored_events import EVENTS
-from mbdsl.simulation.stored_events import text_of as text_of_events
 from mbdsl.version import __version__
 
 if TYPE_CHECKING:
@@ -60,8 +58,11 @@ def about(
     said |= {"steps": stats.get("steps"), "iterations": stats.get("iterations")}
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said["options"] = ", ".join(options) or None
-    if path is not None and (events := text_of_events(trajectory.find_events())):
-        said[EVENTS] = events
+    if path is not None:
+        from mbdsl.simulation import stored_events  # which needs numpy
+
+        if events := stored_events.text_of(trajectory.find_events()):
+            said[stored_events.EVENTS] = events
     if path is not None and keeps_extremes(path):
         from mbdsl.simulation.stored_extremes import KEY, text_of
 
