@@ -59,7 +59,7 @@ def about(
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said["options"] = ", ".join(options) or None
     if path is not None:
-        from mbdsl.simulation import stored_events
+        from mbdsl.simulation import stored_events  # which needs numpy
 
         if events := stored_events.text_of(trajectory.find_events()):
             said[stored_events.EVENTS] = events
