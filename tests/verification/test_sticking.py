@@ -56,6 +56,8 @@ def on_belt(t: float) -> float:
 def test_an_oscillator_with_dry_friction_comes_to_rest(h, error):
     run = mbdsl.simulate(mbdsl.parse(OSCILLATOR), stop=2.5, step=h, method="hht-si2", interval=h)
     assert run["slide.s"][-1] == pytest.approx(0.01, abs=error)
+    last = run.events[-1]
+    assert (last.kind, last.t) == ("stick", pytest.approx(6 * pi / 10, abs=20 * h * h))
     moving = np.flatnonzero(run["slide.sliding"])
     assert run.t[moving[-1]] == pytest.approx(6 * pi / 10, abs=1.1 * h)
     assert run["slide.v"][-1] == pytest.approx(0.0, abs=1e-12)
@@ -65,6 +67,11 @@ def test_an_oscillator_with_dry_friction_comes_to_rest(h, error):
 def test_a_block_on_a_belt_sticks_and_slips():
     run = mbdsl.simulate(belt(), stop=2.0, tol=1e-7, interval=0.01)
     assert run["block.x"] == pytest.approx([on_belt(t) for t in run.t], abs=1e-6)
+    slip, period = 0.406888787, 0.806888787
+    times = [0.5, 0.5 + slip, 0.5 + period, 0.5 + period + slip]
+    assert [(x.kind, x.t) for x in run.events] == [
+        (kind, pytest.approx(t, abs=1e-6)) for kind, t in zip(("slip", "stick", "slip", "stick"), times, strict=True)
+    ]
     sliding = [0.5 < t < 0.906888 or 1.306889 < t < 1.713777 for t in run.t]
     assert (run["contact.sliding"][1:] == -np.array(sliding, float)[1:]).mean() > 0.98  # but at the changes
     assert {"contact.sliding", "contact.friction"} <= set(run.signals)
