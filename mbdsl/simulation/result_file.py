@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 from mbdsl import results
 from mbdsl.errors import MbdslError
 from mbdsl.lang.display_units import asked, declared_text
+from mbdsl.results.csv_file import EVENTS
 from mbdsl.simulation.result_units import KEY as SHOWN
 from mbdsl.simulation.result_units import check, converted
-from mbdsl.simulation.stored_events import EVENTS
-from mbdsl.simulation.stored_events import text_of as text_of_events
 from mbdsl.version import __version__
 
 if TYPE_CHECKING:
@@ -60,8 +59,10 @@ def about(
     said |= {"steps": stats.get("steps"), "iterations": stats.get("iterations")}
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said["options"] = ", ".join(options) or None
-    if path is not None and (events := text_of_events(trajectory.find_events())):
-        said[EVENTS] = events
+    if path is not None:
+        from mbdsl.simulation.stored_events import text_of as text_of_events  # NumPy is not needed for quick commands
+
+        said |= {EVENTS: events} if (events := text_of_events(trajectory.find_events())) else {}
     if path is not None and keeps_extremes(path):
         from mbdsl.simulation.stored_extremes import KEY, text_of
 
