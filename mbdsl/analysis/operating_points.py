@@ -179,7 +179,9 @@ def _check_open(scene: Scene, closed: Sequence[bool]) -> None:
     for contact, last in zip(scene.contacts, closed, strict=True):
         if last and not contact.absent:
             message = f"linear models with a rigid contact that is closed, as `{contact.name}` is, are not available"
-            raise InitialisationError(message, contact.span, "take a stop with stiffness `k` in its place")
+            raise InitialisationError(
+                message, contact.span, "leave contacts out by `--without contact`, or give the stop a stiffness `k`"
+            )
 
 
 def _frozen(scene: Scene, run: Trajectory) -> Scene:

@@ -200,7 +200,11 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     """
     if system.scene.contacts:
         message = "equilibria and linear models with rigid contacts are not available"
-        raise InitialisationError(message, system.scene.contacts[0].span, "take a stop with stiffness `k` in its place")
+        raise InitialisationError(
+            message,
+            system.scene.contacts[0].span,
+            "leave contacts out by `--without contact`, or give the stop a stiffness `k`",
+        )
     positions = _positions(system)
     assembly = Assembly(Task(system, t, for_assembly(system.scene, positions), metric or Metric(system, {})), graph)
     for shape in assembly.shapes(positions):

@@ -14,6 +14,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import parts
 from mbdsl.lang.evaluate import evaluate, loop
 from mbdsl.lang.event_functions import ACTIONS, FUNCTIONS
+from mbdsl.lang.mistakes import events as mistakes
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
@@ -119,11 +120,7 @@ class EventsOfModel:
             return tuple(self._of_variable(name, x, e) for x in value)
         variable = self.variable(value)
         if variable is None:
-            raise ModelError(
-                f"{name}() takes a discrete variable, found `{write(e)}`",
-                span_of(e.at),
-                "declare it without a value and set it in a `when`: `discrete Real x(start = 0);`",
-            )
+            raise mistakes.no_discrete(name, e, value)
         before = f"pre({variable})"
         self._add(Discrete(before, self._variables[variable].start))
         past = self._leaf(before, variable in self._booleans, value.dimension)
@@ -198,12 +195,22 @@ class EventsOfModel:
                     raise ModelError(
                         f"`when` takes a condition (true or false), found {values.describe(q)}", span_of(condition.at)
                     )
+            self._refuse_equality(condition, scope)
             conditions = tuple(symbolic.expr(q.value) for q in each)  # type: ignore[union-attr,arg-type]
             if any(n.value == symbolic.QUIET for n in symbolic.walk(*conditions)):
                 message = "`when` needs the event that noEvent() leaves out"
                 raise ModelError(message, span_of(condition.at), "write the condition without it")
             branches.append(Branch(conditions, tuple(self._actions(items, scope)), span_of(condition.at)))
         return When(tuple(branches))
+
+    def _refuse_equality(self, condition: s.Expression, scope: Scope) -> None:
+        """Refuse `a == b` of values that move: they are never equal for a time, and it would never act."""
+        for e in s.inside(condition):
+            if isinstance(e, s.Binary) and e.operator == "==":
+                sides = [evaluate(x, scope) for x in (e.left, e.right)]
+                read = symbolic.leaves(*(symbolic.expr(q.value) for q in sides if isinstance(q, Quantity)))  # type: ignore[arg-type]
+                if any(x.op != "input" or self._states.of(x) is not None for x in read):
+                    raise mistakes.never_equal(e)
 
     def _actions(self, items: Iterable[s.Item], scope: Scope) -> Iterable[Action]:
         for item in items:
@@ -267,6 +274,8 @@ class EventsOfModel:
     def _not_discrete(self, e: s.Expression, target: Value) -> ModelError:
         x, text = getattr(target, "value", None), write(e)
         hint = f"declare it without a value: `discrete Real {text}(start = ...);`"
+        if isinstance(e, s.Call):
+            hint = f"set a variable and use it in the equation, as in `{text} = (if on then 1 else 0)/(1 s);`"
         if self._states.of(target) is not None or (isinstance(x, Expr) and symbolic.is_velocity_level(x)):
             hint = f"a state or a velocity jumps by `reinit({text}, ...)`"
         elif isinstance(x, Expr) and x.op == "input":

@@ -247,11 +247,13 @@ def check_target(name: str, target: object, span: Span | None) -> None:
         raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span)
     for leaf in leaves:
         if leaf.op in ("multiplier", "input"):
-            what = "a reaction" if leaf.op == "multiplier" else "an input"
+            what = "a reaction" if leaf.op == "multiplier" else "an input or a discrete variable"
             raise ModelError(
                 f"`{name}` depends on {what}; only positions and velocities have initial values",
                 span,
-                "an input starts at its `start`" if leaf.op == "input" else "reactions follow from the motion",
+                "a discrete variable or an input begins at its `start`, as in `discrete Real x(start = 3);`"
+                if leaf.op == "input"
+                else "reactions follow from the motion",
             )
     if any(leaf.op == "time" for leaf in leaves):
         raise ModelError(f"`{name}` depends on time; only positions and velocities have initial values", span)

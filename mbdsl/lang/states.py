@@ -262,7 +262,7 @@ def _declared(target: s.Reference, scope: Scope) -> Value:
     with placed(target.at):
         entity = scope.resolve(target)
         if isinstance(entity, SignalEntity):
-            raise _no_state(target, "motions follow from forces and joints and cannot be given")
+            raise _no_state(target, "motions follow from forces and joints: no equation gives their derivatives")
         return scope.value_of(entity, target)
 
 
