@@ -11,6 +11,7 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import TABLE_ARGUMENTS
 from mbdsl.lang.mistakes import equations
+from mbdsl.lang.mistakes.names import FUNCTIONS
 from mbdsl.lang.modifiers import Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
@@ -104,6 +105,7 @@ def no_equation(item: s.Relation, remedy: str | None, at: At = None) -> ModelErr
         return ModelError(
             f"found `{write(item.left)}`, expected `connect(a, b);`",
             span_of(item.left.at),
+            FUNCTIONS.get(write(item.left.function)) if isinstance(item.left, s.Call) else None,
         )
     if (solved := equations.solved_for_derivative(item)) is not None:
         return ModelError(

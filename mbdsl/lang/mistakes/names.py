@@ -15,12 +15,15 @@ from mbdsl.lang.unparse import write
 
 # -- refused: functions, constants and members -----------------------------------------------------------------------
 
-_EVENTS = "mbdsl has no event functions: use an `if` expression in a law"
+_JUMPS = "it is an action of a `when`: `when c then reinit(v, ...); end when;`"
 _SIGNALS = "signals are named directly: `rod.b.x`, `pin.phi`, `pin.w`"
+CLOCK = "clocks are conditions: `when sample(start, period) then ... end when;`"
 #: function -> what to write instead
 FUNCTIONS = {
-    **dict.fromkeys(("pre", "edge", "change", "sample", "reinit", "initial", "terminal"), _EVENTS),
-    "delay": "values of the past are not available; use a Table or a law of time",
+    **dict.fromkeys(("reinit", "terminate"), _JUMPS),
+    "delay": "write a lag, `Real y(start = 0);` with `der(y) = (x - y)/T`, or keep samples: "
+    "`when sample(0, T) then y = pre(last); last = x; end when;`",
+    "Clock": CLOCK,
     "semiLinear": "write `(if x >= 0 then k1*x else k2*x)`",
     "homotopy": "write its first argument alone",
     "Vectors.length": "write `hypot(x, y)`",
