@@ -48,6 +48,8 @@ verification/*
 !verification/test_condition.py*
 !verification/test_default_steps.py*
 !verification/test_double_pendulum.py*
+!verification/test_event_costs.py*
+verification/test_event_costs.py::test_many_samples*1000000*
 !verification/test_doubts.py*
 !verification/test_drift.py*
 verification/test_drift.py*radau13*

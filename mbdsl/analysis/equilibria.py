@@ -240,8 +240,12 @@ def prepare(
     announce: Callable[[str], None] | None,
     units: str | Iterable[str] | None = None,
 ) -> tuple[System, mechanism_graph.MechanismGraph]:
-    """The System of a model as written, with its code loaded or compiled, and its graph."""
-    return prepared(in_units(as_scene(model, parameters, without), units), announce)
+    """The System of a model as written, without contacts that are left out, with its code loaded or compiled, and its
+    graph."""
+    scene = as_scene(model, parameters, without)
+    if scene.contacts and all(c.absent for c in scene.contacts):
+        scene = scene.without_contacts()
+    return prepared(in_units(scene, units), announce)
 
 
 @blame_model

@@ -46,7 +46,9 @@ class Native:
         words = ["d" if k == "float" else "q" * (1 + ARRAYS[k][0] if k in ARRAYS else 1) for k in signature.takes]
         self._pack: Callable = struct.Struct("=" + "".join(words)).pack
         starts = [0, *accumulate(map(len, words))]
-        self._others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
+        others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
+        self._numbers = [(k, at) for k, at in others if isinstance(signature.takes[k], str)]
+        self._functions = [(k, at) for k, at in others if not isinstance(signature.takes[k], str)]
         self._last: tuple[list, list] = [], []
         self.address, self.signature = address, signature
         self._owner = owner  # keeps the machine code in memory
@@ -75,11 +77,18 @@ class Native:
     def _block(self, arguments: tuple) -> bytes:
         """The arguments as one block of bytes."""
         last, block = self._last
-        same = block and len(arguments) == len(self._arrays)
-        if not same or any(known() is not arguments[k] for k, known in last):
-            last, block = self._last = self._look_at(arguments)
+        if len(arguments) != len(self._arrays):
+            block = []
+        for k, known in last:
+            if not block or known() is not arguments[k]:
+                block = []
+                break
+        if not block:
+            _, block = self._last = self._look_at(arguments)
         words = list(block)
-        for k, at in self._others:
+        for k, at in self._numbers:
+            words[at] = arguments[k]
+        for k, at in self._functions:
             x = arguments[k]
             words[at] = x.address if isinstance(x, Native) else x
         return self._pack(*words)

@@ -15,9 +15,9 @@ import sys
 from functools import cache
 from types import ModuleType
 
+from mbdsl.elements.declaration import RIGID
 from mbdsl.elements.kind import JointKind, Kind, PairKind
 
-RIGID = "rigid_"  #: beginning of the variants of contacts without stiffness
 _found: dict[tuple[str, bool], Declared] = {}  #: (file, spatial) -> what it declares, of the files used so far
 
 

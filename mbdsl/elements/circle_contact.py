@@ -6,8 +6,8 @@
 circle_friction.py; without, it needs the distance of the centres only.
 """
 
-from mbdsl.elements import RIGID, contact_law, friction
-from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements import contact_law, friction
+from mbdsl.elements.declaration import RIGID, Parameter, Signal, power
 from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH

@@ -18,6 +18,7 @@ EFFECTS = {
     "gravity": "gravity",
     "contact": "contacts and stops",
 }
+RIGID = "rigid_"  #: beginning of the variants of contacts without stiffness
 #: choice of all contacts -> the effect that scenes lack then, which is in no list of effects
 CONTACTS = {"rigid": "compliance", "compliant": "rigidity"}
 Shape = tuple[int | None, ...]  #: of an array; None: any number

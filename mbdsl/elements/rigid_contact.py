@@ -6,7 +6,7 @@ itself has neither rows nor forces; its signals are those of the geometry, and s
 
 from dataclasses import replace
 
-from mbdsl.elements import RIGID
+from mbdsl.elements.declaration import RIGID
 from mbdsl.elements.kind import ForceKind, JointKind, Kind, Signal, Touch
 
 FORCES = ("force", "torque", "friction_force", "active")

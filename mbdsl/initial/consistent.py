@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import is_velocity_level
@@ -25,6 +24,7 @@ from mbdsl.initial.start_velocities import velocities
 from mbdsl.initial.steady_states import steady
 from mbdsl.initial.undeformed import AsIs
 from mbdsl.initial.weights import Metric
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.given_attitudes import for_assembly
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import InitialValue
@@ -34,8 +34,6 @@ from mbdsl.storage.garbage_collection import uncollected
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import begin, values
 from mbdsl.system.system import System, build
-
-Array = NDArray[np.float64]
 
 SI = DisplayUnit()
 

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.dependent_rows import redundant_rows
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import null_space
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 ITERATIONS = 60
 #: change of the states, relative to their sizes, that ends the iteration; step of the differences
 DONE, STEP = 1e-12, 1e-7

@@ -19,11 +19,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.kernels.arrays import Array
 from mbdsl.messages import install
 from mbdsl.numerics.hermite import between
 from mbdsl.system import System
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from mbdsl.system.close_approaches import Approach
     from mbdsl.system.peaks_in_time import Zone
 
-Array = NDArray[np.float64]
 
 #: status in addition to those of :mod:`mbdsl.integrators.loop.loop_state`; the reason is in ``External.reason``
 FAILED = -1

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.numerics import contact_modes
 from mbdsl.numerics.contact_modes import SENSE, STICK, Contacts, independent_rows, painleve
 from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_sequence
@@ -117,7 +118,7 @@ class ContactSet:
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             if not contact.absent and gap < -OVERLAP * size:
-                message = f"the gap of `{contact.name}` is {gap:.6g} m at the start: the bodies overlap"
+                message = f"the gap of `{contact.name}` is {gap:.6g} {contact.unit} at the start: the bodies overlap"
                 raise InitialisationError(message, contact.span, "give initial values at which it is not negative")
 
     def _gaps(self, t: float, q: Array) -> Array:
@@ -138,9 +139,18 @@ class ContactSet:
         return all(values[number(c.name, MODE)] != CLOSED for c in self.contacts)
 
     def act(
-        self, t: float, q: Array, v: Array, left_out: tuple[int, ...], values: dict[str, float]
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        left_out: tuple[int, ...],
+        values: dict[str, float],
+        friction: FrictionSet | None = None,
     ) -> tuple[Array, Array]:
         """q and v (n,) behind the event at time t, ``v`` itself if it does not change; ``values`` get the modes.
+
+        Joints with ``friction`` that are held slide behind an impact that moves them: friction of a finite force has
+        no impulse.
 
         Raises
         ------
@@ -161,9 +171,15 @@ class ContactSet:
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))
             touching = self._touching(t, q, v, which, others)
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
-            v = self._struck(t, q, v, touching, values)
+            free = tuple(sorted({*others, *self.system.tables.switchable}))
+            v = self._struck(t, q, v, touching if free == others else self._touching(t, q, v, which, free), values)
+            if self.struck and friction is not None and friction.release(t, q, v, values):
+                others = friction.left_out(others, values)
+                touching = self._touching(t, q, v, which, others)
             v = self._lasting(t, q, v, touching, others, before, values)
-        return q, given if np.abs(v - given).max(initial=0.0) <= SAME * np.abs(given).max(initial=0.0) else v
+        scale = self.system.tables.scale
+        change, fastest = (float(np.abs(x * scale).max(initial=0.0)) for x in (v - given, given))
+        return q, given if change <= SAME * fastest else v
 
     def _release(self, values: dict[str, float]) -> None:
         """Open all contacts."""
@@ -236,11 +252,8 @@ class ContactSet:
     def _speeds(self, t: float, q: Array, v: Array, touching: Touching) -> tuple[Array, float]:
         """The rates of gaps and the slips (r,), and the speed that counts as rest."""
         fastest = float(np.abs(v * self.system.tables.scale).max(initial=0.0))
-        rates = self.system.evaluate(t, q, v)[2]
-        if self.system.p:
-            rates = np.concatenate([rates, self.system.Gam(t, q, v)])
         slow = self.system.tables.size * (REST * fastest + STILL / self.span)
-        return rates[self._rows_of(touching.which)], slow
+        return self.system.constraint_rates(t, q, v)[self._rows_of(touching.which)], slow
 
     def _struck(self, t: float, q: Array, v: Array, touching: Touching, values: dict[str, float]) -> Array:
         """The velocities behind the impact, if there is one."""

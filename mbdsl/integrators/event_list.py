@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from mbdsl.mechanism.events import Action, Branch, Events
 
 Array = NDArray[np.float64]
+IMPULSES = ("impact", "contact", "reinit")  #: kinds of events at which velocities jump
 
 
 class Happened(NamedTuple):
@@ -76,6 +77,12 @@ def happened(found: list[Group]) -> list[Happened]:
     """All events of groups, in the order of time."""
     every = [Happened(t, group.kind, group.span, group.name) for group in found for t in group.times.tolist()]
     return sorted(every, key=lambda x: x.t)
+
+
+def times(found: list[Group], impulses: bool = False) -> Array:
+    """The times (k,) of the events of groups [s], ascending; only of those at which velocities jump, if asked."""
+    chosen = [group.times for group in found if not impulses or group.kind in IMPULSES]
+    return np.unique(np.concatenate(chosen)) if chosen else np.empty(0)
 
 
 def warned(found: EventSet) -> Iterator[tuple[Action, Array]]:

@@ -28,7 +28,7 @@ from mbdsl.integrators.run_state import RunState
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations
+from mbdsl.system.accelerations import accelerations, balance
 from mbdsl.system.clock_tables import CLOCKS, PLACE
 from mbdsl.system.signals import gradients, values
 
@@ -297,7 +297,7 @@ class EventSet:
             before, at_first = dict(self.values), v
             if self.contacts is not None:
                 self._put(self.values)
-                q, v = self.contacts.act(t, q, v, left_out, self.values)
+                q, v = self.contacts.act(t, q, v, left_out, self.values, self.friction)
                 left_out = self.left_out(left_out)
                 self.q, self.struck = q, self.struck or self.contacts.struck
             if self.friction is not None:
@@ -442,21 +442,24 @@ class EventSet:
                 raise ReinitError(message, action.span, hint, notes)
         signals = [a.signal for a, _ in jumps if a.signal is not None]
         now, _, w = gradients(system, signals, t, q, v)
-        rows = [dense(w)]
-        if system.m:
-            rows.append(dense(system.Phi_q(t, q)))
-        if system.p:
-            rows.append(dense(system.Gam_v(t, q, v)))
-        J, n = np.vstack(rows), system.n
-        K = np.block([[dense(system.M(t, q)), J.T], [J, np.zeros((len(J), len(J)))]])
-        change = np.zeros(n + len(J))
-        change[n : n + len(jumps)] = np.array([x for _, x in jumps]) - now
-        dv = least_squares(K, change, 1e-13)[:n]
-        if np.abs(J @ dv - change[n:]).max(initial=0.0) > 1e-8 * max(1.0, float(np.abs(change).max(initial=0.0))):
+        n, matrix = system.n, dense(system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0))
+        # contacts push back in the next round, and friction that sticks has no impulse
+        free = n + np.array(self.all_left_out(system.tables.switchable), int)
+        M, J = matrix[:n, :n], np.vstack([dense(w), matrix[np.setdiff1d(np.arange(n, system.unknowns), free), :n]])
+        d = balance(system, M.diagonal(), J)  # the units of the model do not decide the rank
+        K = np.block([[M, J.T], [J, np.zeros((len(J), len(J)))]])
+        wanted, change = np.array([x for _, x in jumps]), np.zeros(n + len(J))
+        jumping = slice(n, n + len(jumps))
+        change[jumping] = wanted - now
+        dv = d[:n] * least_squares(d[:, None] * K * d, d * change, 1e-13)[:n]
+        allowed = float((d[jumping] * np.maximum(np.abs(wanted), np.abs(now))).max())
+        if not np.abs(d[n:] * (J @ dv - change[n:])).max() <= 1e-8 * allowed:
             names = ", ".join(a.target for a, _ in jumps)
             message = f"reinit of {names} at t = {t:.9g} s: the constraints do not allow this velocity"
             hint = "a joint or a driver determines it; a `reinit` of several signals needs values that belong together"
             raise ReinitError(message, jumps[0][0].span, hint)
+        if self.friction is not None:
+            self.friction.release(t, q, v + dv, self.values)
         return v + dv
 
     @property
@@ -525,7 +528,10 @@ class EventSet:
 
     def at(self, t: Array) -> dict[str, Array]:
         """The numbers of the model at times t (N,); at the time of an event, and earlier by its rounding, behind it."""
-        return self.numbers_at(t + 1e-13 * (1.0 + np.abs(t)))
+        if not self.history:
+            return {}
+        times, _ = self.table()
+        return self.numbers_at(t + 1e-13 * np.maximum(np.abs(t), np.abs(times).max()))
 
     def numbers_at(self, t: Array) -> dict[str, Array]:
         """The numbers of the model at times t (N,) exactly: behind an event at its time, and before it before that."""

@@ -35,6 +35,7 @@ from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF, TU
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.numerics.first_change import first_change
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.switches import Switch, combined
@@ -195,6 +196,11 @@ class Events:
         """Whether reactions decide events and those of a step are behind the motion."""
         return self._of_reactions and not declared(self.run.method).own_reactions
 
+    @cached_property
+    def _turns(self) -> bool:
+        """Whether the friction of contacts turns with their slip, so that steps up to its end have no solution."""
+        return any(len(c.slips) > 1 for c in self.system.scene.contacts)
+
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
         known = self.system.time_events(t, self.run.stop, corners=declared(self.run.method).order > 2)
@@ -243,6 +249,8 @@ class Events:
             integers[S.PASSED] = MOST_PASSED
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         try:
+            if self.set is not None and "dPhi" not in declared(run.method).enforces:  # else the way would leave Phi
+                q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None and at_once and run.grid and self._lags:
@@ -314,7 +322,7 @@ class Events:
         most = self._left(cut) * run.reals[S.LAST_H]
         if at_once:  # reactions of shorter steps have larger errors, of rounding
             most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
-            most = max(most, run.reals[S.UNCUT]) if run.grid and self._lags else most
+            most = max(most, run.reals[S.UNCUT]) if run.grid and (self._lags or self._turns) else most
         if self.set is not None:  # rounding may keep a gap from closing
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)
@@ -337,19 +345,16 @@ class Events:
     def _missed(self, t: float, way: Way, lam: Array) -> float:
         """The time from t back to just behind the change of a switch, which the reactions of the last step have not
         shown because they are less accurate than the motion; 0 if it changes here."""
-        low, high = -self.run.reals[S.LAST_H], 0.0
+        low, before = -self.run.reals[S.LAST_H], self.run.integers[S.SIGNATURE]
 
-        def same(s: float) -> bool:
-            q, v = way(s)
-            states = self.system.switches(t + s, q, v, self._reactions(t + s, q, v, lam))
-            return combined(states) == self.run.integers[S.SIGNATURE]
+        def look(s: float) -> tuple[bool, Array]:
+            states, values = self._switches(t + s, *way(s), lam)
+            return combined(states) == before, values
 
-        if not same(low):
+        same, values = look(low)
+        if not same:
             return 0.0
-        while high - low > 0.01 * self.run.reals[S.LEAST_H] - 1e-9 * low:
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if same(middle) else (low, middle)
-        return high
+        return first_change(look, low, 0.0, (values, look(0.0)[1]), self._close(LOCATED))
 
     def _end_of_slide(self, t: float, q: Array, v: Array) -> End | None:
         """Where a joint stops that slides in several directions, if this is near."""
@@ -481,20 +486,33 @@ class Events:
         if combined(old) != self.run.integers[S.SIGNATURE]:
             return 0.0  # the last Newton correction of the step has changed a switch
 
-        def same(s: float) -> bool:
-            q, v = way(s)
-            return bool((self.system.switches(t + s, q, v, self._reactions(t + s, q, v, lam)) == old).all())
+        def look(s: float) -> tuple[bool, Array]:
+            states, values = self._switches(t + s, *way(s), lam)
+            return bool((states == old).all()), values
 
         low, high = 0.0, most
-        if near > 0.0 and not same(high := min(most, near * (1.0 + AROUND))):
-            low = near * (1.0 - AROUND)
-            low, high = (low, high) if same(low) else (0.0, low)
-        elif same(high := most):
+        if near > 0.0:
+            low, high = near * (1.0 - AROUND), min(most, near * (1.0 + AROUND))
+        same, there = look(high)
+        if same and high < most:
+            low, high = 0.0, most
+            same, there = look(high)
+        if same:
             return None
-        while high - low > max(part * high, 0.01 * self.run.reals[S.LEAST_H]):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if same(middle) else (low, middle)
-        return high
+        same, here = look(low)
+        if not same and low > 0.0:
+            low, high, there = 0.0, low, here
+            here = look(low)[1]
+        return first_change(look, low, high, (here, there), self._close(part))
+
+    def _close(self, part: float) -> tuple[float, float]:
+        """The largest error of a located time: relative to it, and absolute."""
+        return part, 0.01 * float(self.run.reals[S.LEAST_H])
+
+    def _switches(self, t: float, q: Array, v: Array, lam: Array) -> tuple[States, Array]:
+        """The states of the switches at a state, and the quantities that decide them."""
+        states = self.system.switches(t, q, v, self._reactions(t, q, v, lam))
+        return states, self.system.quantities()
 
     def _within_rounding(self, t: float, q: Array, v: Array, way: Way, lam: Array, old: States) -> float | None:
         """The time until just behind a change of a switch that the rounding error of q and v could hide; None if there

@@ -6,15 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 
 if TYPE_CHECKING:
     from mbdsl.system import System
 
-Array = NDArray[np.float64]
 
 #: kernels of a method with the common step, and their parameters; see :mod:`mbdsl.integrators.loop.multistep`
 KERNELS = {

@@ -511,7 +511,7 @@ class MethodRun(RunState):
         return status
 
     def _record_end(self, q: Array, v: Array, lam: Array) -> None:
-        """Output at the stop time, where a run has restarted, so that no step ends there."""
+        """Output at the stop time, if no step has ended there: an event at this time comes behind the last step."""
         k = int(self.integers[S.OUTPUT])
         if self.every:
             self._make_room()
@@ -557,7 +557,9 @@ class MethodRun(RunState):
         status = self._advance_by(steps if self.tol is None else min(steps, WINDOW))
         events = self.events.set if self.tol is not None else None
         if status == S.DONE and events is not None and (events.ended or self.time >= self.stop):
-            q, v, _ = self.state()
+            q, v, lam = self.state()
+            if self.time >= self.stop:
+                self._record_end(q, v, lam)
             events.end(self.time, q, v, self.left_out)
         return self._examined(S.RUNNING if status == S.FULL else status)
 

@@ -20,16 +20,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
+from mbdsl.kernels.arrays import Array
 from mbdsl.system import System
 from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch
-
-Array = NDArray[np.float64]
 
 #: status of a run that stands still, in addition to those of :mod:`mbdsl.integrators.loop.loop_state`
 STALLED = 100

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels.arrays import Array
 from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations
-
-Array = NDArray[np.float64]
+from mbdsl.system.accelerations import accelerations, rows_kept
 
 #: largest h omega for reactions from M^{-1} Q; above it their error is some percent, and soon exceeds them
 STIFFEST = 300.0
@@ -93,30 +91,33 @@ def normal_part(system: System, t: float, q: Array, v: Array, x: Array, left_out
 def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[Array, Array]:
     """q and v (n,) projected onto Phi, its rate and Gam by one Newton step, in the metric of M."""
     n, m = system.n, system.m
+    if len(left_out) == m + system.p:
+        return q, v
     right = np.zeros(system.unknowns)
     right[n : n + m] = -system.Phi(t, q)
     change = _projected(system, t, q, v, right, left_out)
     q = q if change is None else system.moved(q, change)
-    right[n:] = -np.concatenate([system.evaluate(t, q, v)[2], system.Gam(t, q, v)])
+    right[n:] = -system.constraint_rates(t, q, v)
     change = _projected(system, t, q, v, right, left_out)
     return q, v if change is None else v + change
 
 
 def _projected(system: System, t: float, q: Array, v: Array, right: Array, left_out: tuple[int, ...]) -> Array | None:
     """x (n,) from [[M, J^T], [J, 0]] [x; .] = right, with J = [Phi_q; Gam_v]; None if the matrix is singular."""
-    kept = np.setdiff1d(np.arange(system.unknowns), system.n + np.array(left_out, int))
+    n = system.n
+    kept = np.concatenate([np.arange(n), n + rows_kept(system.m + system.p, left_out)])
     matrix = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)
     found = np.zeros(system.unknowns)
     try:
         if isinstance(matrix, np.ndarray):
-            found[kept] = np.linalg.solve(matrix[np.ix_(kept, kept)], right[kept])
+            found[kept] = np.linalg.solve(matrix[kept[:, None], kept], right[kept])
         else:
             from scipy.sparse.linalg import splu
 
             found[kept] = splu(matrix[kept][:, kept].tocsc()).solve(right[kept])
     except (np.linalg.LinAlgError, RuntimeError):  # a singular pose, or a body without mass
         return None
-    return found[: system.n]
+    return found[:n]
 
 
 def check_stiffness(system: System, method: str, t: float, h: float, q: Array, v: Array, lam: Array) -> None:

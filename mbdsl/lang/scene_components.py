@@ -69,6 +69,7 @@ def _contact(part: FlatComponent, own: Formulas) -> Component:
         velocity_constraints=slips,
         friction=own.resistance() if slips else None,
         relations=(own.row("gap"),),
+        units={"gap": "rad"} if part.kind.unit_of("phi") == "rad" else {},
     )
 
 

@@ -43,6 +43,7 @@ class Contact(NamedTuple):
     span: Span | None
     closing: Expr
     absent: bool  #: whether it is left out: it never closes
+    unit: str = "m"  #: of its gap, "rad" of stops of angles
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -86,8 +87,8 @@ def contact_of(component) -> Contact:
     opens = call("and", call("eq", mode, CLOSED), call("lt", 0.0, multiplier(name, 0)))
     own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
     sequential = values["impacts"] == "sequential"
-    absent = values["impacts"] == "never"
-    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent)
+    absent, unit = values["impacts"] == "never", component.units.get("gap", "m")
+    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent, unit)
 
 
 def rubbing(name: str, slips: Sequence[Expr], spatial: bool) -> list[tuple[str, list[Expr]]]:

@@ -206,7 +206,9 @@ class MechanismGraph(GraphAlgorithms):
         own = set(self.states)
         parts = [p for p in self.sub_mechanisms if not own.issuperset(p.bodies)]
         states = len(own)
-        counts = [count(len(self.bodies) - states, "body", "bodies"), count(len(self.joints), "joint")]
+        contacts = [is_contact(e.component) for e in self.joints if not e.component.kind.contacts]
+        counts = [count(len(self.bodies) - states, "body", "bodies"), count(contacts.count(False), "joint")]
+        counts += [count(sum(contacts), "rigid contact")] if any(contacts) else []
         counts += [count(len(self.forces) - states, "force"), count(self.loops, "independent loop")]
         counts += [count(states, "state")] if states else []
         sides = f"{count(self.coordinates, 'coordinate')} - {count(self.rows, 'constraint row')}"

@@ -207,15 +207,16 @@ class Scene(SceneSignals):
         Returns
         -------
         Scene
-            This scene without them and without when-equations; laws read reactions of zero.
+            This scene without them and without when-equations; laws read reactions of zero, and no impacts.
         """
         gone = {c.name for c in self.contacts}
+        numbers = {rigid.number(c.name, what) for c in self.contacts for what in c.numbers}
 
         def law(x: Any) -> Any:
             return substitute(x, lambda leaf: const(0.0) if reads(leaf) else None) if isinstance(x, Expr) else x
 
         def reads(leaf: Expr) -> bool:
-            return leaf.op == "multiplier" and leaf.value[0] in gone
+            return leaf.value in numbers if leaf.op == "input" else leaf.op == "multiplier" and leaf.value[0] in gone
 
         components = {
             name: replace(c, values={key: law(x) for key, x in c.values.items()})

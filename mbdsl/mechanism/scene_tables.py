@@ -65,11 +65,6 @@ def _divided(v: Any, factor: float) -> Any:
 def tables(scene: Scene) -> list[Table]:
     """The scene as tables: components, parameters, inputs, initial values.
 
-    Parameters
-    ----------
-    scene : Scene
-        The model.
-
     Returns
     -------
     list of Table

@@ -81,8 +81,10 @@ def settle(path: Path, meta: Mapping) -> None:
 
 
 def _remove(file: Path, why: str) -> None:
+    if not os.path.lexists(file):  # also where its name would be too long
+        return
     try:
-        file.unlink(missing_ok=True)
+        file.unlink()
     except OSError as problem:
         raise UsageError(f"cannot remove `{file}`, {why}: {problem.strerror or problem}") from problem
 

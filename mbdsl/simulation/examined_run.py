@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.run_options import RunOptions
 from mbdsl.simulation.trajectory import Trajectory
@@ -16,8 +14,6 @@ if TYPE_CHECKING:
     from mbdsl.simulation.checkpoint import Keeper
     from mbdsl.simulation.steady_start import AtRest
     from mbdsl.simulation.streaming import Stream
-
-Array = NDArray[np.float64]
 
 
 @dataclass

@@ -7,7 +7,6 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind, SensorKind
 from mbdsl.errors import MbdslError
@@ -15,6 +14,7 @@ from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
 from mbdsl.integrators.event_list import Group
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION
@@ -25,8 +25,6 @@ from mbdsl.simulation import derived_signals, section_forces
 from mbdsl.simulation.frame_accelerations import acceleration, accelerometer
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 
 class StateSignals:

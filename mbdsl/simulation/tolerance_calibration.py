@@ -26,7 +26,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state as S
@@ -41,8 +40,6 @@ from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.result_checks import TOO_MANY_STEPS
 from mbdsl.simulation.undecided_contacts import undecided_effect
 from mbdsl.system.state_sizes import weights
-
-Array = NDArray[np.float64]
 
 #: reasons for a horizon
 NO_CONVERGENCE = "runs with shorter steps do not converge"

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import SyntaxProblem, UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang import syntax as s
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.unparse import write
 
-Array = NDArray[np.float64]
 EXAMPLE = "a condition compares signals: mass.x > 0.5 m and pin.w < 0"
 #: the number of a comparison, or an operation on such trees
 Tree: TypeAlias = "int | tuple[str, Tree] | tuple[str, Tree, Tree]"

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.saddle_point import least_squares, refined
 from mbdsl.system.broken_laws import not_finite
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 #: bounds of the residual and of the solution of a regular system, relative to its right-hand side
 ACCURATE, BOUNDED = 1e-12, 1e8
@@ -55,6 +54,12 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
     )
 
 
+@lru_cache(maxsize=64)
+def rows_kept(count: int, left_out: tuple[int, ...]) -> NDArray[np.int64]:
+    """The numbers below ``count`` that are not among ``left_out``."""
+    return np.setdiff1d(np.arange(count), np.array(left_out, int))
+
+
 class Equations(NamedTuple):
     """What the equations contain at a state, whatever the multipliers are: the constraints kept, M, J, the right-hand
     side (Q, gamma_c), and the scales of ``balance``."""
@@ -62,7 +67,7 @@ class Equations(NamedTuple):
     t: float
     q: Array
     v: Array
-    kept: NDArray[np.int64]
+    kept: Integers
     M: Any
     J: Any
     right: Array
@@ -70,10 +75,13 @@ class Equations(NamedTuple):
 
 
 def equations(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Equations:
-    kept, n = np.delete(np.arange(system.m + system.p), left_out), system.n
+    kept, n = rows_kept(system.m + system.p, left_out), system.n
     both = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)
     M, J = both[:n, :n], both[n:, :n][kept]
-    right = np.concatenate([system.force(), system.gamma_c(t, q, v)[kept]])
+    right = np.concatenate([system.force(), system.gamma_c_here(t, v)[kept]])
+    if not system.of_multipliers:  # else they are checked where the multipliers are known
+        derivatives = system.entries(t, cK=1.0, cD=1.0, cL=1.0, cV=1.0)
+        _check(system, (t, q, v), np.zeros(system.m + system.p), right, (both, derivatives))
     with np.errstate(all="ignore"):  # entries that are not finite are reported later
         d = balance(system, M.diagonal(), J)
     return Equations(t, q, v, kept, M, J, right, d)
@@ -87,16 +95,12 @@ def solve_motion(system: System, motion: Equations, lam: Array) -> tuple[Array, 
     """
     t, q, v, kept, M, J, right, d = motion
     n, m, b = system.n, len(kept), right
-    derivatives = system.tangent(t, q, v, lam, cK=1.0, cD=1.0, cL=1.0, cV=1.0)
     U = J.T  # the matrix of the multipliers: J^T - Q_lam
     if system.of_multipliers:
+        derivatives = system.tangent(t, q, v, lam, cK=1.0, cD=1.0, cL=1.0, cV=1.0)
         U = derivatives[:n, n:][:, kept]
         b = np.concatenate([system.force() + U @ lam[kept], right[n:]])
-    if not np.isfinite(b).all():
-        raise not_finite(system, t, q, v, "the forces", lam)
-    # every implicit method needs the derivatives
-    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in (M, J, derivatives)):
-        raise not_finite(system, t, q, v, "the derivatives of the forces or constraints", lam)
+        _check(system, (t, q, v), lam, b, (M, J, derivatives))
     if isinstance(J, np.ndarray):
         K = np.zeros((n + m, n + m))
         K[:n, :n], K[:n, n:], K[n:, :n] = M, U, J
@@ -128,6 +132,14 @@ def solve_motion(system: System, motion: Equations, lam: Array) -> tuple[Array, 
     found = np.zeros(system.m + system.p)
     found[kept] = x[n:]
     return x[:n], found
+
+
+def _check(system: System, at: tuple[float, Array, Array], lam: Array, b: Array, found: tuple[Any, ...]) -> None:
+    """Raise an error if forces b, or matrices, are not finite; every implicit method needs the derivatives."""
+    if not np.isfinite(b).all():
+        raise not_finite(system, *at, "the forces", lam)
+    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in found):
+        raise not_finite(system, *at, "the derivatives of the forces or constraints", lam)
 
 
 def balance(system: System, M: Array, J) -> Array:

@@ -19,10 +19,11 @@ guards; per guard the register of a condition and its required truth.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from numpy import floor
 
@@ -34,9 +35,14 @@ from mbdsl.numerics.piecewise_cubic import SMOOTHNESS
 from mbdsl.system.expression_tape import Tape, cell_of
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from mbdsl.mechanism.scene import Component, Scene
 
 TRUTH, VALUE, ORDER, QUOTIENT, CELL = range(5)
+#: an operation, and the registers or quantities that it takes
+Quantity: TypeAlias = tuple[Any, ...]
 #: which points of a table are events
 KNOTS, ENDS = 1, 2
 CONDITIONS = ("lt", "le", "eq", "ne", "and", "or", "not")
@@ -137,11 +143,35 @@ def table_events(node: Expr) -> int:
     return knots | ENDS
 
 
-def tabulate(switches: list[Switch], buffers, tape: Tape) -> None:
-    """Records of ``switches``, whose registers are on the tape."""
+def tabulate(switches: list[Switch], buffers, tape: Tape) -> list[Quantity]:
+    """Records of ``switches``, whose registers are on the tape, and their quantities."""
     records = [_record(switch, tape) for switch in switches]
     buffers.layout[L.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
     buffers.layout[L.N_SWITCHES] = len(records)
+    return [_quantity(switch.node, tape) for switch in switches]
+
+
+def _quantity(node: Expr, tape: Tape) -> Quantity:
+    op = {"abs": "lt", "min": "lt", "max": "lt", "le": "lt"}.get(node.op, node.op)
+    if op == "lt":
+        first, second = (*node.args, const(0.0))[:2]
+        return op, tape.register(first), tape.register(second)
+    if op in ("and", "or", "not"):
+        return op, *(_quantity(x, tape) for x in node.args)
+    return "truth" if op in CONDITIONS else "", tape.register(node)
+
+
+def quantity(of: Quantity, registers: NDArray[np.float64]) -> float:
+    """A number that is positive where a condition is true and negative where it is false; infinite or nan if no
+    number shows how far the condition is from its change."""
+    op, *args = of
+    if op == "lt":
+        return float(registers[args[1]] - registers[args[0]])
+    if op in ("and", "or"):
+        return (min if op == "and" else max)(quantity(x, registers) for x in args)
+    if op == "not":
+        return -quantity(args[0], registers)
+    return (math.inf if registers[args[0]] != 0.0 else -math.inf) if op else math.nan
 
 
 def _record(switch: Switch, tape: Tape) -> list[int]:

@@ -14,10 +14,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.kernels.factors import Factors
 from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
@@ -36,7 +36,6 @@ from mbdsl.system.time_events import time_events
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 
 #: up to this many unknowns matrices are dense: importing scipy would take longer than dense algebra
 DENSE_LIMIT = 400
@@ -87,6 +86,11 @@ class System(CompiledScene):
     def Gam(self, t: float, q, v) -> Array:
         """Nonholonomic constraints (p,)."""
         return self._at(t, q, v).vectors[L.FORCE, self.n + self.m : self.unknowns].copy()
+
+    def constraint_rates(self, t: float, q, v) -> Array:
+        """The rates of Phi, then Gam (m + p,)."""
+        work, n = self._at(t, q, v).vectors, self.n
+        return np.concatenate([work[L.FORCE2, n : n + self.m], work[L.FORCE, n + self.m : self.unknowns]])
 
     def Gam_v(self, t: float, q, v) -> Array | csr_array:
         """Their Jacobian (p, n) with respect to v."""
@@ -221,8 +225,13 @@ class System(CompiledScene):
 
         gamma_c = -(Phi_q v)_q v - Phi_tt, then -Gam_q v - Gam_t.
         """
+        self._at(t, q, v).vectors[L.UNKNOWN, : self.n] = 0.0
+        return self.gamma_c_here(t, np.asarray(v, float))
+
+    def gamma_c_here(self, t: float, v: Array) -> Array:
+        """The same at the last evaluated state, whose velocities are v."""
         # also runs the gradient tape, which holds u'' and Gam_t
-        rate = self.tangent(t, q, v, cN=1.0, cW=1.0)[self.n :, : self.n] @ np.asarray(v, float)
+        rate = self.matrix(self.entries(t, cN=1.0, cW=1.0))[self.n :, : self.n] @ v
         return -rate - self.in_time()
 
     def in_time(self) -> Array:
@@ -233,18 +242,26 @@ class System(CompiledScene):
             self._clock = Clock(w.layout, self.m, self.p)
         return self._clock(w)
 
-    def switches(self, t: float, q, v, lam=None) -> NDArray[np.int64]:
+    def switches(self, t: float, q, v, lam=None) -> Integers:
         """States of all switches in the expressions of the equations: conditions, signs, cells of tables.
 
         While they do not change, the equations of motion are smooth; a change between two states of a motion can be
         located by bisection. Empty if there are no switches. ``tables.switches`` lists their expressions; see
         :mod:`mbdsl.system.switches`.
         """
-        found = np.zeros(len(self.tables.switches), np.int64)
-        if len(found):
-            w = self._at(t, q, v, lam)
-            switches.compiled()(w.numbers, w.layout, found)
-        return found
+        if not self.tables.switches:
+            return np.zeros(0, np.int64)
+        w, found = self._at(t, q, v, lam), self.kept(_states)  # the same array: calls with new ones take longer
+        switches.compiled()(w.numbers, w.layout, found)
+        return found.copy()
+
+    def quantities(self) -> Array:
+        """The quantity whose sign decides each switch, at the last evaluated state; see
+        :func:`mbdsl.system.switches.quantity`."""
+        w = self._work
+        assert w is not None
+        registers = w.numbers[w.layout[L.REGISTERS] :]
+        return np.array([switches.quantity(x, registers) for x in self.tables.quantities])
 
     def time_events(self, t0: float, t1: float, corners: bool = True) -> Iterator[float]:
         """The times t0 < t < t1 [s], ascending, at which switches that depend on time alone change; generated lazily.
@@ -304,7 +321,7 @@ class System(CompiledScene):
             return None
         return const(at_rest(self.scene.components[frame.body], frame, key))
 
-    def elimination_order(self) -> NDArray[np.int64]:
+    def elimination_order(self) -> Integers:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""
         order: list[int] = []
         holding = {joint.name: joint.rows for joint in self.scene.sticking}
@@ -360,6 +377,11 @@ class System(CompiledScene):
             count = len(component.velocity_constraints)
             found.append((f"Gam[{first}:{first + count}]", name, component.kind.name))
         return found
+
+
+def _states(system: System) -> NDArray[np.int64]:
+    """A buffer for the states of its switches."""
+    return np.zeros(len(system.tables.switches), np.int64)
 
 
 @blame_extremes

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,7 @@ class Tables:
     #: such an angle -> its value at the start, up to less than half a turn; and values at the start
     first_angles: dict[Expr, float] = field(default_factory=dict)
     switches: list[switches.Switch] = field(default_factory=list)
+    quantities: list[tuple[Any, ...]] = field(default_factory=list)  #: that decide them
     values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
     #: what is searched for peaks instead of some of them: of constraints by expression, the sum of the user's laws in
     #: them; of components along a path, ``searched`` of their values

@@ -11,16 +11,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array, Complex
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System
 from mbdsl.viewing.motion import NEGLIGIBLE, is_apart, motion
 from mbdsl.viewing.space import shapes as solids
 from mbdsl.viewing.tracks import GROUND, AnyMotion, SpaceMotion
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 STEP = 1e-4  #: part of a shape by which the state is displaced: poses of beams are not linear in their coordinates
 LARGEST, TURN = 0.1, 0.6  #: largest displacement in the picture relative to its extent, largest rotation [rad]

@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation_arrays import times
-
-Array = NDArray[np.float64]
 
 GROUND = -1  #: the track of frames that do not move
 TOGETHER = 256  #: number of spots that are evaluated at once
@@ -96,7 +95,7 @@ class Tracks:
 
     scene: Scene  #: the model
     t: Array  #: (N,) [s]: times of the frames
-    rows: NDArray[np.int64]  #: (N,) of int: rows of the trajectory that the frames show
+    rows: Integers  #: (N,) of int: rows of the trajectory that the frames show
     tracks: list[str]  #: names of bodies, or of frames on bodies that deform
     #: (N, T, 3) [m, m, rad] or (N, T, 7) [m, 1]: poses of the tracks; in space with quaternions (w, x, y, z)
     poses: Array

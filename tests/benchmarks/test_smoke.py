@@ -173,6 +173,11 @@ def test_discontinuities():
     assert int(located.split()[7]) == 4 and int(without.split()[7]) == 0
 
 
+def test_event_costs():
+    lines = list(script("event_costs").lines(10))
+    assert [line.split()[-4] for line in lines[1:]] == ["10", "10", "100", "10", "100"]
+
+
 @pytest.mark.filterwarnings("ignore")  # of the other program
 def test_work_precision(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))

@@ -33,6 +33,7 @@ def pendulum(action, start=0):
         ("reinit(J.w, -1/(x - x));", ["reinit of J.w", "t = 0.25", "-inf"]),
         ("reinit(x, log(0*x - 1));", ["reinit of x", "nan"]),
         ("reinit(b.vy, 1 m/s);", ["reinit of b.vy", "t = 0.25", "the constraints do not allow"]),
+        ("reinit(b.vy, 1 nm/s);", ["reinit of b.vy", "t = 0.25", "the constraints do not allow"]),
         ("reinit(J.w, 1 rad/s); reinit(b.w, 2 rad/s);", ["reinit of J.w, b.w", "the constraints do not allow"]),
     ],
 )

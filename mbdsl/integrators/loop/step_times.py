@@ -4,8 +4,6 @@ Steps of fixed length start at START + step h, which sums up no rounding errors.
 reached, and ends exactly at the stop time or at the next known event if it reaches that.
 """
 
-from __future__ import annotations
-
 from numpy import floor, inf
 
 from mbdsl.integrators.loop import loop_state as S
@@ -65,6 +63,16 @@ def at_stop(run):
         reals[S.NOW] = max(reals[S.NOW], reals[S.STOP])
         return True
     return False
+
+
+@kernel
+def passed(t0, h, run):
+    """The time up to which a step of length h from t0 has output: a last step that ends at an event has that of the
+    stop time, too [s]."""
+    reals = run.reals
+    if reals[S.TOL] > 0.0 and reals[S.STOP] - (t0 + h) <= 4.0 * reals[S.LEAST_H]:
+        return max(t0 + h + 1e-9 * h, reals[S.STOP])
+    return t0 + h + 1e-9 * h
 
 
 @kernel

@@ -10,8 +10,6 @@ of order 2. If forces jump, a step across the switch may have no solution. There
 for which Newton's iteration has failed.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.kernels import buffer_layout as L

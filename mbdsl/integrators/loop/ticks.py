@@ -10,8 +10,6 @@ c_a h^e_a da + c_f dQ/m in its coordinates and c_l dlam in its constraints, with
 number of ticks. The record of the clocks is described in :mod:`mbdsl.system.clock_tables`.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor, solve
 from mbdsl.integrators.loop.run_data import evaluate, inertia

@@ -73,7 +73,7 @@ FORBIDDEN = {
     "editor": ("mbdsl.compilation", "mbdsl.system", *(name for name in NUMERICS if name != "networkx")),
     "lang": ("mbdsl.compilation", *NUMERICS),
     "mechanism": ("mbdsl.compilation", "mbdsl.numerics", *(name for name in NUMERICS if name != "networkx")),
-    "mechanism/reduction": ("mbdsl.storage",),
+    "mechanism/reduction": tuple(f"mbdsl.storage.{name}" for name in ("cache_folder", "folder_rights", "output_files")),
     "system": ("mbdsl.lang",),
     "integrators": ("mbdsl.lang", "mbdsl.initial"),
     "simulation": ("mbdsl.studies",),
