@@ -49,7 +49,7 @@ verification/*
 !verification/test_default_steps.py*
 !verification/test_double_pendulum.py*
 !verification/test_event_costs.py*
-verification/test_event_costs.py::test_many_samples*1000000*
+verification/test_event_costs.py::test_many_samples*million*
 !verification/test_doubts.py*
 !verification/test_drift.py*
 verification/test_drift.py*radau13*
