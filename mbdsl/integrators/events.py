@@ -282,8 +282,8 @@ class Events:
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
-        if struck:
-            self._cut = []
+        if struck or (self.set is not None and self.set.contacts is not None and self.set.contacts.eased):
+            struck, self._cut = True, []  # and so do shares of friction, which change ever more often until it slides
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
@@ -296,7 +296,7 @@ class Events:
         error of a time that was located ``s`` behind a step.
         """
         speed = float(np.abs(v * self.system.tables.scale).max(initial=0.0))
-        late = 4.0 * max(ROUNDED / speed if speed > 0.0 else 0.0, LOCATED * s, self.run.reals[S.LEAST_H])
+        late = 4.0 * max(ROUNDED / speed if speed > 1e-290 else 0.0, LOCATED * s, self.run.reals[S.LEAST_H])
         there = self.system.moved(q, late * v)
         changes = (self.system.switches(t, q, v, lam) != self.system.switches(t, there, v, lam)).any()
         return there if changes else q
