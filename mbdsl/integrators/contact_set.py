@@ -31,7 +31,7 @@ from mbdsl.mechanism.contacts import (
     SLIDING,
     SLOW,
     held,
-    held_by_others,
+    idle,
     number,
 )
 from mbdsl.numerics import contact_modes
@@ -117,7 +117,7 @@ class ContactSet:
         for c, (row, *slips) in zip(self.contacts, self.all_rows, strict=True):
             own |= {row, *slips}
             inactive |= {row} if values[number(c.name, MODE)] != CLOSED else set()
-            inactive |= {x for k, x in enumerate(slips) if held_by_others(values[number(c.name, HELD)], k)}
+            inactive |= {x for k, x in enumerate(slips) if idle(values[number(c.name, HELD)], k)}
         return tuple(sorted({row for row in left_out if row not in own} | inactive))
 
     def all_open(self, values: dict[str, float]) -> bool:

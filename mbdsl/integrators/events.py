@@ -47,8 +47,9 @@ Way = Callable[[float], tuple[Array, Array]]  #: time from the end of a step -> 
 #: order above which the acceleration is not constant over the remaining time, and order above which steps end at the
 #: corners of forces
 PRECISE, CORNERED = 5, 8
-#: a run makes no progress if more than this number of events lie within this part of its length
-CROWD, STANDSTILL = 10, 1e-5
+#: a run makes no progress if more than this number of events lie within this part of its length, and of the length of
+#: this number of steps without events: a relay that switches in every step of a long run makes progress
+CROWD, STANDSTILL, STEPS = 10, 1e-5, 100.0
 #: nor with this number within this part: it would take hours
 MANY, HARDLY = 200, 1e-4
 #: the same number of events at times that are known in advance, as at the knots of a table of time: there is an end to
@@ -458,7 +459,12 @@ class Events:
     def _stands_still(self, t: float) -> bool:
         """Whether steps are cut short again and again, which happens also without events."""
         self._cut = [*self._cut[1 - 2 * MANY :], t]
-        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * self.run.span
+        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * self._horizon
+
+    @property
+    def _horizon(self) -> float:
+        """The time in which a run without chattering has few events [s]."""
+        return min(self.run.span, STEPS * float(self.run.reals[S.UNCUT] or self.run.span))
 
     def _around(self, t: float, q: Array, v: Array, lam: Array) -> list[Switch]:
         """The switches that differ between the state at t and the end of the last attempt or its search."""
@@ -534,12 +540,12 @@ class Events:
 
     def _progress(self, t: float, states: States) -> int:
         """Record an event at t not known in advance; return SLIDING if events make no progress, else RUNNING."""
-        if self._recent and t - self._recent[0][0] > STANDSTILL * self.run.span:
+        length = self._horizon
+        if self._recent and t - self._recent[0][0] > STANDSTILL * length:
             self._recent = []
         self._recent.append((t, states))
-        span = self.run.span
         self._found = [*self._found[-MANY:], t]
-        if len(self._found) > MANY and t - self._found[0] < HARDLY * span:
+        if len(self._found) > MANY and t - self._found[0] < HARDLY * length:
             return S.SLIDING
         return S.SLIDING if len(self._recent) > CROWD else S.RUNNING
 

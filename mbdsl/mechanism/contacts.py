@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mbdsl.elements import of_variant
 from mbdsl.elements.kind import JointKind
@@ -15,7 +15,7 @@ from mbdsl.expressions.symbolic import Expr, call, const, input_signal, multipli
 #: than its rounding error, or than that of the contacts by which it is closed
 MODE, COUNT, IMPULSE, EDGE = "mode", "count", "impulse", "edge"
 #: of one with friction. COEFFICIENT: of the force along the slip, by the normal force. SLIDING: the sense of sliding.
-#: HELD: whether it sticks, see ``held_by_others``. SLOW: the speed that counts as rest. ALONG, ALONG_2, in space: the
+#: HELD: whether it sticks, see ``held``. SLOW: the speed that counts as rest. ALONG, ALONG_2, in space: the
 #: direction of the slip at the last event
 COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2 = "coefficient", "sliding", "held", "slow", "along", "along_2"
 #: the forces that it carries besides the multipliers of its rows, where contacts hold the same motion
@@ -38,9 +38,10 @@ def held(by_others: Sequence[bool]) -> float:
     return 1.0 + sum(2.0**k for k, x in enumerate(by_others) if x)
 
 
-def held_by_others(held: float, k: int) -> bool:
-    """Whether the row of slip k, from 0, does not act: the contact does not stick, or other rows hold it."""
-    return not held or bool((int(held) - 1) >> k & 1)
+def idle(held: Any, k: int) -> Any:
+    """Whether the row of slip k, from 0, does not act, by the number HELD: the contact does not stick, or the rows of
+    others hold it."""
+    return (held - 1.0) // 2.0**k % 2.0 != 0.0
 
 
 def carried(contact: str, k: int) -> Expr:
