@@ -56,8 +56,8 @@ KIND = JointKind(
     ),
     relations=("gap",),
     velocity_rows=("slip",),
-    reactions=(Signal("force", "N", "-lam[1]", "contact force, which opens the gap"),),
-    friction="number[5]*lam[1] + lam[2]",
+    reactions=(Signal("force", "N", "carried[1]", "contact force, which opens the gap"),),
+    friction="number[5]*lam[1] - carried[2]",
     results=(
         Signal("active", "1", "min(1, number[1])", "1 while the contact lasts, else 0"),
         Signal("impacts", "1", "number[2]", "number of impacts so far"),
@@ -79,5 +79,5 @@ IN_SPACE = in_space(
         *KIND.parameters[2:],
     ),
     velocity_rows=("slip", "slip_2"),
-    friction="number[5]*lam[1] + hypot(lam[2], lam[3])",
+    friction="number[5]*lam[1] + hypot(carried[2], carried[3])",
 )

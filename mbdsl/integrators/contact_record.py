@@ -1,6 +1,6 @@
 """What contacts do in the steps of a method that solves them itself, entered into their numbers and the history.
 
-The numbers have the same meaning as in runs that locate events (:mod:`mbdsl.system.contact_numbers`): signals and
+The numbers have the same meaning as in runs that locate events (:mod:`mbdsl.mechanism.contacts`): signals and
 accelerations follow from them. The friction of a contact that slides is its number COEFFICIENT times the normal force,
 that of one that sticks is the multiplier of its slip.
 """
@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.integrators.event_set import EventSet
-from mbdsl.numerics.contact_modes import OPEN, SENSE, STICK, Modes
-from mbdsl.system import System
-from mbdsl.system.contact_numbers import (
+from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
     CLOSED,
@@ -28,7 +26,9 @@ from mbdsl.system.contact_numbers import (
     SLOW,
     number,
 )
-from mbdsl.system.contact_numbers import OPEN as NO_CONTACT
+from mbdsl.mechanism.contacts import OPEN as NO_CONTACT
+from mbdsl.numerics.contact_modes import OPEN, SENSE, STICK, Modes
+from mbdsl.system import System
 
 Array = NDArray[np.float64]
 

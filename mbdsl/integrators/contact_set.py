@@ -4,30 +4,19 @@ Where a gap closes, Newton's law of restitution (:mod:`mbdsl.numerics.impact`) g
 contact whose further impacts would end within a very short time comes to rest at once. The contacts at rest close if
 the accelerations without them would close their gaps: a closed contact is a row of the constraints, and opens where its
 reaction would pull. Rows that depend on those of other closed contacts are left out. Friction is part of both problems:
-a contact that sticks has the rows of its slip as well, one that slides has mu N against it.
-
-With J the rows of all other constraints and W those of the contacts, one of the gap of each and those of its slips,
-Delassus's matrix is G = W X, where
-
-    [[M, J^T], [J, 0]] [X; .] = [W^T; 0]
+a contact that sticks has the rows of its slip as well, one that slides has mu N against it. Of contacts that hold the
+same motion, each carries a share of the forces, besides the multipliers of its own rows that are independent.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators.friction_set import FrictionSet
-from mbdsl.numerics import contact_modes
-from mbdsl.numerics.contact_modes import SENSE, STICK, Contacts, independent_rows, painleve
-from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_sequence
-from mbdsl.numerics.saddle_point import dense, least_squares
-from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations
-from mbdsl.system.contact_numbers import (
+from mbdsl.integrators.touching import Touching, reduced, senses
+from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
     CLOSED,
@@ -39,10 +28,20 @@ from mbdsl.system.contact_numbers import (
     IMPULSE,
     MODE,
     OPEN,
+    SHARES,
     SLIDING,
     SLOW,
+    held,
+    idle,
     number,
 )
+from mbdsl.numerics import contact_modes
+from mbdsl.numerics.contact_modes import SENSE, STICK, Contacts, independent_rows, painleve
+from mbdsl.numerics.friction_shares import active, at_rest, exerted
+from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_sequence
+from mbdsl.numerics.saddle_point import dense, least_squares
+from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
 
@@ -55,7 +54,7 @@ NEVER = -1e300  #: the gap [m] at which a contact closes that is left out
 ROUNDED = 64.0 * float(np.finfo(float).eps)
 #: speed of a gap, relative to the fastest motion, that counts as rest; and relative to the size over the run
 REST, STILL = 1e-10, 1e-13
-SAME = 1e-13  #: relative change of velocities that is rounding
+SAME, NOTHING = 1e-13, 1e-30  #: change of velocities that is rounding, relative to them; and over the run
 #: a contact rests if its impacts end within this part of the tolerance, and of a run, or within this part of a run
 OF_TOLERANCE, LEAST = 1e-3, 2e-14
 LOOSEST = 1e-5  #: tolerance that counts, of runs with fixed steps too
@@ -69,24 +68,6 @@ class UnsolvedContactsError(InitialisationError):
     """No impulses or reactions satisfy the laws of the contacts."""
 
 
-class Touching(NamedTuple):
-    """The contacts (numbers) whose gaps are closed, their rows W (r, n), X (n, r), and the problem with G (r, r)."""
-
-    which: NDArray[np.int64]
-    W: Array
-    X: Array
-    laws: Contacts
-
-    @property
-    def normals(self) -> list[int]:
-        return self.laws.first
-
-    def only(self, at: NDArray[np.int64]) -> Touching:
-        """Some of the contacts."""
-        rows = [r for i in at for r in range(self.normals[i], self.normals[i] + self.laws.sizes[i])]
-        return Touching(self.which[at], self.W[rows], self.X[:, rows], self.laws.only(at.tolist()))
-
-
 class ContactSet:
     """The rigid contacts of a run of ``system``.
 
@@ -94,6 +75,10 @@ class ContactSet:
     ----------
     struck : bool
         Whether the last event was an impact.
+    eased : bool
+        Whether contacts that hold the same motion have got other shares of it.
+    shared : list of (float, tuple of str)
+        Times [s] at which contacts stick that hold the same motion, and their names.
     """
 
     def __init__(self, system: System) -> None:
@@ -102,7 +87,9 @@ class ContactSet:
         self.rows = np.array([rows[0] for rows in self.all_rows], int)
         self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
-        self.shortest, self.struck, self.span = 0.0, False, 1.0
+        self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
+        self.shared: list[tuple[float, tuple[str, ...]]] = []
+        self._shared: tuple[tuple, Array] | None = None  # of the last event: time, contacts and modes, and shares
         self._before: tuple[float, dict[str, float]] = np.nan, {}  # time of the last event, and values before it
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: dict[str, float]) -> None:
@@ -113,7 +100,7 @@ class ContactSet:
         InitialisationError
             If bodies overlap.
         """
-        size, self._before = self.system.tables.size, (np.nan, {})
+        size, self._before, self.shared, self._shared = self.system.tables.size, (np.nan, {}), [], None
         self._release(values)
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
@@ -131,7 +118,7 @@ class ContactSet:
         for c, (row, *slips) in zip(self.contacts, self.all_rows, strict=True):
             own |= {row, *slips}
             inactive |= {row} if values[number(c.name, MODE)] != CLOSED else set()
-            inactive |= set(slips) if slips and not values[number(c.name, HELD)] else set()
+            inactive |= {x for k, x in enumerate(slips) if idle(values[number(c.name, HELD)], k)}
         return tuple(sorted({row for row in left_out if row not in own} | inactive))
 
     def all_open(self, values: dict[str, float]) -> bool:
@@ -157,7 +144,7 @@ class ContactSet:
         InitialisationError
             If no impulses or reactions satisfy the laws of the contacts.
         """
-        self.struck = False
+        self.struck = self.eased = False
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
         gaps = self._gaps(t, q)
         near = np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size
@@ -177,9 +164,9 @@ class ContactSet:
                 others = friction.left_out(others, values)
                 touching = self._touching(t, q, v, which, others)
             v = self._lasting(t, q, v, touching, others, before, values)
-        scale = self.system.tables.scale
+        size, scale = self.system.tables.size, self.system.tables.scale
         change, fastest = (float(np.abs(x * scale).max(initial=0.0)) for x in (v - given, given))
-        return q, given if change <= SAME * fastest else v
+        return q, given if change <= SAME * fastest + NOTHING * size / self.span else v
 
     def _release(self, values: dict[str, float]) -> None:
         """Open all contacts."""
@@ -187,7 +174,7 @@ class ContactSet:
             values[number(c.name, MODE)] = OPEN
             values[number(c.name, EDGE)] = NEVER if c.absent else -ROUNDING * self.system.tables.size
             if c.slips:
-                values |= {number(c.name, x): 0.0 for x in (COEFFICIENT, SLIDING, HELD, ALONG, ALONG_2)}
+                values |= {number(c.name, x): 0.0 for x in (COEFFICIENT, SLIDING, HELD, ALONG, ALONG_2, *SHARES)}
                 for name in (COEFFICIENT, SLIDING):
                     self.system.set_input(number(c.name, name), 0.0)
 
@@ -304,35 +291,35 @@ class ContactSet:
         rows = [r for k in at for r in range(N[k], N[k] + touching.laws.sizes[k])]
         own, u, b = touching.only(at), u[rows], b[rows]
         edge = self._slow_slip(v)
-        slips = self._senses(own, u, edge)
+        slips = senses(own, u, edge)
         each = enumerate(zip(own.which, slips, strict=True))
         last = tuple(self._last(k, sense, u[own.laws.tangents(i)], before) for i, (k, sense) in each)
-        laws, turn = self._reduced(own, u, slips)
+        laws, turn = reduced(own, u, slips)
         if (paradox := painleve(laws)) is not None:
             raise self._paradox(t, int(own.which[paradox[0]]), paradox[1])
-        found = contact_modes.solve(laws, turn @ b, last, independent=True)
+        found = at_rest(laws, turn @ b, last)
         if found is None:
             raise self._unsolvable("reactions", t, own.which)
         P, modes = found
         modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         w = turn @ b + laws.G @ P
-        active = self._active(laws, P, modes)
-        if len(sharing := [k for i, k in enumerate(own.which) if self._shares(laws, i, modes[i], active)]):
-            raise self._not_unique(t, sharing)
+        act = active(laws, P, modes)
+        shares = self._shares(t, own, laws, P, modes, turn @ b, act)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
             name = self.contacts[k].name
             n = laws.first[i]
-            if n in active:
+            if n in act:
                 values[number(name, MODE)] = CLOSED
-            elif mode != contact_modes.OPEN or not independent_rows(laws.G, [*active, n])[-1]:
+            elif mode != contact_modes.OPEN or not independent_rows(laws.G, [*act, n])[-1]:
                 values[number(name, MODE)] = DEPENDENT
                 values[number(name, EDGE)] = -0.5 * OVERLAP * self.system.tables.size
-            if self.contacts[k].slips and n in active:
-                self._rub(name, laws, i, mode, (u[own.laws.tangents(i)], w[laws.tangents(i)]), edge, active, values)
-        if not active:
+            if self.contacts[k].slips and (n in act or mode == STICK):
+                values[number(name, SLOW)] = edge
+                values |= self._rub(name, laws, i, mode, u[own.laws.tangents(i)], w[laws.tangents(i)], act, shares)
+        if not act:
             return v
-        J, rate = turn[active] @ own.W, turn[active] @ u
-        X = own.X @ turn[active].T
+        J, rate = turn[act] @ own.W, turn[act] @ u
+        X = own.X @ turn[act].T
         return v - X @ least_squares(J @ X, rate, DEPENDS)
 
     def _opening(
@@ -352,16 +339,6 @@ class ContactSet:
         fastest = float(np.abs(v * tables.scale).max(initial=0.0))
         return tables.size * (SLIP_OF_SIZE / self.span + SLIP_OF_SPEED * fastest)
 
-    @staticmethod
-    def _senses(own: Touching, u: Array, edge: float) -> tuple[int, ...]:
-        """Of each contact the sign of its slip, 1 if this has two directions; 0 of those at rest."""
-        found = []
-        for i, size in enumerate(own.laws.sizes):
-            slip = u[own.laws.tangents(i)]
-            moves = size > 1 and np.linalg.norm(slip) > edge
-            found.append(0 if not moves else 1 if size == 3 else int(np.sign(slip[0])))
-        return tuple(found)
-
     def _last(self, k: int, slides: int, slip: Array, before: dict[str, float]) -> int:
         """The present mode of contact k, which is tried first; one that has just begun to slide goes on."""
         contact = self.contacts[k]
@@ -372,68 +349,41 @@ class ContactSet:
             sense = 0
         return {0: STICK, 1: contact_modes.FORWARD, -1: contact_modes.BACKWARD}[sense]
 
-    @staticmethod
-    def _reduced(own: Touching, u: Array, slips: tuple[int, ...]) -> tuple[Contacts, Array]:
-        """The problem in which contacts in space that slide have friction along their slip alone, and the matrix
-        (rows, r) of its rows."""
-        laws, rows, sizes = own.laws, [], []
-        every = np.eye(len(u))
-        for i, (n, size) in enumerate(zip(laws.first, laws.sizes, strict=True)):
-            rows.append(every[n : n + 1])
-            T = laws.tangents(i)
-            along = size == 3 and slips[i]
-            rows.append((u[T] / np.linalg.norm(u[T])) @ every[T] if along else every[T])
-            sizes.append(2 if along else size)
-        turn = np.vstack(rows) if rows else np.zeros((0, 0))
-        return Contacts(turn @ laws.G @ turn.T, tuple(sizes), laws.mu, slips, laws.mu_s), turn
-
-    @staticmethod
-    def _active(laws: Contacts, P: Array, modes: contact_modes.Modes) -> list[int]:
-        """Independent rows of the contacts that are closed, those with the largest reactions first, and of those that
-        stick."""
-        held = laws.held(modes)
-        normals = sorted(set(held) & set(laws.first), key=lambda r: -P[r])
-        order = [*normals, *(r for r in held if r not in set(normals))]
-        return [r for r, x in zip(order, independent_rows(laws.G, order), strict=True) if x]
+    def _shares(
+        self, t: float, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, b: Array, act: list[int]
+    ) -> Array:
+        """The part (r,) of the forces P that is not that of the rows ``act`` alone; in further rounds of an event the
+        same, which rounding would change."""
+        same = (t, own.which.tolist(), modes)
+        if self._shared is not None and self._shared[0] == same:
+            self.eased = bool(self._shared[1].any())
+            return self._shared[1]
+        C = exerted(laws, modes, act)
+        shares = P - C @ least_squares((laws.G @ C)[act], -b[act], DEPENDS)
+        shares[np.abs(shares) <= VANISHED * np.abs(P).max(initial=0.0)] = 0.0
+        of = zip(own.which, laws.first, laws.sizes, modes, strict=True)
+        names = tuple(self.contacts[k].name for k, n, size, mode in of if mode == STICK and shares[n : n + size].any())
+        if len(names) > 1 and (not self.shared or self.shared[-1][1] != names):
+            self.shared.append((t, names))
+        self._shared, self.eased = (same, shares), bool(shares.any())
+        return shares
 
     @staticmethod
     def _rub(
-        name: str,
-        laws: Contacts,
-        i: int,
-        mode: int,
-        motion: tuple[Array, Array],
-        edge: float,
-        active: list[int],
-        values: dict[str, float],
-    ) -> None:
-        """Set the numbers of friction of contact i; ``motion``: its slip, and the acceleration of it."""
-        slip, begins = motion
-        values[number(name, SLOW)] = edge
+        name: str, laws: Contacts, i: int, mode: int, slip: Array, begins: Array, act: list[int], shares: Array
+    ) -> dict[str, float]:
+        """The numbers of friction of contact i, which has a ``slip`` with the accelerations ``begins``."""
+        n, T = laws.first[i], laws.tangents(i)
         if mode == STICK:
-            values[number(name, HELD)] = 1.0
-            return
+            found = {number(name, HELD): held([row not in act for row in range(T.start, T.stop)])}
+            return found | {number(name, SHARES[k]): float(x) for k, x in enumerate(shares[n : T.stop])}
         sense = SENSE[mode]
-        values[number(name, COEFFICIENT)] = -sense * laws.limit(i, mode)
-        values[number(name, SLIDING)] = sense
+        found = {number(name, COEFFICIENT): -sense * laws.limit(i, mode), number(name, SLIDING): sense}
         if len(slip) > 1:
             along = slip if laws.slides(i) else begins
             along = along / (np.linalg.norm(along) or 1.0)
-            values[number(name, ALONG)], values[number(name, ALONG_2)] = map(float, along)
-
-    @staticmethod
-    def _shares(laws: Contacts, i: int, mode: int, active: list[int]) -> bool:
-        """Whether contact i sticks, and other contacts hold its slip as well."""
-        T = laws.tangents(i)
-        return mode == STICK and laws.first[i] in active and not {*range(T.start, T.stop)} <= {*active}
-
-    def _not_unique(self, t: float, which: list[int]) -> UnsolvedContactsError:
-        names = ", ".join(f"`{self.contacts[k].name}`" for k in which)
-        return UnsolvedContactsError(
-            f"friction of {names} at rest at t = {t:.9g} s is not unique: other contacts hold the same motion",
-            self.contacts[which[0]].span,
-            "give friction to fewer of them, take contacts with stiffness `k`, or the method moreau-jean",
-        )
+            found |= {number(name, x): float(d) for x, d in zip((ALONG, ALONG_2), along, strict=True)}
+        return found
 
     def _paradox(self, t: float, k: int, mu: float) -> UnsolvedContactsError:
         contact = self.contacts[k]

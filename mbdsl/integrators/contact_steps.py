@@ -23,11 +23,11 @@ from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.contact_record import ContactRecord, Step
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.mechanism.contacts import FRICTION
 from mbdsl.numerics.contact_modes import OPEN, STICK, Contacts, Modes
 from mbdsl.numerics.impact import UnsolvableError, in_sequence, separating
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.accelerations import balance
-from mbdsl.system.contact_numbers import FRICTION
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]

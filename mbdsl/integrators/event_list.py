@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import leaves
+from mbdsl.mechanism.contacts import COUNT, HELD, MODE, OPEN, number
 from mbdsl.mechanism.sticking import SLIDING
-from mbdsl.system.contact_numbers import COUNT, HELD, MODE, OPEN, number
 
 if TYPE_CHECKING:
     from mbdsl.integrators.event_set import EventSet

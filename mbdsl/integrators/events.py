@@ -48,8 +48,9 @@ Way = Callable[[float], tuple[Array, Array]]  #: time from the end of a step -> 
 #: order above which the acceleration is not constant over the remaining time, and order above which steps end at the
 #: corners of forces
 PRECISE, CORNERED = 5, 8
-#: a run makes no progress if more than this number of events lie within this part of its length
-CROWD, STANDSTILL = 10, 1e-5
+#: a run makes no progress if more than this number of events lie within this part of its length, and of the length of
+#: this number of steps without events: a relay that switches in every step of a long run makes progress
+CROWD, STANDSTILL, STEPS = 10, 1e-5, 100.0
 #: nor with this number within this part: it would take hours
 MANY, HARDLY = 200, 1e-4
 #: the same number of events at times that are known in advance, as at the knots of a table of time: there is an end to
@@ -293,8 +294,8 @@ class Events:
         # methods of order 2 pass corners of functions of time, unless the step is rejected
         timed = known or all(_of_time(x) for x in _changed(system, old, new))
         struck = self.set is not None and self.set.struck  # impacts that become ever shorter come to rest
-        if struck:
-            self._cut = []
+        if struck or (self.set is not None and self.set.contacts is not None and self.set.contacts.eased):
+            struck, self._cut = True, []  # and so do shares of friction, which change ever more often until it slides
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
             status = self.set.status or (S.RUNNING if known else status)
@@ -307,7 +308,7 @@ class Events:
         error of a time that was located ``s`` behind a step.
         """
         speed = float(np.abs(v * self.system.tables.scale).max(initial=0.0))
-        late = 4.0 * max(ROUNDED / speed if speed > 0.0 else 0.0, LOCATED * s, self.run.reals[S.LEAST_H])
+        late = 4.0 * max(ROUNDED / speed if speed > 1e-290 else 0.0, LOCATED * s, self.run.reals[S.LEAST_H])
         there = self.system.moved(q, late * v)
         changes = (self.system.switches(t, q, v, lam) != self.system.switches(t, there, v, lam)).any()
         return there if changes else q
@@ -467,7 +468,12 @@ class Events:
     def _stands_still(self, t: float) -> bool:
         """Whether steps are cut short again and again, which happens also without events."""
         self._cut = [*self._cut[1 - 2 * MANY :], t]
-        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * self.run.span
+        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * self._horizon
+
+    @property
+    def _horizon(self) -> float:
+        """The time in which a run without chattering has few events [s]."""
+        return min(self.run.span, STEPS * float(self.run.reals[S.UNCUT] or self.run.span))
 
     def _around(self, t: float, q: Array, v: Array, lam: Array) -> list[Switch]:
         """The switches that differ between the state at t and the end of the last attempt or its search."""
@@ -556,12 +562,12 @@ class Events:
 
     def _progress(self, t: float, states: States) -> int:
         """Record an event at t not known in advance; return SLIDING if events make no progress, else RUNNING."""
-        if self._recent and t - self._recent[0][0] > STANDSTILL * self.run.span:
+        length = self._horizon
+        if self._recent and t - self._recent[0][0] > STANDSTILL * length:
             self._recent = []
         self._recent.append((t, states))
-        span = self.run.span
         self._found = [*self._found[-MANY:], t]
-        if len(self._found) > MANY and t - self._found[0] < HARDLY * span:
+        if len(self._found) > MANY and t - self._found[0] < HARDLY * length:
             return S.SLIDING
         return S.SLIDING if len(self._recent) > CROWD else S.RUNNING
 

@@ -23,7 +23,7 @@ from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.sticking import DRIVEN, EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
-from mbdsl.system import contact_numbers as contacts
+from mbdsl.mechanism import contacts
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.paradox import paradox
 from mbdsl.system.signals import gradients, values

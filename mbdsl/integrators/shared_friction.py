@@ -3,9 +3,7 @@
 Of the rows that hold joints, those are left out that depend on others. All multipliers that give the same accelerations
 are lam + Z y, with Z the null space of the transposed rows. Joints can stay at rest if |F_i| <= mu_s N_i for some y.
 Shares in proportion to mu_s N are those of the least sum of |F_i|^2/(mu_s N_i), which are linear in lam. If they do not
-satisfy this, a linear program looks for others, with the largest reserve s:
-
-    max s,   u . F_i(y) <= mu_s (N_i(y) - s N_i(0))      for directions u, to which those of F_i are added
+satisfy this, a linear program looks for others (:mod:`mbdsl.numerics.friction_shares`).
 """
 
 from __future__ import annotations
@@ -16,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from mbdsl.kernels.arrays import Array
-from mbdsl.mechanism.sticking import MARGIN, Sticking
+from mbdsl.mechanism.sticking import Sticking
+from mbdsl.numerics.friction_shares import Limits, largest_reserve
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
 Joints = Sequence[tuple[Sticking, list[int]]]  #: joints and the rows that hold them
 DEPENDENT = 1e-9  #: part of a row of length one that others leave, and counts as zero
-DIRECTIONS = 30  #: most directions of the friction of a joint that are added
 TINY = float(np.finfo(float).tiny)
 
 
@@ -44,20 +42,6 @@ class RowsHeld(NamedTuple):
     rows: list[int]
     kept: list[int]
     Z: Array
-
-
-class Limits(NamedTuple):
-    """Friction of joints: their places among the rows, mu_s (k,), and N (k,) with its derivatives by y (k, d)."""
-
-    own: list[list[int]]
-    mu: Array
-    N: Array
-    slope: Array
-
-    def exceeded(self, F: Array, y: Array) -> list[int]:
-        """The joints whose friction F (rows,) is larger than it can be."""
-        most = self.mu * (self.N + self.slope @ y) * (1.0 + 0.5 * MARGIN)
-        return [i for i, own in enumerate(self.own) if not np.linalg.norm(F[own]) <= most[i]]
 
 
 def independent(system: System, at: At, left_out: tuple[int, ...], rows: list[int]) -> RowsHeld:
@@ -98,7 +82,7 @@ def share(system: System, at: At, joints: Joints, held: RowsHeld, lam: Array) ->
     ways = np.linalg.lstsq(weight * Z, weight * E, rcond=None)[0]
     S, multipliers = E - Z @ ways, lam[held.rows]
     if limits.exceeded(S @ multipliers, -ways @ multipliers):
-        y = _largest_reserve(E @ multipliers, Z, limits)
+        y = largest_reserve(E @ multipliers, Z, limits)
         if y is None:
             return None
         change = (E - S) @ multipliers + Z @ y
@@ -118,25 +102,3 @@ def _normals(system: System, at: At, joints: Joints, Z: Array, lam: Array) -> tu
     inputs = {name: np.full(count, x) for name, x in at.numbers.items()}
     found = np.array(values(system, [x.normal for x, _ in joints], t, q, v, many, inputs))
     return found[:, 0], (found[:, 1 : 1 + d] - found[:, 1 + d :]) / (2 * step)
-
-
-def _largest_reserve(F: Array, Z: Array, limits: Limits) -> Array | None:
-    """y (d,) of the largest reserve of friction F + Z y; None if some joint has none."""
-    from scipy.optimize import linprog
-
-    own, mu, N, slope = limits
-    d = Z.shape[1]
-    cuts = [(i, u) for i, which in enumerate(own) for e in np.eye(len(which)) for u in (e, -e)]
-    for _ in range(DIRECTIONS):
-        A = [[*(u @ Z[own[i]] - mu[i] * slope[i]), mu[i] * N[i]] for i, u in cuts]
-        b = [mu[i] * N[i] - u @ F[own[i]] for i, u in cuts]
-        found = linprog([0.0] * d + [-1.0], A, b, bounds=[(None, None)] * d + [(None, 1.0)])
-        if found.status != 0 or found.x[-1] < -0.5 * MARGIN:
-            return None
-        y = found.x[:-1]
-        carried = F + Z @ y
-        over = limits.exceeded(carried, y)
-        if not over:
-            return y
-        cuts += [(i, carried[own[i]] / np.linalg.norm(carried[own[i]])) for i in over]
-    return None

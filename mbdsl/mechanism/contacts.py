@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mbdsl.elements import of_variant
 from mbdsl.elements.kind import JointKind
@@ -15,10 +15,12 @@ from mbdsl.expressions.symbolic import Expr, call, const, input_signal, multipli
 #: than its rounding error, or than that of the contacts by which it is closed
 MODE, COUNT, IMPULSE, EDGE = "mode", "count", "impulse", "edge"
 #: of one with friction. COEFFICIENT: of the force along the slip, by the normal force. SLIDING: the sense of sliding.
-#: HELD: whether it sticks. SLOW: the speed that counts as rest. ALONG, ALONG_2, in space: the direction of the slip at
-#: the last event
+#: HELD: whether it sticks, see ``held``. SLOW: the speed that counts as rest. ALONG, ALONG_2, in space: the
+#: direction of the slip at the last event
 COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2 = "coefficient", "sliding", "held", "slow", "along", "along_2"
-NUMBERS = (MODE, COUNT, IMPULSE, EDGE, COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2)
+#: the forces that it carries besides the multipliers of its rows, where contacts hold the same motion
+SHARES = ("share[1]", "share[2]", "share[3]")
+NUMBERS = (MODE, COUNT, IMPULSE, EDGE, COEFFICIENT, SLIDING, HELD, SLOW, ALONG, ALONG_2, *SHARES)
 #: modes: OPEN; CLOSED by its row; DEPENDENT: closed by the rows of others
 OPEN, CLOSED, DEPENDENT = 0.0, 1.0, 2.0
 FRICTION = "ContactFriction"  #: kind of the force that is the friction of a contact
@@ -29,6 +31,22 @@ MARGIN = 1e-8
 def number(contact: str, what: str) -> str:
     """The name of a number of a contact among the discrete variables."""
     return f"{contact}.{what}"
+
+
+def held(by_others: Sequence[bool]) -> float:
+    """The number HELD of a contact that sticks; ``by_others``: which of its slips the rows of others hold."""
+    return 1.0 + sum(2.0**k for k, x in enumerate(by_others) if x)
+
+
+def idle(held: Any, k: int) -> Any:
+    """Whether the row of slip k, from 0, does not act, by the number HELD: the contact does not stick, or the rows of
+    others hold it."""
+    return (held - 1.0) // 2.0**k % 2.0 != 0.0
+
+
+def carried(contact: str, k: int) -> Expr:
+    """The force along row k, from 0, of a contact with friction: opens the gap, or acts along a slip."""
+    return input_signal(number(contact, SHARES[k])) - multiplier(contact, k)
 
 
 class Contact(NamedTuple):
@@ -67,9 +85,9 @@ class Contact(NamedTuple):
             along = [input_signal(number(self.name, x)) for x in (ALONG, ALONG_2)]
             speed = along[0] * self.slips[0] + along[1] * self.slips[1] - 0.5 * call("hypot", *self.slips)
         stops = call("and", call("ne", sliding, 0.0), call("lt", speed, -0.5 * slow))
-        friction = [multiplier(self.name, k + 1) for k in range(len(self.slips))]
+        friction = [carried(self.name, k + 1) for k in range(len(self.slips))]
         size = call("abs", *friction) if len(friction) == 1 else call("hypot", *friction)
-        most = self.mu_s * (1.0 + MARGIN) * -multiplier(self.name, 0)
+        most = self.mu_s * (1.0 + MARGIN) * carried(self.name, 0)
         slips = call("and", call("ne", held, 0.0), call("lt", most, size))
         return call("or", self.closing, call("or", stops, slips))
 
@@ -84,7 +102,10 @@ def contact_of(component) -> Contact:
     name, values = component.name, component.values
     mode, edge = input_signal(number(name, MODE)), input_signal(number(name, EDGE))
     closes = call("and", call("ne", mode, CLOSED), call("lt", component.relations[0], edge))
-    opens = call("and", call("eq", mode, CLOSED), call("lt", 0.0, multiplier(name, 0)))
+    pulls = (
+        call("lt", carried(name, 0), 0.0) if component.velocity_constraints else call("lt", 0.0, multiplier(name, 0))
+    )
+    opens = call("and", call("eq", mode, CLOSED), pulls)
     own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
     sequential = values["impacts"] == "sequential"
     absent, unit = values["impacts"] == "never", component.units.get("gap", "m")

@@ -215,6 +215,10 @@ class Formulas:
             return self.contacts[index].signal(name) if index in self.contacts else 0.0
         if name == "lam":
             return multiplier(self.name, index - 1) if index <= self._multipliers else 0.0
+        if name == "carried":  # of a rigid contact
+            if self._multipliers == 1:
+                return -multiplier(self.name, 0)
+            return contacts.carried(self.name, index - 1) if index <= self._multipliers else 0.0
         if name == "grip":
             return multiplier(sticking.row_name(self.name, index - 1), 0)
         if name == "place":

@@ -82,7 +82,7 @@ def _by_modes(
     modes = []
     for c in scene.contacts:
         modes.append(known_number(contacts.number(c.name, contacts.MODE)) == contacts.CLOSED)
-        modes += [known_number(contacts.number(c.name, contacts.HELD)) != 0.0 for _ in c.slips]
+        modes += [~contacts.idle(known_number(contacts.number(c.name, contacts.HELD)), k) for k in range(len(c.slips))]
     modes += [known_number(name) != 0.0 for x in scene.sticking for name in x.held]
     holds = np.stack(modes, axis=1)
     a, lam, undetermined = np.zeros((len(t), system.n)), np.zeros((len(t), system.m + system.p)), []

@@ -20,7 +20,7 @@ from mbdsl.integrators.event_list import Group, kind
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import sticking
-from mbdsl.mechanism.contacts import CLOSED, COUNT, HELD, MODE, number
+from mbdsl.mechanism.contacts import COUNT, HELD, MODE, number
 
 #: what a change of the number of a component is called; of several at one time, impacts are the first
 IMPACT, CLOSES, OPENS, STICKS, SLIDES = "impact", "rest", "opening", "sticking", "sliding"
@@ -60,29 +60,30 @@ def sequence(events: EventSet) -> list[Event]:
         for x in events.acted
         for branch in x.branches
     ]
-    for own, value, rises, falls in _watched(events):
+    for own, zero, rises, falls in _watched(events):
         if own in events.names:
-            found += _changes(events, own, value, rises, falls)
+            found += _changes(events, own, zero, rises, falls)
     return sorted(found, key=lambda x: (x.t, ORDER.get(x.kind, ""), x.source))
 
 
-def _watched(events: EventSet) -> Iterable[tuple[str, float | None, str, str]]:
-    """Numbers of components, with the value at which their event begins, and what its begin and its end are called."""
+def _watched(events: EventSet) -> Iterable[tuple[str, bool | None, str, str]]:
+    """Numbers of components, whether their event begins where they are zero, or where they are not, and what its begin
+    and its end are called."""
     scene = events.system.scene
     for contact in scene.contacts:
         yield number(contact.name, COUNT), None, IMPACT, ""
-        yield number(contact.name, MODE), CLOSED, CLOSES, OPENS
-        yield number(contact.name, HELD), 1.0, STICKS, SLIDES
+        yield number(contact.name, MODE), False, CLOSES, OPENS
+        yield number(contact.name, HELD), False, STICKS, SLIDES
     for joint in scene.sticking:
-        yield sticking.number(joint.name, sticking.SLIDING), 0.0, STICKS, SLIDES
+        yield sticking.number(joint.name, sticking.SLIDING), True, STICKS, SLIDES
 
 
-def _changes(events: EventSet, own: str, value: float | None, rises: str, falls: str) -> list[Event]:
-    """The events of one number; ``value`` None: every change of it is one."""
+def _changes(events: EventSet, own: str, zero: bool | None, rises: str, falls: str) -> list[Event]:
+    """The events of one number; ``zero`` None: every change of it is one."""
     k, source = 1 + events.names.index(own), own.rpartition(".")[0]
     times = np.concatenate([rows[:, 0] for rows in events.history])
     x = np.concatenate([rows[:, k] for rows in events.history])
-    state = x if value is None else (x == value).astype(float)
+    state = x if zero is None else ((x == 0.0) == zero).astype(float)
     at = 1 + np.flatnonzero(np.diff(state))
     return [Event(float(times[i]), rises if state[i] > state[i - 1] else falls, source) for i in at.tolist()]
 

@@ -308,20 +308,65 @@ def test_three_feet_slide():
     assert found["b.vx"][-1] == pytest.approx(3 - 0.3 * G * 0.5)
 
 
-def test_friction_at_rest_that_is_not_unique_in_space():
-    contacts = ", ".join(
-        f"c{i}(gap = b.{f}.z, slip = b.{f}.vx, slip_2 = b.{f}.vy, mu = 0.3, e = 0)" for i, f in enumerate("pqr")
-    )
-    text = f"""
-spatial model Tripod
-  Ground ground(n = {{0, 0, -1}});
-  Body b(m = 1 kg, I = {{{{0.1, 0, 0}}, {{0, 0.1, 0}}, {{0, 0, 0.1}}}}*1 kg.m2,
-    frames(p = {{1 m, 1 m, -0.1 m}}, q = {{1 m, -1 m, -0.1 m}}, r = {{-1 m, 0.1 m, -0.1 m}}));
-  Contact {contacts};
+FEET_IN_SPACE = """
+spatial model Table
+  Ground ground(n = {{{sin}, 0, -{cos}}});
+  Body b(m = 2 kg, I = {{{{0.1, 0, 0}}, {{0, 0.1, 0}}, {{0, 0, 0.1}}}}*1 kg.m2, frames(
+    p = {{0.3 m, 0.2 m, -0.1 m}}, q = {{0.3 m, -0.2 m, -0.1 m}}, r = {{-0.3 m, 0.2 m, -0.1 m}},
+    s = {{-0.3 m, -0.2 m, -0.1 m}}, at = {{0, 0, {height} m}}));
+  Force push(b.at, fx = {push});
+  Contact {feet};
 initial equation
-  b.x = 0 m; b.y = 0 m; b.z = 0.1 m; b.vx = 0 m/s; b.vy = 0 m/s; b.vz = 0 m/s;
+  b.x = 0 m; b.y = 0 m; b.z = {z} m; b.vx = 0 m/s; b.vy = 0 m/s; b.vz = 0 m/s;
   b.wx = 0 rad/s; b.wy = 0 rad/s; b.wz = 0 rad/s;
-end Tripod;
+end Table;
 """
-    with pytest.raises(InitialisationError, match="not unique"):
-        mbdsl.simulate(mbdsl.parse(text), step=2.5e-3, stop=0.1)
+
+
+def table(push="0 N", height=0.0, tilt=0.0, z=0.1, feet="pqrs"):
+    """A table on feet with mu = 0.5, at heights of 0.1 m below its centre."""
+    each = (f"{f}(gap = b.{f}.z, slip = b.{f}.vx, slip_2 = b.{f}.vy, mu = 0.5, e = 0)" for f in feet)
+    given = {"sin": np.sin(tilt), "cos": np.cos(tilt), "push": push, "height": height, "z": z}
+    return mbdsl.parse(FEET_IN_SPACE.format(feet=", ".join(each), **given))
+
+
+@pytest.mark.parametrize("height", [-0.1, 0.1])
+@pytest.mark.parametrize("options", [{"step": 5e-3}, {"method": "radau5", "tol": 1e-8}], ids=str)
+def test_a_table_on_four_feet_begins_to_slide(options, height):
+    """The sum of friction is mu m g, however weight and friction are shared; pushed 20 cm above the floor, the front
+    feet carry more by F h/l. A push of 20 N/s reaches it at t, and v = ((F + mu m g)/2 - mu m g)(1 - t)/m."""
+    run = mbdsl.simulate(table("time*20 N/(1 s)", height), stop=1.0, **options)
+    t = 0.5 * 2 * G / 20
+    rests = run.t < t - 1e-6
+    assert run["b.vx"][-1] == pytest.approx((10 * (1 - t * t) - 0.5 * 2 * G * (1 - t)) / 2, rel=1e-7)
+    assert np.abs([run[f"b.{x}"][rests] for x in ("x", "y", "wz")]).max() < 1e-12
+    force = {f: run[f"{f}.force"][rests] for f in "pqrs"}
+    np.testing.assert_allclose(sum(force.values()), 2 * G, rtol=1e-9)
+    moment = (0.1 + height) * 20 * run.t[rests]
+    np.testing.assert_allclose(0.3 * (force["p"] + force["q"] - force["r"] - force["s"]), moment, atol=1e-8)
+    for f in "pqrs":
+        assert (run[f"{f}.friction"][rests] <= 0.5 * force[f] * (1 + 1e-6)).all()
+    assert any("friction of p, q, r, s is not unique from t = 0 s on" in x for x in run.stats["warnings"])
+
+
+@pytest.mark.parametrize(("part", "slides"), [(0.999, False), (1.001, True)])
+def test_a_table_on_an_incline(part, slides):
+    """It slides from atan(mu) on."""
+    slope = np.arctan(part * 0.5)
+    run = mbdsl.simulate(table(tilt=slope), stop=0.2, step=5e-3)
+    a = G * (np.sin(slope) - 0.5 * np.cos(slope)) if slides else 0.0
+    assert run["b.vx"][-1] == pytest.approx(0.2 * a, rel=1e-6, abs=1e-13)
+
+
+def test_a_table_lands_rests_is_pushed_slides_and_stops():
+    """It lands after sqrt(2 h/g), is pushed with 2 mu m g from 0.3 s to 0.5 s, and slides as far again until 0.7 s."""
+    run = mbdsl.simulate(
+        table("if time > 0.3 s and time < 0.5 s then 19.62 N else 0 N", -0.1, z=0.15), stop=1, step=5e-3
+    )
+    touch = min(e.t for e in run.events if e.kind == "impact")
+    assert touch == pytest.approx(np.sqrt(2 * 0.05 / G), rel=1e-9)
+    assert np.abs(run["b.x"][run.t < 0.3]).max() < 1e-12
+    assert run["b.x"][-1] == pytest.approx(0.5 * G * 0.2**2, rel=1e-6)
+    rests = run.t > 0.701
+    np.testing.assert_array_equal(run["b.x"][rests], run["b.x"][-1])
+    assert sum(run[f"{f}.force"][-1] for f in "pqrs") == pytest.approx(2 * G)

@@ -89,3 +89,26 @@ def test_the_shell_ends_with_code_4_and_the_line(tmp_path, capsys):
     assert main(["simulate", str(path), "--stop", "3", "--output", str(tmp_path / "h.csv")]) == 4
     error = capsys.readouterr().err
     assert "h.mbd:10:8" in error and "hysteresis" in error
+
+
+RELAY = """
+  Boolean on(start = true);
+  Force f(b.c, fy = 9.81 N + (if on then 1 N else -1 N));
+initial equation
+  rail.s = 0 m; rail.v = 0 m/s;
+equation
+  when rail.v > {half} m/s then on = false; elsewhen rail.v < -{half} m/s then on = true; end when;
+  when time > {end} s then terminate("a part of the run"); end when;
+end H;"""
+
+
+@pytest.mark.parametrize("half", [0.25e-3, 1e-6])
+@pytest.mark.parametrize("given", [{"tol": 1e-3}, {"step": 1e-3}], ids=str)
+def test_a_relay_is_no_chatter_in_a_long_run(half, given):
+    """With 1 m/s2 it switches every 2 half seconds, at 1 kHz and 250 kHz, of a run of an hour."""
+    text = MODEL.partition("  {declared}")[0] + RELAY.format(half=half, end=100 * half)
+    run = mbdsl.simulate(mbdsl.parse(text), stop=3600.0, **given)
+    assert run.t[-1] == pytest.approx(100 * half, rel=1e-6)
+    switched = [e.t for e in run.events if e.kind == "when"]
+    np.testing.assert_allclose(switched, half * (1 + 2 * np.arange(50)), rtol=1e-6)
+    assert np.abs(run["rail.v"]).max() <= half * (1 + 1e-6)
