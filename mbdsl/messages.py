@@ -1,4 +1,4 @@
-"""Common phrases of messages, and escaping of characters for terminals and pages.
+"""Common phrases of messages, values with their units, and escaping of characters for terminals and pages.
 
 A model may contain escape sequences that clear a screen or write to the clipboard, overrides of the writing direction,
 which make a line read as another one, and characters without a width. ``visible`` replaces all of them by their
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 FORMULA = tuple("=+-@＝＋－＠")  #: characters that begin a formula in a cell of a spreadsheet
 
@@ -110,3 +111,26 @@ def width(text: str) -> int:
 def _blank(c: str) -> bool:
     """Whether ``c`` is a space of any width; str.isprintable() is false for most of them."""
     return unicodedata.category(c) == "Zs"
+
+
+@dataclass(frozen=True)
+class DisplayUnit:
+    """A unit in which a value is displayed: its symbol, and its size in the unit of the value."""
+
+    symbol: str = ""
+    factor: float = 1.0
+
+    def text(self, value: float, digits: int = 6) -> str:
+        """A value in SI units with this unit: 30 deg."""
+        return f"{value / self.factor:.{digits}g} {self.symbol}".rstrip()
+
+
+class UnitsOfSignals:
+    """The units in which signals are displayed: their own. ``mbdsl.lang.display_units`` has those that differ."""
+
+    def of(self, unit: str, name: str = "") -> DisplayUnit:
+        """The unit in which the signal ``name``, whose values are in ``unit``, is displayed."""
+        return DisplayUnit(unit)
+
+
+OWN = UnitsOfSignals()

@@ -25,14 +25,13 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.analysis import operating_points
 from mbdsl.analysis.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.analysis.operating_points import about
 from mbdsl.analysis.tangent_bases import Moving, Still, of_positions
-from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Complex
 from mbdsl.lang.display_units import in_units
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
@@ -46,10 +45,8 @@ if TYPE_CHECKING:
     from mbdsl.plotting.figures import Table
     from mbdsl.viewing.mode_animation import ModeAnimation
 
-Complex = NDArray[np.complex128]
 
 COUNT = 10  #: default number of modes
-CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 LARGEST_MOVING = 3000  #: largest number of unknowns for modes about a motion, which use dense matrices
 
 

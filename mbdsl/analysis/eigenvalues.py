@@ -6,17 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.analysis.tangent_bases import Moving, Still
-from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Complex
 from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, largest, null_space, row_size, scaled
 from mbdsl.system import System
 
-Complex = NDArray[np.complex128]
 ROUNDING = 1e-14  #: frequency, relative to the highest one, that is zero
-CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
 
 class Projected(NamedTuple):

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
@@ -31,7 +30,7 @@ from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import count, few
+from mbdsl.messages import UnitsOfSignals, count, few
 from mbdsl.numerics.saddle_point import Array
 from mbdsl.simulation.steady_start import AtRest
 from mbdsl.simulation.trajectory import Trajectory
@@ -241,8 +240,12 @@ def prepare(
     announce: Callable[[str], None] | None,
     units: str | Iterable[str] | None = None,
 ) -> tuple[System, mechanism_graph.MechanismGraph]:
-    """The System of a model as written, with its code loaded or compiled, and its graph."""
-    return prepared(in_units(as_scene(model, parameters, without), units), announce)
+    """The System of a model as written, without contacts that are left out, with its code loaded or compiled, and its
+    graph."""
+    scene = as_scene(model, parameters, without)
+    if scene.contacts and all(c.absent for c in scene.contacts):
+        scene = scene.without_contacts()
+    return prepared(in_units(scene, units), announce)
 
 
 @blame_model

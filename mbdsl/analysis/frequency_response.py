@@ -25,6 +25,7 @@ from mbdsl.analysis.linearisation import equations_of, outputs_of
 from mbdsl.analysis.operating_points import At, OperatingPoint
 from mbdsl.analysis.response_results import Peak, Response
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array, Complex
 from mbdsl.lang import units
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.display_units import in_units
@@ -38,8 +39,6 @@ from mbdsl.results.selection import split
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 #: amplitude of an input over the angular frequency -> the power of w
 AMPLITUDES = {"1": 0, "w": 1, "w^2": 2, "1/w": -1, "1/w^2": -2}

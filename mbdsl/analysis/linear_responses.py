@@ -6,11 +6,11 @@ from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array, Complex
 
-Array = NDArray[np.float64]
 POINTS = 501  #: of a response without given times or frequencies
 DEPENDENT = 1e10  #: condition number of eigenvectors that do not tell the parts of modes apart
 SETTLED = 7.0  #: duration of a step response in time constants of the slowest pole
@@ -29,37 +29,21 @@ class Linear(Protocol):
 
 
 class StepResponse(NamedTuple):
-    """The response to a unit step of each input at t = 0, as deviations from the state.
+    """The response to a unit step of each input at t = 0, as deviations from the state."""
 
-    Attributes
-    ----------
-    t : (N,) [s]
-    y : (N, o, i)
-        Output o for a step of input i.
-    """
-
-    t: Array
-    y: Array
+    t: Array  #: (N,) [s]
+    y: Array  #: (N, o, i): output o for a step of input i
 
 
 class FrequencyResponse(NamedTuple):
-    """The response to harmonic inputs, C (j w I - A)^{-1} B + D.
+    """The response to harmonic inputs, C (j w I - A)^{-1} B + D."""
 
-    Attributes
-    ----------
-    f : (N,) [Hz]
-    amplitude : (N, o, i)
-        Amplitude of output o for a unit amplitude of input i.
-    phase : (N, o, i) [rad]
-        Without jumps along f.
-    """
-
-    f: Array
-    amplitude: Array
-    phase: Array
+    f: Array  #: (N,) [Hz]
+    amplitude: Array  #: (N, o, i): amplitude of output o for a unit amplitude of input i
+    phase: Array  #: (N, o, i) [rad]: without jumps along f
 
 
-def poles(linear: Linear) -> NDArray[np.complex128]:
+def poles(linear: Linear) -> Complex:
     """The eigenvalues (r,) of A [1/s], the slowest first."""
     found = np.linalg.eigvals(linear.A) if len(linear.A) else np.zeros(0)
     return np.asarray(found[np.lexsort((found.imag, np.abs(found)))], complex)
@@ -124,7 +108,7 @@ class Transfer:
         self.T, Q = schur(A, output="complex") if len(A) else (np.zeros((0, 0), complex), np.zeros((0, 0)))
         self.B, self.C, self.D = Q.conj().T @ B, C @ Q, D
 
-    def _states(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def _states(self, s: Complex) -> Complex:
         """(s I - T)^{-1} B(s) (N, r, i), by back substitution for all s at once."""
         x = np.tensordot(s[:, None] ** np.arange(len(self.B)), self.B, 1)
         for k in reversed(range(len(self.T))):
@@ -132,25 +116,25 @@ class Transfer:
             x[:, k] /= (s - self.T[k, k])[:, None]
         return x
 
-    def at(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def at(self, s: Complex) -> Complex:
         """The values (N, o, i) at the complex frequencies s (N,) [1/s]."""
         direct = np.tensordot(s[:, None] ** np.arange(len(self.D)), self.D, 1)
         return np.asarray(np.moveaxis(np.tensordot(self.C, self._states(s), (1, 1)), 0, 1) + direct)
 
-    def size(self, s: NDArray[np.complex128]) -> Array:
+    def size(self, s: Complex) -> Array:
         """The sums (N, o, i) of the absolute values of the terms of :meth:`at`, to which its rounding errors belong."""
         direct = np.tensordot(np.abs(s[:, None]) ** np.arange(len(self.D)), np.abs(self.D), 1)
         return np.asarray(np.moveaxis(np.tensordot(np.abs(self.C), np.abs(self._states(s)), (1, 1)), 0, 1) + direct)
 
     @cached_property
-    def _modal(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]] | None:
+    def _modal(self) -> tuple[Complex, Complex, Complex] | None:
         """The poles (r,), C V (o, r) and V^{-1} B (k, r, i) with the eigenvectors V; None if they are dependent."""
         values, V = np.linalg.eig(self.T)
         if len(values) and np.linalg.cond(V) > DEPENDENT:
             return None
         return values, self.C @ V, np.linalg.solve(V, self.B) if len(values) else self.B
 
-    def entry(self, s: NDArray[np.complex128], output: int, input: int) -> NDArray[np.complex128]:
+    def entry(self, s: Complex, output: int, input: int) -> Complex:
         """The values (N,) of one entry of :meth:`at`, faster and with larger rounding errors: as a sum over modes."""
         if self._modal is None:
             return self.at(s)[:, output, input]
@@ -160,7 +144,7 @@ class Transfer:
             parts = left[output] * (powers @ right[:, :, input]) / (s[:, None] - values)
         return np.asarray(parts.sum(axis=1) + powers @ self.D[:, output, input])
 
-    def shares(self, s: complex, output: int, input: int) -> tuple[NDArray[np.complex128], Array]:
+    def shares(self, s: complex, output: int, input: int) -> tuple[Complex, Array]:
         """The poles (r,), and the absolute value of the part of each in one entry of :meth:`at`; 1 if not known."""
         if self._modal is None:
             return np.diag(self.T), np.ones(len(self.T))

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from mbdsl.analysis.equilibria import prepare, settle
-from mbdsl.errors import UsageError
+from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.expressions.symbolic import is_velocity_level, walk
 from mbdsl.initial.consistent import initial_position, initial_state
+from mbdsl.integrators.contact_set import OVERLAP
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene
@@ -22,6 +24,7 @@ from mbdsl.simulation.diagnostics.uncertain_turns import uncertain
 from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.simulate import simulate
 from mbdsl.simulation.steady_start import settled
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import values
@@ -131,12 +134,12 @@ def find(
         scene, at = with_initial(scene, at), "start"
     if at != "static":
         scene, _ = settled(scene, None, announce)
-    system, mechanism = prepare(scene, None, (), announce)
-    start = float(system.scene.experiment.start)
+    start = float(scene.experiment.start)
     name = with_values or (at if isinstance(at, str) else f"t = {float(at):g} s")
     if not isinstance(at, str) and float(at) < start:
         raise UsageError(f"at: t = {float(at):g} s is before the start of the run, {start:g} s")
     if at == "static":
+        system, mechanism = prepare(scene, None, (), announce)
         found = settle(system, start, initial_position(system, mechanism, start))
         rest, notes, states = np.zeros(system.n), found.notes, {c.name for c in system.scene.states()}
         given = [x for x in system.scene.initial if x.name not in states]
@@ -146,14 +149,20 @@ def find(
         v = rest if found.v is None else found.v
         return OperatingPoint(system, name, found.t, found.q, v, rest, found.lam, found.left_out, notes)
     if at == "start" or at == start:
+        system, mechanism = prepare(scene.without_contacts() if scene.contacts else scene, None, (), announce)
         first = initial_state(system, mechanism, start)
+        at_start = np.array([start]), first.q[None], first.v[None]
+        gaps = values(system, [c.gap for c in scene.contacts], *at_start)
+        _check_open(scene, [gap[0] <= OVERLAP * system.tables.size for gap in gaps])
         found = OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])
         return _with_friction(found)
     assert not isinstance(at, str)
     for outputs in OUTPUTS:  # as many as show the turns of angles
-        run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start) / outputs, announce=announce)
+        run = simulate(scene, stop=float(at), interval=abs(float(at) - start) / outputs, announce=announce)
         if not uncertain(run):
             break
+    _check_open(scene, [run[f"{c.name}.active"][-1] > 0.0 for c in scene.contacts])
+    system, _ = prepare(_frozen(scene, run), None, (), announce)
     t, q, v = float(run.t[-1]), run.q[-1], run.v[-1]
     for body, angle in run.turns.items():
         system.set_turn(body, float(angle[-1]))
@@ -163,6 +172,24 @@ def find(
         system.set_first_angle(node, float(angle[-1]))
     a, lam = accelerations(system, t, q, v, run.left_out)
     return _with_friction(OperatingPoint(system, name, t, q, v, a, lam, tuple(run.left_out), []))
+
+
+def _check_open(scene: Scene, closed: Sequence[bool]) -> None:
+    """Refuse a state in which rigid contacts are closed: whether they open decides how the bodies move."""
+    for contact, last in zip(scene.contacts, closed, strict=True):
+        if last and not contact.absent:
+            message = f"linear models with a rigid contact that is closed, as `{contact.name}` is, are not available"
+            raise InitialisationError(
+                message, contact.span, "leave contacts out by `--without contact`, or give the stop a stiffness `k`"
+            )
+
+
+def _frozen(scene: Scene, run: Trajectory) -> Scene:
+    """The scene with open contacts, and with discrete variables as they are at the end of a run."""
+    events = scene.events
+    now = {name: replace(x, start=float(run[name][-1])) for name, x in events.variables.items() if name in run}
+    frozen = replace(scene, events=replace(events, variables={**events.variables, **now}))
+    return frozen.without_contacts() if scene.contacts else frozen
 
 
 def _with_friction(point: OperatingPoint) -> OperatingPoint:

@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from mbdsl.kernels.arrays import Array, Complex
+
 Of = Callable[[Array], Complex]  #: frequencies (N,) [Hz] -> responses (N, o, i)
 
 EACH, LEAST, MOST = 60, 201, 6000  #: points of a decade; least and largest number of points

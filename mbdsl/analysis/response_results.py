@@ -8,22 +8,19 @@ from os import PathLike
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mbdsl.analysis.eigenmodes import Modes
 from mbdsl.analysis.operating_points import about
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array, Complex
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import few
+from mbdsl.messages import DisplayUnit, few
 from mbdsl.system import System
 
 if TYPE_CHECKING:
     from mbdsl.plotting.figures import Table
     from mbdsl.plotting.signal_plots import Plot
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 class Peak(NamedTuple):

@@ -17,7 +17,7 @@ from mbdsl.plotting.terminal_text import text_width
 
 if TYPE_CHECKING:
     from mbdsl.analysis.response_results import Peak, Response
-    from mbdsl.display_unit import DisplayUnit
+    from mbdsl.messages import DisplayUnit
 
 WIDTH = 80  #: columns where the width of the terminal is not known
 PAIRS = 12  #: largest number of pairs of outputs and inputs whose values are printed

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, Pose
 from mbdsl.elements.kind import JointKind
@@ -22,7 +21,6 @@ from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size
 from mbdsl.system import System
 from mbdsl.system.signals import gradients
 
-Complex = NDArray[np.complex128]
 CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
 LEAST = 1e-3  #: sine of the angle below which a row does not separate directions

@@ -13,13 +13,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.beam_stations import on_axis
 from mbdsl.bodies.contract import Described, Pose
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.banded_cholesky import cholesky
-
-Array = NDArray[np.float64]
 
 #: quadrature points and weights on [0, 1]
 LOBATTO3 = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6

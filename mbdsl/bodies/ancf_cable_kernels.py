@@ -133,25 +133,6 @@ def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
 
 
 @kernel
-def collect(block, vectors, frames, numbers, layout):
-    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, C.WRENCH, C.LEVER, L.FORCE, vectors, frames, numbers, layout)
-
-
-@kernel
-def collect_with_mu(block, vectors, frames, numbers, layout):
-    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu."""
-    gather(block, C.WRENCH, C.LEVER, L.FORCE, vectors, frames, numbers, layout)
-    gather(block, C.MU_WRENCH, C.LEVER, L.FORCE2, vectors, frames, numbers, layout)
-
-
-@kernel
-def collect_past(block, vectors, frames, numbers, layout):
-    """vectors[PAST_FORCE] += B^T F with the wrenches of psi and the slopes at the start of the step."""
-    gather(block, C.PAST_WRENCH, C.PAST_LEVER, L.PAST_FORCE, vectors, frames, numbers, layout)
-
-
-@kernel
 def curvature(ax, ay, bx, by):
     """K, K_r', K_r'' and 1/|r'|^2 for r' = a, r'' = b."""
     d = 1.0 / (ax * ax + ay * ay)

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mbdsl.kernels.arrays import Array
+
 Reference = Literal["pinned-pinned", "clamped-free", "mean-axis"]
 
 GAUSS = 4  #: points per element; exact to degree 7, while v v and x^2 v' v' have degree 6

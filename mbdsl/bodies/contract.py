@@ -24,9 +24,9 @@ from types import ModuleType
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mbdsl.kernels.arrays import Array
+
 Pose = Any  #: a tuple of floats: (x, y, phi), or in space origin and axes (12 numbers)
 #: largest rotation of a section [rad] in theories of small deformation; their relative error is about its square
 LARGEST_BEND = 0.5
@@ -56,10 +56,9 @@ def kernels(mass: int) -> dict[str, str]:
     found = {
         # frames: pose and rate of every frame, and zero wrenches
         "move": "block, vectors, frames, numbers, layout",
-        "collect": f"block, vectors, frames, {numbers}layout",  # row FORCE += B^T F with the wrench F of every frame
-        "collect_with_mu": f"block, vectors, frames, {numbers}layout",  # also row FORCE2, with those of mu
-        # row PAST_FORCE += B^T F with the wrenches of psi, at the pose of the step's start
-        "collect_past": f"block, vectors, frames, {numbers}layout",
+        # ``row`` += B^T F with the wrench F and the lever of every frame, in the columns of frames from ``wrench`` and
+        # ``lever`` on; with PAST_FORCE at the pose of the step's start
+        "gather": f"block, wrench, lever, row, vectors, frames, {numbers}layout",
         "jacobians": "block, vectors, frames, numbers, layout",  # numbers: B = dz/dq and (B v)_q of every frame
     }
     if mass > 0:
@@ -76,13 +75,15 @@ def kernels(mass: int) -> dict[str, str]:
 
 
 def optional_kernels(mass: int) -> dict[str, str]:
-    """Optional kernels: without ``stiffness``, B is constant; without ``keep``, ``collect_past`` needs no storage.
+    """Optional kernels: without ``stiffness``, B is constant; without ``keep``, ``gather`` needs no storage.
 
     A body whose coordinates are charts of its rotation in a step (:mod:`mbdsl.integrators.loop.rotation_chart`) has all
     three kernels ``step_jacobians``, ``step_tangents`` and ``past_jacobians``.
     """
     numbers = "numbers, " if mass else ""
     return {
+        # ``gather`` of the wrenches to FORCE and of those of mu to FORCE2, where one loop is faster
+        "collect_with_mu": f"block, vectors, frames, {numbers}layout",
         "stiffness": f"block, cK, frames, {numbers}layout, matrix",  # matrix += cK (-d(B^T F)/dq) at the wrenches F
         # numbers: (B v)_q += the change of B v by that of the velocities due to the chart
         "step_jacobians": "block, cK, cD, vectors, frames, numbers, layout",
@@ -90,7 +91,7 @@ def optional_kernels(mass: int) -> dict[str, str]:
         "step_tangents": "block, factors, vectors, frames, numbers, layout, matrix",
         # numbers: with cG, B is replaced by that of the start of the step, in the present axes of the rotation
         "past_jacobians": "block, cG, frames, numbers, layout",
-        "keep": "block, numbers, layout",  # numbers: stores the data of the start of the step for ``collect_past``
+        "keep": "block, numbers, layout",  # numbers: stores the data of the start of the step for ``gather``
     }
 
 
@@ -152,6 +153,26 @@ class Body(Protocol):
 
     def bend(self, q: Array) -> Array:
         """The largest rotation (N,) [rad] that the theory assumes to be small; zeros if it assumes none to be."""
+
+
+class Undeformed:
+    """The members that a model has by default, of a body that does not deform and has no couplings."""
+
+    n: int
+    deforms = False
+    turn, counter = 0.0, -1
+
+    def couplings(self) -> list[tuple[int, int, float]]:
+        return []
+
+    def eliminate(self) -> Sequence[int]:
+        return range(self.n)
+
+    def dofs(self, pose: Pose) -> tuple[int, ...]:
+        return tuple(range(self.n))
+
+    def bend(self, q: Array) -> Array:
+        return np.zeros(len(q))
 
 
 @cache

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies import floating_beam_kernels as kernels
 from mbdsl.bodies.beam_stations import on_axis
 from mbdsl.bodies.contract import Described, Pose
 from mbdsl.bodies.floating_beam_integrals import Floating, discretise
 from mbdsl.bodies.uniform_beam import UniformBeam
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.banded_cholesky import cholesky
 
-Array = NDArray[np.float64]
 E_X = np.array([1.0, 0.0])
 
 

@@ -138,12 +138,9 @@ def keep(block, numbers, layout):
 
 
 @kernel
-def gather(block, places, row, vectors, frames, numbers, layout):
-    """vectors[row] += B^T F of every frame.
-
-    ``places``: the first columns of F and l in ``frames``, and the entry of a frame's record with the offset of A u_j.
-    """
-    wrench, lever, columns = places
+def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
+    """vectors[row] += B^T F of every frame, with F and l in the columns of frames from ``wrench`` and ``lever`` on."""
+    columns = 5 if row == L.PAST_FORCE else 4  # entry of a frame's record with the offset of A u_j
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d = layout[o + FIRST]
@@ -161,14 +158,8 @@ def gather(block, places, row, vectors, frames, numbers, layout):
 
 
 @kernel
-def collect(block, vectors, frames, numbers, layout):
-    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, (C.WRENCH, C.LEVER, 4), L.FORCE, vectors, frames, numbers, layout)
-
-
-@kernel
 def collect_with_mu(block, vectors, frames, numbers, layout):
-    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu, in the same loop."""
+    """``gather`` of the accumulated wrenches to FORCE, and of the wrenches of mu to FORCE2, in one loop."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d = layout[o + FIRST]
@@ -187,12 +178,6 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
                 i, ux, uy = d + 3 + layout[layout[r + 1] + j], numbers[u + j], numbers[u + k + j]
                 vectors[L.FORCE, i] += ux * fx + uy * fy + numbers[turn + j] * tau
                 vectors[L.FORCE2, i] += ux * gx + uy * gy + numbers[turn + j] * mu
-
-
-@kernel
-def collect_past(block, vectors, frames, numbers, layout):
-    """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
-    gather(block, (C.PAST_WRENCH, C.PAST_LEVER, 5), L.PAST_FORCE, vectors, frames, numbers, layout)
 
 
 @kernel

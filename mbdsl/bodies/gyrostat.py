@@ -51,9 +51,6 @@ class Gyrostat(SpatialRigid):
         # angles as the rotations of the body that they cause: steps are as long as the motion of the body permits
         return np.concatenate([super().scale(size), self._C / np.einsum("ki,ij,kj->k", self._n, self._J, self._n)])
 
-    def eliminate(self) -> Sequence[int]:
-        return range(self.n)
-
     def dofs(self, pose: Pose) -> tuple[int, ...]:
         return (*range(ANGLES), *(ANGLES - 1 + int(number) for number in pose[POINT:]))
 

@@ -87,39 +87,17 @@ def turn_axes(f, c, s, nx, ny, nz, frames):
 
 
 @kernel
-def gather_on_rotors(o, wrench, attitude_at, row, vectors, frames, numbers, layout):
-    """vectors[row] += the torques about the axles, of the record at ``o``; arguments as of ``rigid.gather``, and the
-    matrix of the attitude is at the offset ``attitude_at`` of the body's rotation in numbers."""
-    d, own, r = layout[o + FIRST] + ANGLES, numbers[layout[o + ROTATION] + attitude_at :], layout[o + ROTORS]
-    for k in range(layout[r + 2]):
-        f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
-        nx, ny, nz = axle(i, r, own, numbers, layout)
-        vectors[row, d + i] += nx * frames[f, wrench + 3] + ny * frames[f, wrench + 4] + nz * frames[f, wrench + 5]
-
-
-@kernel
-def collect(block, vectors, frames, numbers, layout):
-    rigid.collect(block, vectors, frames, numbers, layout)
-    for e in range(layout[block]):
-        gather_on_rotors(layout[block + 1] + RECORD * e, SPACE.WRENCH, R, L.FORCE, vectors, frames, numbers, layout)
-
-
-@kernel
-def collect_with_mu(block, vectors, frames, numbers, layout):
-    rigid.collect_with_mu(block, vectors, frames, numbers, layout)
+def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
+    """As of a rigid body; and vectors[row] += the torques about the axles."""
+    rigid.gather(block, wrench, lever, row, vectors, frames, numbers, layout)
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        gather_on_rotors(o, SPACE.WRENCH, R, L.FORCE, vectors, frames, numbers, layout)
-        gather_on_rotors(o, SPACE.MU_WRENCH, R, L.FORCE2, vectors, frames, numbers, layout)
-
-
-@kernel
-def collect_past(block, vectors, frames, numbers, layout):
-    rigid.collect_past(block, vectors, frames, numbers, layout)
-    for e in range(layout[block]):
-        gather_on_rotors(
-            layout[block + 1] + RECORD * e, SPACE.PAST_WRENCH, PAST, L.PAST_FORCE, vectors, frames, numbers, layout
-        )
+        own = numbers[layout[o + ROTATION] + (PAST if row == L.PAST_FORCE else R) :]
+        d, r = layout[o + FIRST] + ANGLES, layout[o + ROTORS]
+        for k in range(layout[r + 2]):
+            f, i = layout[r + 3 + 2 * k], layout[r + 4 + 2 * k]
+            nx, ny, nz = axle(i, r, own, numbers, layout)
+            vectors[row, d + i] += nx * frames[f, wrench + 3] + ny * frames[f, wrench + 4] + nz * frames[f, wrench + 5]
 
 
 @kernel

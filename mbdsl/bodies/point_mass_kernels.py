@@ -30,32 +30,13 @@ def move(block, vectors, frames, numbers, layout):
 
 
 @kernel
-def gather(block, wrench, row, vectors, frames, layout):
+def gather(block, wrench, lever, row, vectors, frames, layout):
     """vectors[row] += B^T F of every frame, with F in the columns of frames from ``wrench`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + FRAME], layout[o + FRAME] + layout[o + COUNT]):
             vectors[row, layout[o + FIRST]] += frames[f, wrench]
             vectors[row, layout[o + FIRST] + 1] += frames[f, wrench + 1]
-
-
-@kernel
-def collect(block, vectors, frames, layout):
-    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, C.WRENCH, L.FORCE, vectors, frames, layout)
-
-
-@kernel
-def collect_with_mu(block, vectors, frames, layout):
-    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu."""
-    collect(block, vectors, frames, layout)
-    gather(block, C.MU_WRENCH, L.FORCE2, vectors, frames, layout)
-
-
-@kernel
-def collect_past(block, vectors, frames, layout):
-    """vectors[PAST_FORCE] += B^T F with the wrenches of psi."""
-    gather(block, C.PAST_WRENCH, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel

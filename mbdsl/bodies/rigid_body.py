@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose
+from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose, Undeformed
 
 #: coordinates -> the directions of the rigid-body motions
 _DIRECTIONS = {n: np.eye(n, 3) for n in (2, 3)}
@@ -14,14 +14,11 @@ for _directions in _DIRECTIONS.values():
     _directions.flags.writeable = False
 
 
-class Rigid:
+class Rigid(Undeformed):
     """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle.
 
     Bodies with the same values share one model: it has no state.
     """
-
-    deforms = False
-    turn, counter = 0.0, -1
 
     def __init__(self, component: Described) -> None:
         self._mass = np.array(component.kind.table(component.values), float)
@@ -29,9 +26,6 @@ class Rigid:
 
     def mass(self) -> Array:
         return self._mass
-
-    def couplings(self) -> list[tuple[int, int, float]]:
-        return []
 
     def M(self, q: Array) -> Array:
         return np.diag(self._mass)
@@ -41,12 +35,6 @@ class Rigid:
 
     def scale(self, size: float) -> Array:
         return np.array([1.0 / size, 1.0 / size, 1.0])[: self.n]
-
-    def eliminate(self) -> Sequence[int]:
-        return range(self.n)
-
-    def dofs(self, pose: Pose) -> tuple[int, ...]:
-        return tuple(range(self.n))
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
         """First coordinate, first frame, number of frames, offset of their poses, slot (phi, phi) or (y, y)."""
@@ -99,9 +87,6 @@ class Rigid:
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         return 0.5 * v**2 @ self._mass, -self._mass[0] * (q[:, :2] @ g)
-
-    def bend(self, q: Array) -> Array:
-        return np.zeros(len(q))
 
 
 MODEL = Rigid

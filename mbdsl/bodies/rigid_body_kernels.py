@@ -58,14 +58,8 @@ def gather(block, wrench, lever, row, vectors, frames, layout):
 
 
 @kernel
-def collect(block, vectors, frames, layout):
-    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
-    gather(block, C.WRENCH, C.LEVER, L.FORCE, vectors, frames, layout)
-
-
-@kernel
 def collect_with_mu(block, vectors, frames, layout):
-    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
+    """``gather`` of the accumulated wrenches to FORCE, and of the wrenches of mu to FORCE2, in one loop."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         d = layout[o + FIRST]
@@ -84,12 +78,6 @@ def collect_with_mu(block, vectors, frames, layout):
         vectors[L.FORCE2, d] = mu_x
         vectors[L.FORCE2, d + 1] = mu_y
         vectors[L.FORCE2, d + 2] = mu_phi
-
-
-@kernel
-def collect_past(block, vectors, frames, layout):
-    """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
-    gather(block, C.PAST_WRENCH, C.PAST_LEVER, L.PAST_FORCE, vectors, frames, layout)
 
 
 @kernel

@@ -8,14 +8,12 @@ import numpy as np
 
 from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
 from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
-from mbdsl.bodies.contract import Array, Described, Pose
+from mbdsl.bodies.contract import Array, Described, Pose, Undeformed
 
 
-class SpatialPoint:
+class SpatialPoint(Undeformed):
     """A point mass with its position as coordinates."""
 
-    deforms = False
-    turn, counter = 0.0, -1
     n = 3
 
     def __init__(self, component: Described) -> None:
@@ -23,9 +21,6 @@ class SpatialPoint:
 
     def mass(self) -> Array:
         return np.full(3, self._m)
-
-    def couplings(self) -> list[tuple[int, int, float]]:
-        return []
 
     def M(self, q: Array) -> Array:
         return self._m * np.eye(3)
@@ -35,12 +30,6 @@ class SpatialPoint:
 
     def scale(self, size: float) -> Array:
         return np.full(3, 1.0 / size)
-
-    def eliminate(self) -> Sequence[int]:
-        return range(3)
-
-    def dofs(self, pose: Pose) -> tuple[int, ...]:
-        return tuple(range(3))
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
         """First coordinate, first frame, number of frames, offset of their axes."""
@@ -64,9 +53,6 @@ class SpatialPoint:
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         return 0.5 * self._m * (v**2).sum(axis=1), -self._m * (q @ g)
-
-    def bend(self, q: Array) -> Array:
-        return np.zeros(len(q))
 
 
 MODEL = SpatialPoint

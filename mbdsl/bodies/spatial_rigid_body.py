@@ -9,7 +9,7 @@ import numpy as np
 
 from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
 from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
-from mbdsl.bodies.contract import Array, Described, Pose
+from mbdsl.bodies.contract import Array, Described, Pose, Undeformed
 from mbdsl.bodies.spatial_rigid_body_kernels import POINT, ROTATION_SIZE
 from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
 
@@ -19,14 +19,12 @@ THIN = 1e-12
 KEPT = 5000
 
 
-class SpatialRigid:
+class SpatialRigid(Undeformed):
     """A rigid body with the position x of its centre of mass and the rotation vector of its attitude R.
 
     A pose has 12 entries: the position s of a frame, and its axes x, y, z, in the body's axes.
     """
 
-    deforms = False
-    turn, counter = 0.0, -1
     n = 6
 
     def __init__(self, component: Described) -> None:
@@ -45,10 +43,7 @@ class SpatialRigid:
         moving = np.eye(6)[:, : 0 if self._m > 0.0 else 3]
         return np.hstack([moving, np.vstack([np.zeros((3, axes.shape[1])), axes])])
 
-    def couplings(self) -> list[tuple[int, int, float]]:
-        return []  # they depend on the attitude in world axes: the kernels contain them
-
-    def M(self, q: Array) -> Array:
+    def M(self, q: Array) -> Array:  # in world axes its couplings depend on the attitude: the kernels contain them
         M = np.zeros((6, 6))
         M[:3, :3], M[3:, 3:] = self._m * np.eye(3), self._J
         return M
@@ -58,12 +53,6 @@ class SpatialRigid:
 
     def scale(self, size: float) -> Array:
         return np.array([1.0 / size] * 3 + [1.0] * 3)
-
-    def eliminate(self) -> Sequence[int]:
-        return range(6)
-
-    def dofs(self, pose: Pose) -> tuple[int, ...]:
-        return tuple(range(6))
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
         """First coordinate, first frame, number of frames, offsets of their poses and of the rotation, first slot, and
@@ -127,9 +116,6 @@ class SpatialRigid:
             "ki,ij,kj->k", v[:, 3:], self._J, v[:, 3:]
         )
         return kinetic, -self._m * (q[:, :3] @ g)
-
-    def bend(self, q: Array) -> Array:
-        return np.zeros(len(q))
 
 
 MODEL = SpatialRigid

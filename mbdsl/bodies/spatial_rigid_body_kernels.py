@@ -13,7 +13,6 @@ they change with the motion of the mechanism alone, and not with the spin of its
 psi in the coordinates and R_0, as a quaternion, in numbers.
 
 
-
 Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137, for the formulation on R^3 x SO(3).
 """
 
@@ -73,7 +72,7 @@ def move(block, vectors, frames, numbers, layout):
 
 @kernel
 def keep(block, numbers, layout):
-    """At the start of a step, store R for ``collect_past``."""
+    """At the start of a step, store R for ``gather`` of PAST_FORCE."""
     for e in range(layout[block] if layout[L.KEEP] else 0):
         own = numbers[layout[layout[block + 1] + RECORD * e + ROTATION] :]
         for j in range(9):
@@ -81,53 +80,28 @@ def keep(block, numbers, layout):
 
 
 @kernel
-def gather(o, wrench, lever, attitude_of, row, vectors, frames, layout):
-    """vectors[row] += B^T F of the frames of the body with the record at ``o``, with F and l in the columns of frames
-    from ``wrench`` and ``lever`` on; the torque is turned to body axes by the matrix ``attitude_of``."""
-    d, f0, count = layout[o + FIRST], layout[o + FRAME], layout[o + COUNT]
-    x, y, z, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for f in range(f0, f0 + count):
-        fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
-        lx, ly, lz = frames[f, lever], frames[f, lever + 1], frames[f, lever + 2]
-        x, y, z = x + fx, y + fy, z + fz
-        tx += frames[f, wrench + 3] + (ly * fz - lz * fy)
-        ty += frames[f, wrench + 4] + (lz * fx - lx * fz)
-        tz += frames[f, wrench + 5] + (lx * fy - ly * fx)
-    tx, ty, tz = turned_back(attitude_of, tx, ty, tz)
-    vectors[row, d] += x
-    vectors[row, d + 1] += y
-    vectors[row, d + 2] += z
-    vectors[row, d + 3] += tx
-    vectors[row, d + 4] += ty
-    vectors[row, d + 5] += tz
-
-
-@kernel
-def collect(block, vectors, frames, numbers, layout):
-    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
+def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
+    """vectors[row] += B^T F of every frame, with F and l in the columns of frames from ``wrench`` and ``lever`` on; the
+    torque is turned to body axes, of PAST_FORCE to those at the start of the step."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + ROTATION] :]
-        gather(o, SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames, layout)
-
-
-@kernel
-def collect_with_mu(block, vectors, frames, numbers, layout):
-    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
-    for e in range(layout[block]):
-        o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + ROTATION] :]
-        gather(o, SPACE.WRENCH, SPACE.LEVER, own, L.FORCE, vectors, frames, layout)
-        gather(o, SPACE.MU_WRENCH, SPACE.LEVER, own, L.FORCE2, vectors, frames, layout)
-
-
-@kernel
-def collect_past(block, vectors, frames, numbers, layout):
-    """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
-    for e in range(layout[block]):
-        o = layout[block + 1] + RECORD * e
-        own = numbers[layout[o + ROTATION] + PAST :]
-        gather(o, SPACE.PAST_WRENCH, SPACE.PAST_LEVER, own, L.PAST_FORCE, vectors, frames, layout)
+        d, f0, count = layout[o + FIRST], layout[o + FRAME], layout[o + COUNT]
+        x, y, z, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for f in range(f0, f0 + count):
+            fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
+            lx, ly, lz = frames[f, lever], frames[f, lever + 1], frames[f, lever + 2]
+            x, y, z = x + fx, y + fy, z + fz
+            tx += frames[f, wrench + 3] + (ly * fz - lz * fy)
+            ty += frames[f, wrench + 4] + (lz * fx - lx * fz)
+            tz += frames[f, wrench + 5] + (lx * fy - ly * fx)
+        own = numbers[layout[o + ROTATION] + (PAST if row == L.PAST_FORCE else R) :]
+        tx, ty, tz = turned_back(own, tx, ty, tz)
+        vectors[row, d] += x
+        vectors[row, d + 1] += y
+        vectors[row, d + 2] += z
+        vectors[row, d + 3] += tx
+        vectors[row, d + 4] += ty
+        vectors[row, d + 5] += tz
 
 
 @kernel

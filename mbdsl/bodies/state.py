@@ -6,14 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.contract import Array, Described, Pose
+from mbdsl.bodies.contract import Array, Described, Pose, Undeformed
 
 
-class State:
+class State(Undeformed):
     """A state x, with its integral s as the coordinate. It has neither weight nor energy."""
 
-    deforms = False
-    turn, counter = 0.0, -1
     n = 1
 
     def __init__(self, component: Described) -> None:
@@ -24,9 +22,6 @@ class State:
     def mass(self) -> Array:
         return np.ones(1)
 
-    def couplings(self) -> list[tuple[int, int, float]]:
-        return []
-
     def M(self, q: Array) -> Array:
         return np.eye(1)
 
@@ -35,12 +30,6 @@ class State:
 
     def scale(self, size: float) -> Array:
         return np.full(1, 1.0 / self.unit)
-
-    def eliminate(self) -> Sequence[int]:
-        return range(1)
-
-    def dofs(self, pose: Pose) -> tuple[int, ...]:
-        return (0,)
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
         """First coordinate, first frame, number of frames, and two unused entries."""
@@ -64,9 +53,6 @@ class State:
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         return np.zeros(len(q)), np.zeros(len(q))
-
-    def bend(self, q: Array) -> Array:
-        return np.zeros(len(q))
 
 
 MODEL = State

@@ -25,7 +25,7 @@ def place(columns, block, vectors, frames, layout):
 
 
 @kernel
-def gather(block, wrench, row, vectors, frames, layout):
+def gather(block, wrench, lever, row, vectors, frames, layout):
     """vectors[row] += the force along x on every frame, in the columns of frames from ``wrench`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
@@ -46,22 +46,3 @@ def jacobians(block, vectors, frames, numbers, layout):
 def move(block, vectors, frames, numbers, layout):
     """Write s and x of every state to its frame, and zero wrenches."""
     place(C, block, vectors, frames, layout)
-
-
-@kernel
-def collect(block, vectors, frames, layout):
-    """vectors[FORCE] += the derivative of every state."""
-    gather(block, C.WRENCH, L.FORCE, vectors, frames, layout)
-
-
-@kernel
-def collect_with_mu(block, vectors, frames, layout):
-    """As ``collect``; also vectors[FORCE2], of constraints that contain the state."""
-    gather(block, C.WRENCH, L.FORCE, vectors, frames, layout)
-    gather(block, C.MU_WRENCH, L.FORCE2, vectors, frames, layout)
-
-
-@kernel
-def collect_past(block, vectors, frames, layout):
-    """vectors[PAST_FORCE] += that of the wrenches of psi."""
-    gather(block, C.PAST_WRENCH, L.PAST_FORCE, vectors, frames, layout)

@@ -147,6 +147,10 @@ def _run(argv: list[str]) -> int:
         return int(stop.code or 0)
     if rest:
         raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=_long_form(rest[0], args))
+    if getattr(args, "contacts", None):
+        from mbdsl.elements.declaration import CONTACTS
+
+        args.without = (*args.without, CONTACTS[args.contacts])
     from mbdsl.cli import _values as values
     from mbdsl.lang.library import imports_allowed
     from mbdsl.lang.load import model_chosen

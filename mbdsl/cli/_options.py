@@ -45,6 +45,7 @@ SHARED = {
 @model_name
 --set NAME=VALUE ...  override a parameter, repeatable; with units: --set "k=120 N/mm"
 @without
+@contacts
 --allow-imports  let the model import files from outside its folder; for models that you trust
 """,
     "model_name": """

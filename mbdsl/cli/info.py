@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -118,6 +119,8 @@ def _add(known: ValueRange, values: np.ndarray, first: bool) -> None:
 
 
 def _head(path: str, result: Result, content: Content, units: str) -> list[str]:
+    from mbdsl.simulation.stored_events import of_meta
+
     meta = result.layout.meta
     status = "complete" if meta.get("complete", True) else f"incomplete: {meta.get('status', 'the run has not ended')}"
     lines = [values.written(path, f"{_bytes(os.path.getsize(path))}, {status}")]
@@ -133,6 +136,12 @@ def _head(path: str, result: Result, content: Content, units: str) -> list[str]:
         lines.append(f"{'time':<12}{span}{_steps(content)}")
     else:
         lines.append(f"{'time':<12}no rows")
+    kinds = Counter[str]()
+    for group in of_meta(meta):
+        kinds[group.kind] += len(group.times)
+    if kinds:
+        said = ", ".join(f"{n} {kind}" for kind, n in kinds.most_common())
+        lines += _wrapped("events", f"{kinds.total()} ({said})")
     lines.append(f"{'signals':<12}{len(result.names)}, {units}")
     return lines
 

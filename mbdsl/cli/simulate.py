@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import json
 import shlex
 import shutil
@@ -18,7 +20,8 @@ from mbdsl.cli._arguments import Parser
 from mbdsl.cli._options import Command
 from mbdsl.cli._runs import displayed, ended
 from mbdsl.cli._summary import extreme_lines, print_warnings, summary
-from mbdsl.errors import IntegrationError, Span, UsageError
+from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.messages import cell
 from mbdsl.simulation import result_file, result_units
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
     from mbdsl.studies.verify import Verification
 
 
+STANDARD_OUTPUT = "-"
 #: options of a run that are words of the command
 NAMES = ("method", "step", "tol", "accuracy", "start", "stop", "interval", "force", "general", "initial")
 
@@ -60,7 +64,8 @@ COMMAND = Command(
     --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is
         done
     --checkpoint-every T  time between checkpoints, wall clock; default 60 s. An interrupted run always writes one
-    --events FILE.csv  write the time, the kind and the line of each event
+    --events FILE.csv  write the time, the kind and the line of each event, and the name of its contact or joint;
+        -: to standard output
     --stats FILE.json  write counts and phase times
     @talk
     """,
@@ -111,7 +116,8 @@ def _with_inputs(args: argparse.Namespace, scene: Scene) -> Scene:
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{values.stem(args)}.csv"
     rows = f"{args.checkpoint}.rows" if args.checkpoint else None
-    outputs = [output, args.stats, args.checkpoint, rows, getattr(args, "events", None)]
+    events = getattr(args, "events", None)
+    outputs = [output, args.stats, args.checkpoint, rows, None if events == STANDARD_OUTPUT else events]
     output_files.check(outputs, [args.model])
     results.format_of(output)
 
@@ -157,8 +163,7 @@ def _run(
     args.verify = args.verify and not over
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
     if getattr(args, "events", None):
-        lines = [f"{x.t!r},{x.kind},{_place(x.span)}" for x in trajectory.events]
-        write_text(args.events, "\n".join(["time,kind,line", *lines, ""]))
+        write_events(trajectory, args.events)
     if args.stats:
         write_text(args.stats, json.dumps(trajectory.stats, indent=2) + "\n")
     print_warnings(trajectory, args.quiet)
@@ -175,9 +180,16 @@ def _run(
     return end(args, trajectory, output, over)
 
 
-def _place(span: Span | None) -> str:
-    """File and line, as a cell of a table."""
-    return "" if span is None else f'"{span.file}:{span.line}"'
+def write_events(trajectory: Trajectory, path: str) -> None:
+    """Write the table of events to a file, or to standard output."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(("time", "kind", "line", "name"))
+    table.writerows((repr(x.t), x.kind, cell(x.line), cell(x.name)) for x in trajectory.events)
+    if path == STANDARD_OUTPUT:
+        print(text.getvalue(), end="")
+    else:
+        write_text(path, text.getvalue())
 
 
 def check_signals(scene: Scene, patterns: list[str]) -> None:

@@ -14,7 +14,7 @@ from itertools import groupby
 from mbdsl.editor.library import LooseLibrary
 from mbdsl.editor.names import NameIndex
 from mbdsl.editor.positions import Places
-from mbdsl.editor.repair import WORK, Statement, blank, repaired, statements
+from mbdsl.editor.repair import BLOCK_WORD, WORK, Statement, blank, repaired, statements
 from mbdsl.editor.vocabulary import class_of
 from mbdsl.errors import MbdslError, Span, SyntaxProblem
 from mbdsl.lang import lexer
@@ -24,7 +24,6 @@ from mbdsl.mechanism.scene import Scene
 
 ERRORS = 10  #: errors of the model, after those of the syntax
 _HEADERS = re.compile(r"(extends|import|model|spatial|partial|end(?!\s+(for|if|when)))\b")
-_BLOCKS = re.compile(r"(for|if|when|elseif|elsewhen|else|end\s+for|end\s+if|end\s+when)\b")
 
 #: of a statement that gives a derivative, `der(x) = ...`, or a value at an event, `x = ...`, up to the name
 _GIVES = re.compile(r"der\s*\(\s*(?=\w)|(?=\w+\s*=[^=])")
@@ -132,7 +131,7 @@ class _Text:
         """All statements of the `for` or `if` that ``part`` begins, ends or divides."""
         opened: list[list[Statement]] = []
         for each in self.parts:
-            word = _BLOCKS.match(self.text, each.start)
+            word = BLOCK_WORD.match(self.text, each.start)
             opened += [[]] if word is not None and word[0] in ("for", "if", "when") else []
             for block in opened:
                 block.append(each)
@@ -156,7 +155,7 @@ class _Text:
             part = waiting.pop()
             if _HEADERS.match(self.text, part.start):
                 return None
-            if _BLOCKS.match(self.text, part.start):
+            if BLOCK_WORD.match(self.text, part.start):
                 new = self._block(part) - gone
                 gone |= new
                 waiting += new

@@ -44,27 +44,15 @@ class Proposal:
 
 
 def complete(unit: SourceUnit, offset: int) -> tuple[int, list[Proposal]]:
-    """The proposals at an offset, and the offset of the word that they replace.
-
-    Parameters
-    ----------
-    unit : SourceUnit
-        The file.
-    offset : int
-        Place of the cursor.
-
-    Returns
-    -------
-    tuple of (int, list of Proposal)
-    """
+    """The proposals at an offset, and the offset of the word that they replace."""
     at = context(unit.text, offset)
     model = unit.own(at.model)
     known = e.members(model, unit) if model is not None else {}
-    found = {item.label: item for item in reversed(list(_items(at, known, unit, model)))}
+    found = {item.label: item for item in reversed(list(_items(at, known, unit)))}
     return at.start, sorted(found.values(), key=lambda item: (item.rank, item.label))
 
 
-def _items(at: Context, known: Mapping[str, Entity], unit: SourceUnit, model: s.Model | None) -> Iterator[Proposal]:
+def _items(at: Context, known: Mapping[str, Entity], unit: SourceUnit) -> Iterator[Proposal]:
     expected = at.expected
     if expected == c.TOP:
         yield from _keywords(("model", "spatial", "partial", "import"))

@@ -26,37 +26,19 @@ _PREFIXES = frozenset("parameter constant discrete input final inner outer conne
 
 @dataclass(frozen=True)
 class Context:
-    """What is expected at a place.
+    """What is expected at a place."""
 
-    Attributes
-    ----------
-    expected : str
-        One of the constants of this module.
-    start : int
-        Offset of the word that is being typed.
-    model, section : str
-        The model that encloses the place, "" for none, and its section.
-    path : tuple of str
-        Of members: the names before the last dot. Of arguments and values: the names of nested modifiers.
-    type : str
-        Of arguments and values: the type of the declaration.
-    parameter : str
-        Of values: the name before `=`.
-    given : frozenset of str
-        Of arguments: the names that have a value already.
-    declared : str
-        The name that the statement declares.
-    """
-
-    expected: str
-    start: int
+    expected: str  #: one of the constants of this module
+    start: int  #: offset of the word that is being typed
+    #: the model that encloses the place, "" for none, and its section
     model: str = ""
     section: str = ""
+    #: Of members: the names before the last dot. Of arguments and values: the names of nested modifiers.
     path: tuple[str, ...] = ()
-    type: str = ""
-    parameter: str = ""
-    given: frozenset[str] = frozenset()
-    declared: str = ""
+    type: str = ""  #: of arguments and values: the type of the declaration
+    parameter: str = ""  #: of values: the name before `=`
+    given: frozenset[str] = frozenset()  #: of arguments: the names that have a value already
+    declared: str = ""  #: the name that the statement declares
 
     def but(self, expected: str, **values) -> Context:
         """The context with something else expected."""

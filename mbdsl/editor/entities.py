@@ -135,8 +135,8 @@ def signals(kind: Kind) -> dict[str, tuple[str, str]]:
     found = {p.name: (p.unit, p.doc) for p in kind.parameters if p.law}
     found |= {x.name: (x.unit, x.doc) for x in kind.signals}
     found |= {x.name: (x.unit, x.doc) for x in kind.outputs}
-    if isinstance(kind, JointKind) and kind.friction:
-        found["friction"] = (kind.friction_unit, "resistance of friction")
+    if isinstance(kind, JointKind):
+        found |= {x.name: (x.unit, x.doc) for x in kind.resistance}
     return found
 
 

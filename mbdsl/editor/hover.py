@@ -35,10 +35,6 @@ def hover(names: NameIndex, offset: int, values: Mapping[str, str] = {}, main: s
         Values of parameters and components of the main model, by name, in SI units.
     main : str, optional
         The main model.
-
-    Returns
-    -------
-    Hover or None
     """
     previous, model = None, names.unit.own(main)
     own = e.members(model, names.unit) if model is not None else {}

@@ -104,7 +104,7 @@ def rename(workspace: OpenFiles, path: str, offset: int, name: str) -> list[Loca
             raise UsageError(f"{os.path.basename(file)} has a syntax error{line}", hint="correct it before renaming")
         _refuse_taken(names, occurrence, name)
     texts = {n.unit.file.name: _replaced(n.unit.text, places, name) for n, places in found}
-    _check(workspace, path, found, texts, symbol, name)
+    _check(workspace, found, texts, symbol, name)
     return [Location(n.unit.file.name, o.start, o.end) for n, places in found for o in places]
 
 
@@ -165,7 +165,6 @@ def _refuse_taken(names: NameIndex, occurrence: Occurrence, name: str) -> None:
 
 def _check(
     workspace: OpenFiles,
-    path: str,
     found: list[tuple[NameIndex, list[Occurrence]]],
     texts: dict[str, str],
     symbol: Symbol,

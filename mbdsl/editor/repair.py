@@ -31,6 +31,9 @@ _BEGINNINGS = frozenset(
 )
 _WHOLE = re.compile(r"(model|spatial|partial|import)\b")
 _FUNCTION = re.compile(r"\bfunction\s+(\w+)\b.*?\bend\s+\1\s*;", re.DOTALL)
+BLOCK_WORD = re.compile(r"(for|if|when|elseif|elsewhen|else|end\s+for|end\s+if|end\s+when)\b")
+_ELSE_IF = re.compile(r"else\s+(?:if|when)\b")
+_MODEL_END = re.compile(r"end\b(?!\s+(?:for|if|when)\b)")
 _BLOCKS = frozenset(("for", "if", "elseif", "else", "when", "elsewhen"))
 
 
@@ -53,10 +56,6 @@ def repaired(text: str, file: str) -> Repaired:
         The content of a file.
     file : str
         Its name.
-
-    Returns
-    -------
-    Repaired
     """
     problems: list[MbdslError] = []
     left = text
@@ -115,7 +114,7 @@ def _without(text: str, problem: MbdslError) -> str:
         k -= 1
     if k >= len(found):
         return ""
-    start, end = found[k].start, found[k].end
+    start, end = found[k].start, _end_of_block(text, found, k)
     if foreign := foreign_places(text, start):
         return blank(text, foreign)
     if not _open_model([p for p in lexer.pieces(text[:start]) if p.kind in (lexer.KEYWORD, lexer.NAME)]):
@@ -131,10 +130,32 @@ def _unclosed_when(text: str, places: Places, problem: MbdslError, at: int) -> t
     if not begun or not text.startswith("when", begun[0]):
         return None
     part = next((part for part in statements(text) if part.start <= at < part.end), None)
-    if part is None or not (ends := re.compile(r"end\s+(\w+)").match(text, part.start)):
+    if part is None or not (ends := re.compile(r"end\b\s*(\w*)").match(text, part.start)):
         return None
     name = _open_model([p for p in lexer.pieces(text[: part.start]) if p.kind in (lexer.KEYWORD, lexer.NAME)])
     return begun[0], part.start if ends[1] == name else part.end
+
+
+def _end_of_block(text: str, found: list[Statement], k: int) -> int:
+    """The end of the statement ``k``; if it begins a block, or a branch of one, the end of this."""
+    first = BLOCK_WORD.match(text, found[k].start)
+    if first is None or first[0].startswith("end"):
+        return found[k].end
+    depth = 0
+    k += _ELSE_IF.match(text, found[k].start) is not None  # `else when` is meant as one word
+    for before, part in pairwise(found[k:]):
+        word = BLOCK_WORD.match(text, part.start)
+        if _MODEL_END.match(text, part.start):
+            return before.end
+        if word is None:
+            continue
+        if depth == 0 and word[0].startswith("e") and first[0].startswith("e"):
+            return before.end
+        if depth == 0 and word[0].startswith("end"):
+            return part.end
+        if not word[0].startswith("else"):
+            depth += -1 if word[0].startswith("end") else 1
+    return found[-1].end
 
 
 def blank(text: str, parts: Iterable[tuple[int, int]]) -> str:

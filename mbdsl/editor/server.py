@@ -265,10 +265,6 @@ def make_server(allowed: Allowed | None = None) -> Server:
     ----------
     allowed : bool or path, optional
         Folders that imports may lead to, as for ``mbdsl.load``.
-
-    Returns
-    -------
-    Server
     """
     server = Server(allowed)
     for feature, (function, options) in FEATURES.items():

@@ -15,6 +15,7 @@ import sys
 from functools import cache
 from types import ModuleType
 
+from mbdsl.elements.declaration import RIGID
 from mbdsl.elements.kind import JointKind, Kind, PairKind
 
 _found: dict[tuple[str, bool], Declared] = {}  #: (file, spatial) -> what it declares, of the files used so far
@@ -109,6 +110,11 @@ def declaring(kind: Kind) -> Declared:
 def of_variant(name: str, spatial: bool) -> Declared:
     """A variant of a kind: of its own file, for a number of features, or of a joint in space with its first rows in
     other axes."""
+    if name.startswith(RIGID):
+        from mbdsl.elements.rigid_contact import rigid
+
+        base = of_variant(name.removeprefix(RIGID), spatial)
+        return Declared(rigid(base.KIND, name), base.file)
     base = name.removesuffix("_in_axes")
     if base == name:
         from mbdsl.elements import sliding_friction

@@ -7,7 +7,7 @@ circle_friction.py; without, it needs the distance of the centres only.
 """
 
 from mbdsl.elements import contact_law, friction
-from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements.declaration import RIGID, Parameter, Signal, power
 from mbdsl.elements.kind import ForceKind, in_space
 from mbdsl.elements.motions import APART, APART_IN_SPACE
 from mbdsl.elements.rows import LENGTH
@@ -29,8 +29,8 @@ def derive(values):
 
 
 def specialised(values):
-    """With friction it is another kind."""
-    return "circle_friction" if values["mu_s"] else ""
+    """With friction it is another kind, and without stiffness."""
+    return f"{RIGID}circle_friction" if values["k"] is None else "circle_friction" if values["mu_s"] else ""
 
 
 SHAPE = (
@@ -66,7 +66,7 @@ KIND = ForceKind(
     derive=derive,
     laws=("force",),
     sign=1.0,
-    effects={**contact_law.EFFECTS, **friction.EFFECTS},
+    effects={**contact_law.EFFECTS_OR_RIGID, **friction.EFFECTS},
     specialised=specialised,
     latches=(contact_law.latch(1, "lt(0, depth)", "abs(v)", "v_0"),),
     drawing="circles",

@@ -14,16 +14,18 @@ is the speed of each touch, at which alpha is set (``LATCH``): then every impact
 from collections.abc import Mapping
 from math import log
 
-from mbdsl.elements.declaration import Latch, Parameter
+from mbdsl.elements.declaration import CONTACTS, REQUIRED, Latch, Parameter
 
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 
 
-def parameters(stiffness: str, speed: str, unit: str) -> tuple[Parameter, ...]:
-    """The parameters of a contact with this unit of stiffness, whose speed is called ``speed``."""
+def parameters(stiffness: str, speed: str, unit: str, rigid: bool = True) -> tuple[Parameter, ...]:
+    """The parameters of a contact with this unit of stiffness, whose speed is called ``speed``; ``rigid``: whether it
+    may be rigid."""
+    k, e = ("; without it the contact is rigid", ", but rigid contacts need it") if rigid else ("", "")
     return (
-        Parameter("k", stiffness, doc="stiffness", positive=True),
-        Parameter("e", "1", 1.0, "coefficient of restitution", positive=True),
+        Parameter("k", stiffness, None if rigid else REQUIRED, f"stiffness{k}", positive=True),
+        Parameter("e", "1", None, f"coefficient of restitution; default 1{e}", minimum=0.0),
         Parameter(
             speed,
             unit,
@@ -70,19 +72,28 @@ def damping(e: float) -> float:
 
 
 def check(values: Mapping, speed: str) -> str | None:
-    """The error text, if the coefficient of restitution cannot be used."""
-    e = values["e"]
-    if not LEAST <= e <= 1.0:
-        return f"e is {e:g}, the coefficient of restitution must be between {LEAST:g} and 1"
+    """The error text, if the coefficient of restitution cannot be used, or the kind cannot be ``rigid``."""
+    e, rigid = values["e"], values["k"] is None
+    if rigid and e is None:
+        return "without `k` it is rigid, and needs `e`, its coefficient of restitution"
+    if rigid and (values[speed] is not None or values["exponent"] != 1.0):
+        return f"without `k` it is rigid: `{speed}` and `exponent` have no meaning"
+    if e is not None and not (0.0 if rigid else LEAST) <= e <= 1.0:
+        least, which = ("0", "") if rigid else (f"{LEAST:g}", " of a contact with stiffness")
+        return f"e is {e:g}, the coefficient of restitution{which} must be between {least} and 1"
     return None
 
 
 def derive(values: Mapping, speed: str, touches: int = 1) -> dict:
-    """``D``, and ``alpha`` [s/m, s/rad] of each touch; None where an event sets it."""
-    D = damping(values["e"])
+    """``e``; ``D``, and ``alpha`` [s/m, s/rad] of each touch, None where an event sets it; and ``impacts`` of rigid
+    contacts."""
+    if values["k"] is None:
+        return {"impacts": "sequential", "alpha": (0.0,) * touches}
+    e = 1.0 if values["e"] is None else values["e"]
+    D = damping(e)
     given = values[speed]
     alpha = 0.0 if D == 0.0 else None if given is None else D / given
-    return {"D": (D,), "alpha": (alpha,) * touches}
+    return {"e": e, "D": (D,), "alpha": (alpha,) * touches}
 
 
 def latch(touch: int, condition: str, speed: str, parameter: str) -> Latch:
@@ -108,7 +119,16 @@ def _elastic(values: Mapping) -> dict:
 
 def _absent(values: Mapping) -> dict:
     """The values without contact."""
+    if values["k"] is None:
+        return {} if values["impacts"] == "never" else {"impacts": "never"}
     return {"k": 0.0, "alpha": (0.0,) * len(values["alpha"])} if values["k"] else {}
 
 
+def _stiff(values: Mapping) -> dict:
+    """The values of the rigid contact."""
+    return {**_elastic(values), "k": None, "impacts": "sequential"} if values["k"] else {}
+
+
 EFFECTS = {"damping": _elastic, "contact": _absent}
+#: of kinds that can be rigid
+EFFECTS_OR_RIGID = {**EFFECTS, CONTACTS["rigid"]: _stiff}

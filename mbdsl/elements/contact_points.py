@@ -19,11 +19,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from mbdsl.elements import contact_law, friction, sliding_friction
-from mbdsl.elements.declaration import Parameter, Signal, power
+from mbdsl.elements import contact_law, file_of, friction, sliding_friction
+from mbdsl.elements.declaration import Parameter, Signal, Touch, power
 from mbdsl.elements.kind import ForceKind
+from mbdsl.elements.rigid_contact import specialised
 from mbdsl.elements.row import Row
-from mbdsl.elements.vectors import Vector, W, cross, dot, slip
+from mbdsl.elements.rows import X_A, Y_A, Z_A
+from mbdsl.elements.vectors import Vector, W, cross, dot, slip, total
 
 #: velocity of the origin of frame_b relative to the point of frame_a's body there, and relative angular velocity
 SLIP = (
@@ -32,15 +34,18 @@ SLIP = (
 )
 SPIN = "(frame_b.w - frame_a.w)"
 ROWS = (*map(Row, slip(), (*SLIP, "")), *map(Row, W, ("", "", SPIN)))
-PARAMETERS = (*contact_law.parameters("N/m", "v_0", "m/s"), *friction.parameters("v", "m/s", 1e-3))
+#: axes of frame_a, as (x, y, z) of each, in which tangents are found: they have none where n is opposite to the last
+BASIS = (0.8, 0.0, -0.6), (-0.36, 0.8, -0.48), (0.48, 0.6, 0.64)
 
 
 class Point(NamedTuple):
-    """Formulas of a point at which two bodies touch: gap [m], unit normal, and arm [m] from the origin of frame_b."""
+    """Formulas of a point at which two bodies touch: gap [m], unit normal, and arm [m] from the origin of frame_b; in
+    space also two tangents, if they are simpler than those for any normal."""
 
     gap: str
     normal: Sequence[str]
     arm: Sequence[str]
+    tangents: Sequence[Vector] = ()
 
 
 def contact(
@@ -51,6 +56,7 @@ def contact(
     spatial: bool = False,
     terms: Mapping[str, str] = {},
     one: bool = False,
+    rigid: bool = True,
     **more: Any,
 ) -> ForceKind:
     """The declaration of a kind.
@@ -66,11 +72,17 @@ def contact(
     one : bool, optional
         Whether it is one contact wherever it is: its damping is set where the first point touches, which is the
         nearest one, and only then there are forces.
+    rigid : bool, optional
+        Whether components without stiffness are rigid.
     **more
         Further fields; ``signals``, ``check`` and ``derive`` are in addition to those of all contacts.
     """
     count, signals, check, derive = len(points), *(more.pop(x, None) for x in ("signals", "check", "derive"))
     touches = 1 if one else count
+    touching = tuple(_touch(i, point, count, spatial) for i, point in enumerate(points, 1)) if rigid else ()
+    laws = contact_law.parameters("N/m", "v_0", "m/s", rigid), friction.parameters("v", "m/s", 1e-3)
+    if rigid:
+        more.setdefault("specialised", specialised(file_of(name)))
     each, own = dict(terms), {}
     for i, point in enumerate(points, 1):
         each |= _in_space(i, point) if spatial else _in_plane(i, point)
@@ -82,7 +94,7 @@ def contact(
         name,
         doc=doc,
         g=ROWS,
-        parameters=(*parameters, *PARAMETERS),
+        parameters=(*parameters, *laws[0], *laws[1]),
         signals=(*(signals or ()), *visible, *forces, active),
         results=(*loads, power(total)),
         exerts={x.name: x.name for x in loads},
@@ -98,10 +110,27 @@ def contact(
             **friction.derive(v),
             **(derive(v) if derive else {}),
         },
-        effects={**contact_law.EFFECTS, **friction.EFFECTS},
+        effects={**(contact_law.EFFECTS_OR_RIGID if rigid else contact_law.EFFECTS), **friction.EFFECTS},
+        touching=touching,
         spatial=spatial,
         **more,
     )
+
+
+def _touch(i: int, point: Point, count: int, spatial: bool) -> Touch:
+    """The rigid contact at a point. In space its slips are along the tangents
+
+    t = e_1 - (n . e_1)/(1 + n . e_3) (n + e_3), and the same with e_2, of the axes e in ``BASIS``: those turned by the
+    rotation from e_3 to n.
+    """
+    slips = [f"slip_{i}"]
+    if spatial:
+        n, u = _vector("n", i), _vector("u", i)
+        e1, e2, e3 = (total(*zip(map(str, e), (X_A, Y_A, Z_A), strict=True)) for e in BASIS)
+        both = total(("1", n), ("1", e3))
+        turned = [total(("1", e), (f"(-{dot(n, e)}/(1 + {dot(n, e3)}))", both)) for e in (e1, e2)]
+        slips = [dot(t, u) for t in point.tangents or turned]
+    return Touch(str(i) if count > 1 else "contact", f"gap_{i}", tuple(slips))
 
 
 def _one(count: int, each: dict[str, str], own: dict[str, str]) -> tuple[tuple[Signal, ...], tuple[Signal, ...]]:

@@ -51,6 +51,7 @@ IN_SPACE = contact(
     list(rims()),
     spatial=True,
     terms=terms(),
+    rigid=False,
     axes=axes,
     check=check,
     drawing="surface",

@@ -18,6 +18,9 @@ EFFECTS = {
     "gravity": "gravity",
     "contact": "contacts and stops",
 }
+RIGID = "rigid_"  #: beginning of the variants of contacts without stiffness
+#: choice of all contacts -> the effect that scenes lack then, which is in no list of effects
+CONTACTS = {"rigid": "compliance", "compliant": "rigidity"}
 Shape = tuple[int | None, ...]  #: of an array; None: any number
 K = TypeVar("K", bound="Kind")
 REQUIRED = object()  #: default of a parameter that must be given
@@ -73,6 +76,20 @@ class Latch(NamedTuple):
     value: str
 
 
+class Touch(NamedTuple):
+    """A rigid contact that is a part of a component: a ``Contact`` whose name ends with ``key``.
+
+    ``gap`` and ``slips`` are formulas; it has slips if the component has friction. It exists if the parameter ``limit``
+    is given. ``sense`` is the sign of its force in that of the component.
+    """
+
+    key: str
+    gap: str
+    slips: tuple[str, ...] = ()
+    limit: str = ""
+    sense: float = 1.0
+
+
 def power(formula: str) -> Signal:
     """The power of an element: what it does to the bodies at its frames."""
     return Signal("power", "W", formula, "power delivered to the mechanism")
@@ -101,6 +118,8 @@ class Kind:
     #: names of formulas that others contain, which are no signals
     terms: Mapping[str, str] = field(default_factory=dict)
     latches: tuple[Latch, ...] = ()  #: numbers that events set
+    #: rigid contacts that its components consist of; in formulas, force[1], ... are signals of these
+    contacts: tuple[Touch, ...] = ()
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
     #: of joints without frames: the law parameters that are functions of positions; in a declaration they come first,
     #: in this order, with or without their names

@@ -13,7 +13,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
-from mbdsl.elements.declaration import K, Kind, Signal
+from mbdsl.elements.declaration import K, Kind, Signal, Touch
 from mbdsl.elements.row import Row, Rows
 
 
@@ -239,8 +239,7 @@ class JointKind(PairKind):
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:
-        friction = {"friction": self.friction} if self.friction else {}
-        return {x.name: x.formula for x in (*self.signals, *self.reactions, *self.results)} | friction
+        return {x.name: x.formula for x in (*self.signals, *self.reactions, *self.results, *self.resistance)}
 
     @property
     def coupling(self) -> tuple[str, str] | None:
@@ -267,14 +266,15 @@ class JointKind(PairKind):
     def outputs(self) -> tuple[Signal, ...]:
         return (*self.reactions, *self.results)
 
-    @property
-    def friction_unit(self) -> str:
-        return "N.m" if self.friction_along in _TORQUES else "N"
+    @cached_property
+    def resistance(self) -> tuple[Signal, ...]:
+        """The signal of its friction, if it may have friction."""
+        unit = "N.m" if self.friction_along in _TORQUES else "N"
+        return (Signal("friction", unit, self.friction, "friction, with `mu`"),) if self.friction else ()
 
     def unit_of(self, name: str) -> str | None:
-        if name == "friction" and self.friction:
-            return self.friction_unit
-        return next((x.unit for x in self.reactions if x.name == name), None) or super().unit_of(name)
+        own = (*self.reactions, *self.resistance)
+        return next((x.unit for x in own if x.name == name), None) or super().unit_of(name)
 
 
 @dataclass(eq=False, repr=False)
@@ -289,6 +289,7 @@ class ForceKind(PairKind):
     laws: tuple[str, ...] = ()
     sign: float = -1.0
     springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None
+    touching: tuple[Touch, ...] = ()  #: the rigid contacts that its components without a stiffness `k` are
     #: of kinds that may run over further frames, the parameter ``over``: (values, coordinates of each frame, spatial)
     #: -> a :class:`mbdsl.elements.rope_path.Path`. It replaces the formulas of the signals, which are those of a
     #: component between two points. Every span of the path is a component of the kind

@@ -8,7 +8,7 @@ It acts at the ends of the edge, which are circles or balls with the `radius`:
 from mbdsl.elements.contact_points import Point, contact
 from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.kind import axis_given
-from mbdsl.elements.point_contact import HEIGHT, HEIGHT_IN_SPACE, NORMAL, NORMAL_IN_SPACE, N, plane
+from mbdsl.elements.point_contact import HEIGHT, HEIGHT_IN_SPACE, NORMAL, NORMAL_IN_SPACE, TANGENTS, N, plane
 from mbdsl.elements.vectors import axis, turned_to
 
 LENGTH = Parameter("length", "m", doc="length of the edge, or of a capsule without its round ends", positive=True)
@@ -23,16 +23,15 @@ def corner(spatial, *edges):
     """The point at the end of edges, (factor, axis of frame_b): a corner of a body, with a `radius` if it has one."""
     n, height = (NORMAL_IN_SPACE, HEIGHT_IN_SPACE) if spatial else (NORMAL, HEIGHT)
     e = ["(" + " + ".join(f"({factor})*{a[i]}" for factor, a in edges) + ")" for i in range(len(n))]
-    return Point(f"{height} + {' + '.join(f'{a}*{b}' for a, b in zip(n, e, strict=True))}", n, e)
+    return Point(
+        f"{height} + {' + '.join(f'{a}*{b}' for a, b in zip(n, e, strict=True))}", n, e, TANGENTS if spatial else ()
+    )
 
 
 def rounded(point):
     """The point with a ball of the `radius` about it."""
-    return Point(
-        f"{point.gap} - radius",
-        point.normal,
-        [f"{a} - radius*{n}" for a, n in zip(point.arm, point.normal, strict=True)],
-    )
+    arm = [f"{a} - radius*{n}" for a, n in zip(point.arm, point.normal, strict=True)]
+    return point._replace(gap=f"{point.gap} - radius", arm=arm)
 
 
 def axes(values):

@@ -15,6 +15,7 @@ NORMAL = ("(-sin(frame_a.phi))", "cos(frame_a.phi)")
 HEIGHT = "(cos(frame_a.phi)*(frame_b.y - frame_a.y) - sin(frame_a.phi)*(frame_b.x - frame_a.x))"
 NORMAL_IN_SPACE = axis("frame_a", "z")
 HEIGHT_IN_SPACE = dot(NORMAL_IN_SPACE, D)
+TANGENTS = axis("frame_a", "x"), axis("frame_a", "y")
 N = Parameter("n", "1", (0.0, 0.0, 1.0), "outward normal of the plane, in frame_a", shape=(3,))
 RADIUS = Parameter("radius", "m", 0.0, "radius about frame_b", minimum=0.0)
 
@@ -37,7 +38,7 @@ IN_SPACE = contact(
     "A point or ball about the origin of frame_b on the plane through the origin of frame_a, which pushes it to the "
     "side of n; with friction.",
     (RADIUS, N),
-    [Point(f"{HEIGHT_IN_SPACE} - radius", NORMAL_IN_SPACE, [f"-radius*{x}" for x in NORMAL_IN_SPACE])],
+    [Point(f"{HEIGHT_IN_SPACE} - radius", NORMAL_IN_SPACE, [f"-radius*{x}" for x in NORMAL_IN_SPACE], TANGENTS)],
     spatial=True,
     axes=plane,
     check=axis_given,

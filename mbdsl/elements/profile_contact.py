@@ -12,7 +12,7 @@ from functools import cache
 
 from mbdsl.elements import profile
 from mbdsl.elements.contact_points import Point, contact
-from mbdsl.elements.declaration import Parameter
+from mbdsl.elements.declaration import RIGID, Parameter
 
 FIELDS = profile.Feature._fields
 MOST = 200  #: features
@@ -52,7 +52,7 @@ def derive(values):
 
 def specialised(values):
     count = len(values["features"]) // len(FIELDS)
-    return f"profile_contact_of_{count}"
+    return f"{RIGID if values['k'] is None else ''}profile_contact_of_{count}"
 
 
 def of(i, field):

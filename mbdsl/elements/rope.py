@@ -17,7 +17,6 @@ from mbdsl.elements.rope_path import Path
 from mbdsl.kernels.columns import PLANE as C
 from mbdsl.kernels.marks import kernel
 
-SPRING = "k*max(0, stretch)"
 MOST = 32  #: discs of a rope
 _EACH = tuple((n,) for n in range(1, MOST + 1))
 

@@ -1,4 +1,4 @@
-"""RotationalStop: limits of the angle of a joint, stiff torsional springs with damping beyond them.
+"""RotationalStop: limits of the angle of a joint, stiff torsional springs with damping beyond them; rigid without `k`.
 
 torque = k d^n max(0, 1 + alpha d'),  d = phi - phi_max or phi_min - phi,  where d > 0    see contact_law.py
 """
@@ -7,8 +7,9 @@ from mbdsl.elements import contact_law
 from mbdsl.elements.declaration import power
 from mbdsl.elements.kind import ForceKind, Signal, in_space
 from mbdsl.elements.motions import TURNING, about_n
+from mbdsl.elements.rigid_contact import specialised
 from mbdsl.elements.rows import ANGLE
-from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits, touch
+from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits, rigid, touch
 
 KIND = ForceKind(
     "RotationalStop",
@@ -22,7 +23,9 @@ KIND = ForceKind(
     check=lambda v: check_limits(v, "phi_min", "phi_max") or contact_law.check(v, "w_0"),
     derive=lambda v: {**bounds(v, "phi_min", "phi_max"), **contact_law.derive(v, "w_0")},
     laws=("torque",),
-    effects=contact_law.EFFECTS,
+    effects=contact_law.EFFECTS_OR_RIGID,
+    touching=rigid("phi", "phi_min", "phi_max"),
+    specialised=specialised("rotational_stop"),
     latches=touch("phi", "w", "w_0"),
     drawing="nothing",
 )

@@ -1,12 +1,13 @@
-"""TranslationalStop: end stops of a sliding joint, stiff springs with damping beyond its limits.
+"""TranslationalStop: end stops of a sliding joint, stiff springs with damping beyond its limits; rigid without `k`.
 
 force = k d^n max(0, 1 + alpha d'),  d = s - s_max or s_min - s,  where d > 0          see contact_law.py
 """
 
 from mbdsl.elements import contact_law
 from mbdsl.elements.declaration import Parameter, power
-from mbdsl.elements.kind import AT_B, ForceKind, Signal, in_space
+from mbdsl.elements.kind import AT_B, ForceKind, Signal, Touch, in_space
 from mbdsl.elements.motions import SLIDING, along_n
+from mbdsl.elements.rigid_contact import specialised
 from mbdsl.elements.rows import along
 
 
@@ -50,6 +51,11 @@ def touch(s, v, parameter):
     return (contact_law.latch(1, f"ne({beyond}, 0)", f"abs({v})", parameter),)
 
 
+def rigid(s, low, high):
+    """The rigid contacts of the limits of a coordinate."""
+    return Touch("min", f"{s} - {low}", limit=low, sense=-1.0), Touch("max", f"{high} - {s}", limit=high)
+
+
 KIND = ForceKind(
     "TranslationalStop",
     doc="End stops of a sliding joint, or one-sided contact of a point with a line: beyond its limits a stiff spring "
@@ -67,7 +73,9 @@ KIND = ForceKind(
     check=lambda v: check_limits(v, "s_min", "s_max") or contact_law.check(v, "v_0"),
     derive=lambda v: {**bounds(v, "s_min", "s_max"), **contact_law.derive(v, "v_0")},
     laws=("force",),
-    effects=contact_law.EFFECTS,
+    effects=contact_law.EFFECTS_OR_RIGID,
+    touching=rigid("s", "s_min", "s_max"),
+    specialised=specialised("translational_stop"),
     latches=touch("s", "v", "v_0"),
     drawing="stop",
 )

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import OPERATIONS, Expr, evaluate
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.piecewise_cubic import piecewise
-
-Array = NDArray[np.float64]
 
 #: the operations of expressions on arrays
 ARRAY_OPERATIONS: dict[str, Callable] = {

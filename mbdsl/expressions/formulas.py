@@ -48,10 +48,6 @@ def evaluate(formula: str, names: Names) -> Expr:
     names : Names
         Values of the names in it.
 
-    Returns
-    -------
-    Expr
-
     Raises
     ------
     ValueError

@@ -1,7 +1,5 @@
 """Interval arithmetic of tables: bounds of piecewise cubics and their derivatives over an interval."""
 
-from __future__ import annotations
-
 from numpy import ceil, floor, inf, sqrt
 
 from mbdsl.expressions.interval_arithmetic import ROUNDING, hull, jet, mul

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.initial import telescopes, upside_down
@@ -16,10 +15,10 @@ from mbdsl.initial.mirrored_poses import unmirrored
 from mbdsl.initial.placement import place
 from mbdsl.initial.pose_search import Shape, Task, nearest_pose
 from mbdsl.initial.undeformed import AsIs, Undeformed
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import InitialValue
 
-Array = NDArray[np.float64]
 Notes = tuple[tuple[str, ...], tuple[str, ...]]  #: of another assembly, and of bodies that turned far
 
 

@@ -10,10 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.collection import uncollected
-from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.assembly import Assembly, Notes
@@ -27,15 +24,16 @@ from mbdsl.initial.start_velocities import velocities
 from mbdsl.initial.steady_states import steady
 from mbdsl.initial.undeformed import AsIs
 from mbdsl.initial.weights import Metric
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.given_attitudes import for_assembly
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import InitialValue
+from mbdsl.messages import DisplayUnit, UnitsOfSignals
 from mbdsl.numerics.saddle_point import row_size, scaled
+from mbdsl.storage.garbage_collection import uncollected
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import begin, values
 from mbdsl.system.system import System, build
-
-Array = NDArray[np.float64]
 
 SI = DisplayUnit()
 
@@ -202,7 +200,11 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
     """
     if system.scene.contacts:
         message = "equilibria and linear models with rigid contacts are not available"
-        raise InitialisationError(message, system.scene.contacts[0].span, "take a stop with stiffness `k` in its place")
+        raise InitialisationError(
+            message,
+            system.scene.contacts[0].span,
+            "leave contacts out by `--without contact`, or give the stop a stiffness `k`",
+        )
     positions = _positions(system)
     assembly = Assembly(Task(system, t, for_assembly(system.scene, positions), metric or Metric(system, {})), graph)
     for shape in assembly.shapes(positions):

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.initial import gaps
 from mbdsl.initial.dependent_rows import without_units
 from mbdsl.initial.least_steps import misses, stack, stacked, velocity_residual
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 
 def inconsistent(

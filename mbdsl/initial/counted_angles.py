@@ -7,12 +7,12 @@ from math import atan2, pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.formulas import evaluate
 from mbdsl.expressions.spatial_coordinates import CARDAN, LOCAL, QUATERNION, named
 from mbdsl.expressions.symbolic import Expr
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component, Frame, Scene
 from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.mechanism.signals import Formulas
@@ -20,7 +20,6 @@ from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.signals import gradients, values
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 PARALLEL = 1e-9  #: difference of rates about two axes, per unit of velocity, that is rounding
 #: signals of bodies and joints that are no angles with turns, and take long to write as expressions
 NEVER_COUNTED = {*CARDAN, *LOCAL, *QUATERNION}

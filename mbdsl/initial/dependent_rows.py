@@ -9,12 +9,10 @@ smaller singular values do not count. Rows and coordinates are without units and
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import Matrix, dense, least_squares, row_size, scaled
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 ZERO = 1e-7  #: singular values and remainders of rows of length one that count as zero: poses hold to 1e-9
 CLOSED = 1e-9  #: misfit of the constraints in a pose, in the mechanism's size, up to which they hold

@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import dense, least_squares, null_space
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 Residual = Callable[[Array], tuple[Array, Array]]  #: r (m,) and its Jacobian (m, n) over scaled coordinates, at a pose
 
 CLOSED = 1e-9  #: misfit of the other constraints up to which they hold, relative to the mechanism's size

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system.signals import values
 from mbdsl.system.system import DENSE_LIMIT, System
@@ -19,7 +19,6 @@ from mbdsl.system.system import DENSE_LIMIT, System
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 
 #: entries of a gradient in the mechanism's size, and residuals, that count as zero
 ZERO = 1e-9

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import least_squares
 from mbdsl.system.signals import Matrix, gradients
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 
 def stack(system: System, items: list[InitialValue], t: float, q: Array, v: Array):

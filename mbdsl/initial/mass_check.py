@@ -6,15 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.massless_points import remedy
+from mbdsl.kernels.arrays import Array
 from mbdsl.messages import few
+from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.massless import massless
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 DEPENDENT = 1e-9  #: singular values below this part of the largest are zero
 ROUNDING = 1e-13  #: entries below this part of those of other motions of the same body are sums that cancel
@@ -94,14 +93,10 @@ def _whole_bodies(motions: Array, scale: Array, owners: list[str]) -> Array:
 def _significant(X, motions: Array, whole: Array, left: bool = False) -> Array:
     """X @ motions, or motions.T @ X @ motions, where rounding errors are zeros: a thin rod turns about the axis through
     a ball without moving it, and without a torque."""
-    found, bound = _dense(X @ motions), _dense(abs(X) @ whole)
+    found, bound = dense(X @ motions), dense(abs(X) @ whole)
     if left:
         found, bound = motions.T @ found, whole.T @ bound
     return np.where(np.abs(found) > ROUNDING * bound, found, 0.0)
-
-
-def _dense(X) -> Array:
-    return X if isinstance(X, np.ndarray) else X.toarray()
 
 
 def _null_space(J: Array) -> Array:

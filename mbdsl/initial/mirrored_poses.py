@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 #: a joint whose constraints hold in a pose that is not meant
 MIRRORED = "{} is assembled in a mirrored pose: an axis of frame_a and that of frame_b have opposite senses"

@@ -6,17 +6,15 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import coordinate
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 #: distance of the centres, relative to the mechanism's size, that is zero except for rounding
 COINCIDENT = 1e-9

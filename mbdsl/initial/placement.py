@@ -10,12 +10,12 @@ from math import atan2, hypot
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.spatial_coordinates import CARDAN, named
 from mbdsl.expressions.symbolic import Expr, expr, leaves
 from mbdsl.initial.counted_angles import count_from, nearest, turn_of
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.graph import MechanismGraph, Placement
 from mbdsl.mechanism.poses import PlanarPose, Pose, SpatialPose, pose, turned_successively
@@ -23,8 +23,6 @@ from mbdsl.mechanism.scene import Component, InitialValue, Scene
 from mbdsl.system.body_models import body_pose
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 
 def place(system: System, graph: MechanismGraph, t: float, given: list[InitialValue]) -> Array:

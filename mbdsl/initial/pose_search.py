@@ -11,7 +11,6 @@ from time import process_time
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.initial.contradictions import inconsistent
 from mbdsl.initial.dependent_rows import without_units
@@ -19,12 +18,12 @@ from mbdsl.initial.in_plane import InPlane
 from mbdsl.initial.least_steps import constrained, damped, misses, stack, stacked
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import scaled
 from mbdsl.system.signals import Matrix
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 Shape = AsIs | InPlane | Undeformed
 
 ATTEMPTS, STEPS, DAMPED = 6, 160, 80  #: attempts; steps of each; of them, those that are damped if necessary

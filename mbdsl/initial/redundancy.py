@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.initial.shared_loads import undetermined
+from mbdsl.kernels.arrays import Array
 from mbdsl.messages import few
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 NEAR = 1e-2  #: a pose is close to a singular one if the smallest singular value is below this part of the largest
 FITS = 1e-12  #: misfit of a redundant joint, relative to the mechanism's size, that counts as rounding

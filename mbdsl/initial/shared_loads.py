@@ -9,15 +9,13 @@ were left out. A mechanism whose bodies bend has other reactions: how joints sha
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.initial.dependent_rows import pose_nearby
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 ZERO = 1e-7  #: part of the largest reaction, below which one that shares no load is rounding: poses hold to 1e-10
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.contradictions import inconsistent
@@ -14,12 +13,12 @@ from mbdsl.initial.in_plane import InPlane
 from mbdsl.initial.least_steps import constrained, stack, stacked, velocity_residual
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import dense, least_squares, scaled
 from mbdsl.system.signals import Matrix
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 Shape = AsIs | InPlane | Undeformed
 
 FIRST_OF_ALL = 1e-6  #: weight of rest while given velocities are met as well as possible

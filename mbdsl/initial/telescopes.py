@@ -9,15 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import Expr, coordinate, leaves
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.rotation_arrays import matrices
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 TAKEN = "{}: assembled with {:.4g} m; with its parts turned round it would be {:.4g} m. A guess of its position decides"
 SAME = 1e-6  #: difference of two positions, in the mechanism's size, that is rounding
 

@@ -9,15 +9,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, Body
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-Array = NDArray[np.float64]
 
 
 class AsIs:

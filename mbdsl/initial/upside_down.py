@@ -9,17 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.spatial_coordinates import named
 from mbdsl.expressions.symbolic import coordinate, is_velocity_level, leaves
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.graph import MechanismGraph, Placement
 from mbdsl.numerics.rotation_arrays import matrices
 from mbdsl.numerics.saddle_point import dense, null_space
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 TAKEN = "{}: assembled at {:.4g} deg; turned round at its hinge it would be at {:.4g} deg. A guess of its angle decides"
 TURNED = "{}: turned by {:.4g} deg from where it was placed, to be assembled"
 MOST = 6  #: most bodies that are turned round

@@ -6,16 +6,14 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind, is_point
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.reduction import Reduction
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.system.signals import Matrix, gradients
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 UNSAID = 1e-4  #: weight of a coordinate without a guess
 UNDECIDED = 1e-6  #: relative weight of velocities in the world, if those of joints count, and leave something undecided

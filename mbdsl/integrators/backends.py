@@ -19,11 +19,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.kernels.arrays import Array
 from mbdsl.messages import install
 from mbdsl.numerics.hermite import between
 from mbdsl.system import System
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from mbdsl.system.close_approaches import Approach
     from mbdsl.system.peaks_in_time import Zone
 
-Array = NDArray[np.float64]
 
 #: status in addition to those of :mod:`mbdsl.integrators.loop.loop_state`; the reason is in ``External.reason``
 FAILED = -1
@@ -44,68 +43,43 @@ FAILED = -1
 
 @dataclass(frozen=True)
 class Problem:
-    """The initial value problem that a backend solves.
+    """The initial value problem that a backend solves."""
 
-    Attributes
-    ----------
-    system : System
-        The equations: its methods evaluate single quantities; :class:`mbdsl.system.index1.Index1` and
-        :class:`mbdsl.system.stabilised_index2.StabilisedIndex2` are reduced forms.
-    start, stop : float [s]
-    times : (states,) [s]
-        Times after the start at which a state is needed; the last is ``stop``. With controlled steps these are the
-        output times. With fixed steps they are the ends of the steps, and outputs between them are interpolated.
-    q, v, a : (n,)
-        Consistent initial state, with accelerations.
-    lam : (m + p,)
-        Initial multipliers.
-    left_out : tuple of int
-        Redundant constraints: their multipliers are zero.
-    h : float [s]
-        Step size of fixed steps.
-    tol : float or None
-        Tolerance of controlled steps: of angles [rad], and of positions relative to the mechanism's size; see
-        ``tolerances``.
-    options : mapping
-        Parameters of the method.
-    breaks : iterable of float [s]
-        Known times of jumps and corners of the equations, in order; no step should pass over one. They are generated
-        lazily, because there may be very many. Other jumps and corners are detected by ``System.switches``.
-    zones : iterable of Zone
-        Intervals of time (``start``, ``end``) [s] in each of which a step should end, because a law or table has a
-        peak there that a longer step would miss; ordered by their ends, and generated lazily.
-    longest : float [s]
-        Largest allowed size of controlled steps.
-    counts : collections.Counter
-        The backend fills in "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
-        "factorisations", "evaluations" (of the equations), and "events" (jumps encountered).
-    approaches : list of Approach
-        The backend fills in states at which a condition almost changes (:mod:`mbdsl.system.close_approaches`).
-    searched : (3,)
-        What the search for peaks keeps (:mod:`mbdsl.system.peaks_along_motion`).
-    events : EventSet or None
-        What acts at events, if METHOD.knows them; it has acted at the start.
-    """
-
+    #: the equations: its methods evaluate single quantities; :class:`mbdsl.system.index1.Index1` and
+    #: :class:`mbdsl.system.stabilised_index2.StabilisedIndex2` are reduced forms
     system: System
     start: float
     stop: float
+    #: (states,) [s]: times after the start at which a state is needed; the last is ``stop``. With controlled steps
+    #: these are the output times. With fixed steps they are the ends of the steps, and outputs between them are
+    #: interpolated.
     times: Array
+    #: (n,): consistent initial state, with accelerations
     q: Array
     v: Array
     a: Array
-    lam: Array
-    left_out: tuple[int, ...]
-    h: float
+    lam: Array  #: (m + p,): initial multipliers
+    left_out: tuple[int, ...]  #: redundant constraints: their multipliers are zero
+    h: float  #: [s] step size of fixed steps
+    #: tolerance of controlled steps: of angles [rad], and of positions relative to the mechanism's size; see
+    #: ``tolerances``
     tol: float | None
-    options: Mapping[str, float | None]
+    options: Mapping[str, float | None]  #: parameters of the method
+    #: [s] known times of jumps and corners of the equations, in order; no step should pass over one. They are generated
+    #: lazily, because there may be very many. Other jumps and corners are detected by ``System.switches``.
     breaks: Iterable[float] = ()
+    #: intervals of time (``start``, ``end``) [s] in each of which a step should end, because a law or table has a peak
+    #: there that a longer step would miss; ordered by their ends, and generated lazily
     zones: Iterable[Zone] = ()
-    longest: float = np.inf
+    longest: float = np.inf  #: [s] largest allowed size of controlled steps
+    #: the backend fills in "steps", "rejected", "iterations" (of Newton's method),
+    #: "matrix_evaluations", "factorisations", "evaluations" (of the equations), and "events" (jumps encountered)
     counts: Counter[str] = field(default_factory=Counter)
+    #: the backend fills in states at which a condition almost changes (:mod:`mbdsl.system.close_approaches`)
     approaches: list[Approach] = field(default_factory=list)
+    #: (3,): what the search for peaks keeps (:mod:`mbdsl.system.peaks_along_motion`)
     searched: Array = field(default_factory=not_searched)
-    events: EventSet | None = None
+    events: EventSet | None = None  #: what acts at events, if METHOD.knows them; it has acted at the start
 
     @property
     def peaks(self) -> OnTheWay:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.numerics import contact_modes
 from mbdsl.numerics.contact_modes import SENSE, STICK, Contacts, independent_rows, painleve
 from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_sequence
@@ -117,7 +118,7 @@ class ContactSet:
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             if not contact.absent and gap < -OVERLAP * size:
-                message = f"the gap of `{contact.name}` is {gap:.6g} m at the start: the bodies overlap"
+                message = f"the gap of `{contact.name}` is {gap:.6g} {contact.unit} at the start: the bodies overlap"
                 raise InitialisationError(message, contact.span, "give initial values at which it is not negative")
 
     def _gaps(self, t: float, q: Array) -> Array:
@@ -138,9 +139,18 @@ class ContactSet:
         return all(values[number(c.name, MODE)] != CLOSED for c in self.contacts)
 
     def act(
-        self, t: float, q: Array, v: Array, left_out: tuple[int, ...], values: dict[str, float]
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        left_out: tuple[int, ...],
+        values: dict[str, float],
+        friction: FrictionSet | None = None,
     ) -> tuple[Array, Array]:
         """q and v (n,) behind the event at time t, ``v`` itself if it does not change; ``values`` get the modes.
+
+        Joints with ``friction`` that are held slide behind an impact that moves them: friction of a finite force has
+        no impulse.
 
         Raises
         ------
@@ -161,7 +171,11 @@ class ContactSet:
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))
             touching = self._touching(t, q, v, which, others)
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
-            v = self._struck(t, q, v, touching, values)
+            free = tuple(sorted({*others, *self.system.tables.switchable}))
+            v = self._struck(t, q, v, touching if free == others else self._touching(t, q, v, which, free), values)
+            if self.struck and friction is not None and friction.release(t, q, v, values):
+                others = friction.left_out(others, values)
+                touching = self._touching(t, q, v, which, others)
             v = self._lasting(t, q, v, touching, others, before, values)
         scale = self.system.tables.scale
         change, fastest = (float(np.abs(x * scale).max(initial=0.0)) for x in (v - given, given))
@@ -206,6 +220,13 @@ class ContactSet:
         G = touching.laws.G[np.ix_(N, N)]
         found = contact_modes.solve(Contacts(G[np.ix_(at, at)], (1,) * len(at), np.zeros(len(at))), b[at])
         return b if found is None else b + G[:, at] @ found[0]
+
+    @staticmethod
+    def _carried(touching: Touching, u: Array, rest: NDArray[np.bool_]) -> Array:
+        """The rates of gaps (k,) once those at ``rest`` are held, where ``u`` are those before."""
+        at, N = np.flatnonzero(rest), np.array(touching.normals)
+        G = touching.laws.G[np.ix_(N, N)]
+        return u - G[:, at] @ least_squares(G[np.ix_(at, at)], u[at], DEPENDS) if len(at) else u
 
     def _touching(self, t: float, q: Array, v: Array, which: NDArray[np.int64], others: tuple[int, ...]) -> Touching:
         """The rows of contacts, and their Delassus matrix; ``others``: rows that do not constrain."""
@@ -270,12 +291,15 @@ class ContactSet:
         N = np.array(touching.normals)
         rest = np.abs(u[N]) <= slow
         height = ROUNDED * np.abs(touching.W[N]) @ np.abs(q)  # in which rounding decides the times of impacts
-        fall = self._supported(touching, b[N], rest)
-        for k in np.flatnonzero(self.struck & ~rest):
-            speed, e = u[N[k]], self.e[touching.which[k]]
-            rest[k] = (
-                comes_to_rest(speed, -fall[k], e, self.shortest) is not None or speed**2 < -2.0 * fall[k] * height[k]
-            )
+        while self.struck:  # what comes to rest may carry others, and take part in their velocities
+            fall, speeds = self._supported(touching, b[N], rest), self._carried(touching, u[N], rest)
+            few = [
+                comes_to_rest(speed, -a, e, self.shortest) is not None or speed**2 < -2.0 * a * low
+                for speed, a, e, low in zip(speeds, fall, self.e[touching.which], height, strict=True)
+            ]
+            if not (rest < few).any():
+                break
+            rest |= few
         at = np.flatnonzero(rest)
         rows = [r for k in at for r in range(N[k], N[k] + touching.laws.sizes[k])]
         own, u, b = touching.only(at), u[rows], b[rows]

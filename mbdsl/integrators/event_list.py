@@ -19,25 +19,33 @@ from mbdsl.system.contact_numbers import COUNT, HELD, MODE, OPEN, number
 
 if TYPE_CHECKING:
     from mbdsl.integrators.event_set import EventSet
-    from mbdsl.mechanism.events import Branch, Events
+    from mbdsl.mechanism.events import Action, Branch, Events
 
 Array = NDArray[np.float64]
+IMPULSES = ("impact", "contact", "reinit")  #: kinds of events at which velocities jump
 
 
 class Happened(NamedTuple):
-    """An event: time [s], kind, and place of what has acted."""
+    """An event: time [s], kind, place of what has acted, and the name of a contact or joint."""
 
     t: float
     kind: str
     span: Span | None
+    name: str = ""
+
+    @property
+    def line(self) -> str:
+        """Its file and line; "" of an event of a Builder."""
+        return "" if self.span is None else f"{self.span.file}:{self.span.line}"
 
 
 class Group(NamedTuple):
-    """The events of one kind and place: times (k,) [s], ascending."""
+    """The events of one kind, place and component: times (k,) [s], ascending."""
 
     kind: str
     span: Span | None
     times: Array
+    name: str = ""
 
 
 def place(span: Span | None) -> str:
@@ -60,20 +68,35 @@ def groups(found: EventSet) -> list[Group]:
     own = [
         Group(kind(b, found.events), b.span, np.sort(np.concatenate([times.get(id(b), []), *ticks.get(id(b), [])])))
         for b in found.events.branches
-        if any(action.what != "assert" for action in b.actions)
+        if any(action.what != "assert" and not (action.what == "set" and action.text) for action in b.actions)
     ]
     return [group for group in [*own, *_of_numbers(found)] if len(group.times)]
 
 
 def happened(found: list[Group]) -> list[Happened]:
     """All events of groups, in the order of time."""
-    every = [Happened(t, group.kind, group.span) for group in found for t in group.times.tolist()]
+    every = [Happened(t, group.kind, group.span, group.name) for group in found for t in group.times.tolist()]
     return sorted(every, key=lambda x: x.t)
 
 
+def times(found: list[Group], impulses: bool = False) -> Array:
+    """The times (k,) of the events of groups [s], ascending; only of those at which velocities jump, if asked."""
+    chosen = [group.times for group in found if not impulses or group.kind in IMPULSES]
+    return np.unique(np.concatenate(chosen)) if chosen else np.empty(0)
+
+
+def warned(found: EventSet) -> Iterator[tuple[Action, Array]]:
+    """The assertions that are warnings, and the times (k,) at which they were false."""
+    for action in (a for b in found.events.branches for a in b.actions if a.what == "set" and a.text):
+        times, rows = found.table()
+        yield action, times[np.diff(rows[:, found.names.index(action.target)], prepend=0.0) > 0.0]
+
+
 def _of_numbers(found: EventSet) -> Iterator[Group]:
-    """The events of rigid contacts and of joints that stick."""
+    """The warnings of assertions, and the events of rigid contacts and of joints that stick."""
     scene = found.system.scene
+    for action, false in warned(found):
+        yield Group("warning", action.span, false)
     if not (scene.contacts or scene.sticking):
         return
     times, rows = found.table()
@@ -82,17 +105,17 @@ def _of_numbers(found: EventSet) -> Iterator[Group]:
         struck, mode = (column[number(contact.name, x)] for x in (COUNT, MODE))
         struck = np.diff(struck) > 0.0
         closed = mode != OPEN
-        yield Group("impact", contact.span, times[1:][struck])
-        yield Group("contact", contact.span, times[1:][closed[1:] & ~closed[:-1]])
-        yield Group("lift-off", contact.span, times[1:][closed[:-1] & ~closed[1:]])
+        yield Group("impact", contact.span, times[1:][struck], contact.name)
+        yield Group("contact", contact.span, times[1:][closed[1:] & ~closed[:-1]], contact.name)
+        yield Group("lift-off", contact.span, times[1:][closed[:-1] & ~closed[1:]], contact.name)
         if contact.slips:
             sticks = column[number(contact.name, HELD)] != 0.0
-            yield Group("stick", contact.span, times[1:][sticks[1:] & ~sticks[:-1]])
-            yield Group("slip", contact.span, times[1:][sticks[:-1] & ~sticks[1:] & closed[1:]])
+            yield Group("stick", contact.span, times[1:][sticks[1:] & ~sticks[:-1]], contact.name)
+            yield Group("slip", contact.span, times[1:][sticks[:-1] & ~sticks[1:] & closed[1:]], contact.name)
     for joint in scene.sticking:
         held = np.diff((column[number(joint.name, SLIDING)] == 0.0).astype(float))
-        yield Group("stick", joint.span, times[1:][held > 0.0])
-        yield Group("slip", joint.span, times[1:][held < 0.0])
+        yield Group("stick", joint.span, times[1:][held > 0.0], joint.name)
+        yield Group("slip", joint.span, times[1:][held < 0.0], joint.name)
 
 
 def kind(branch: Branch, events: Events) -> str:

@@ -297,7 +297,7 @@ class EventSet:
             before, at_first = dict(self.values), v
             if self.contacts is not None:
                 self._put(self.values)
-                q, v = self.contacts.act(t, q, v, left_out, self.values)
+                q, v = self.contacts.act(t, q, v, left_out, self.values, self.friction)
                 left_out = self.left_out(left_out)
                 self.q, self.struck = q, self.struck or self.contacts.struck
             if self.friction is not None:
@@ -442,12 +442,10 @@ class EventSet:
                 raise ReinitError(message, action.span, hint, notes)
         signals = [a.signal for a, _ in jumps if a.signal is not None]
         now, _, w = gradients(system, signals, t, q, v)
-        rows = [dense(w)]
-        if system.m:
-            rows.append(dense(system.Phi_q(t, q)))
-        if system.p:
-            rows.append(dense(system.Gam_v(t, q, v)))
-        J, n, M = np.vstack(rows), system.n, dense(system.M(t, q))
+        n, matrix = system.n, dense(system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0))
+        # contacts push back in the next round, and friction that sticks has no impulse
+        free = n + np.array(self.all_left_out(system.tables.switchable), int)
+        M, J = matrix[:n, :n], np.vstack([dense(w), matrix[np.setdiff1d(np.arange(n, system.unknowns), free), :n]])
         d = balance(system, M.diagonal(), J)  # the units of the model do not decide the rank
         K = np.block([[M, J.T], [J, np.zeros((len(J), len(J)))]])
         wanted, change = np.array([x for _, x in jumps]), np.zeros(n + len(J))
@@ -460,6 +458,8 @@ class EventSet:
             message = f"reinit of {names} at t = {t:.9g} s: the constraints do not allow this velocity"
             hint = "a joint or a driver determines it; a `reinit` of several signals needs values that belong together"
             raise ReinitError(message, jumps[0][0].span, hint)
+        if self.friction is not None:
+            self.friction.release(t, q, v + dv, self.values)
         return v + dv
 
     @property

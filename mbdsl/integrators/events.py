@@ -186,15 +186,20 @@ class Events:
 
     @property
     def _of_reactions(self) -> bool:
-        """Whether reactions decide events. Those of a step have its error: where a step was cut short, they are taken
-        from the equations of motion."""
-        scene = self.system.scene
-        return bool(scene.sticking) or any(c.slips for c in scene.contacts)
+        """Whether reactions decide events, by friction or because those of steps are behind the motion. Those of a step
+        have its error: where a step was cut short, they are taken from the equations of motion."""
+        scene, lags = self.system.scene, not declared(self.run.method).own_reactions
+        return bool(scene.sticking) or any(c.slips or lags for c in scene.contacts)
 
     @property
     def _lags(self) -> bool:
         """Whether reactions decide events and those of a step are behind the motion."""
         return self._of_reactions and not declared(self.run.method).own_reactions
+
+    @cached_property
+    def _turns(self) -> bool:
+        """Whether the friction of contacts turns with their slip, so that steps up to its end have no solution."""
+        return any(len(c.slips) > 1 for c in self.system.scene.contacts)
 
     def _times(self, t: float) -> Iterator[float]:
         """The times of events after t that are known in advance [s]."""
@@ -244,6 +249,8 @@ class Events:
             integers[S.PASSED] = MOST_PASSED
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         try:
+            if self.set is not None and "dPhi" not in declared(run.method).enforces:  # else the way would leave Phi
+                q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None and at_once and run.grid and self._lags:
@@ -251,6 +258,8 @@ class Events:
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
+            if t + s + least > (due := reals[S.NEXT_EVENT]):  # no step is possible up to there: it is one event
+                s = max(s, due + 2 * least - t)
             t, (q, v) = t + s, way(s)
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
@@ -313,7 +322,7 @@ class Events:
         most = self._left(cut) * run.reals[S.LAST_H]
         if at_once:  # reactions of shorter steps have larger errors, of rounding
             most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
-            most = max(most, run.reals[S.UNCUT]) if run.grid and self._lags else most
+            most = max(most, run.reals[S.UNCUT]) if run.grid and (self._lags or self._turns) else most
         if self.set is not None:  # rounding may keep a gap from closing
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)
@@ -413,7 +422,8 @@ class Events:
         run, s, events = self.run, 2 * self.run.reals[S.LEAST_H], self.set
         if events is None or declared(run.method).order > 2 or not events.ticks_by(t + s):
             return False  # the history of methods of higher order would need the jumps of rates
-        if (self.system.switches(t, q, v, lam) != self.system.switches(t + s, q, v, lam)).any():
+        there = self.system.moved(q, s * v)  # what happens at the time of the tick, but for rounding, is one event
+        if (self.system.switches(t, q, v, lam) != self.system.switches(t + s, there, v, lam)).any():
             return False
         acted = events.act(t + s, q, v, run.left_out, put=False)
         if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):

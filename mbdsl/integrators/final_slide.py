@@ -9,13 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mbdsl.integrators.friction_set import At, FrictionSet
 from mbdsl.integrators.start_values import onto_constraints
+from mbdsl.kernels.arrays import Array
 
-Array = NDArray[np.float64]
 #: length of a step, relative to the time that is left; most of them
 PART, MOST = 0.25, 200
 #: the end is near if it is expected within this number of steps of the run

@@ -15,19 +15,19 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.shared_friction import At, RowsHeld, independent, share
 from mbdsl.integrators.start_values import onto_constraints
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.sticking import DRIVEN, EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
+from mbdsl.system import contact_numbers as contacts
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.paradox import paradox
 from mbdsl.system.signals import gradients, values
 
-Array = NDArray[np.float64]
 Modes = tuple[int, ...]
 Numbers = dict[str, float]
 
@@ -62,6 +62,7 @@ class FrictionSet:
         self.rows = [[system.tables.rows[row] for row in x.rows] for x in self.joints]
         names = [name for x in self.joints for name in x.held]
         self.held = dict(zip([row for rows in self.rows for row in rows], names, strict=True))  #: row -> its number
+        self.gaps = [rows[0] for rows in system.tables.contact_rows]
         self.turning = any(len(x.rates) > 1 for x in self.joints)  #: whether some slide in several directions
         self.span = 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
@@ -104,8 +105,26 @@ class FrictionSet:
             at = at._replace(v=self._stopped(at))
         for modes in self._tried(past):
             if self._fits(at, modes):
+                self._support(at)
                 return at.v
         raise self._undecided(at)
+
+    def release(self, t: float, q: Array, v: Array, numbers: Numbers) -> bool:
+        """Let the joints slide as an impulse has moved them; whether some were held."""
+        slow, held = self._slow(v), False
+        for x, rate in zip(self.joints, self._rates(t, q, v), strict=True):
+            if np.linalg.norm(rate) > slow:
+                held = held or not numbers[number(x.name, SLIDING)]
+                self._set_sliding(x, rate, numbers, slow)
+                numbers.update(dict.fromkeys(x.held, 0.0))
+        return held
+
+    def _support(self, at: At) -> None:
+        """Let closed contacts be dependent whose bodies friction holds."""
+        rows = self._left_out(at)
+        for c, (row, *_) in zip(self.system.scene.contacts, self.system.tables.contact_rows, strict=True):
+            if row in rows and row not in at.left_out:
+                at.numbers[contacts.number(c.name, contacts.MODE)] = contacts.DEPENDENT
 
     def _may_rest(self, k: int, before: int, along: float, rate: Array, numbers: Numbers, slow: float) -> bool:
         """Whether a joint is held, or so slow that it may be."""
@@ -154,7 +173,7 @@ class FrictionSet:
             at.numbers[number(self.joints[k].name, SLIDING)] = float(mode)
         held = [k for k, mode in zip(at.resting, modes, strict=True) if not mode]
         rows_held = self._hold(at, held)
-        rows = self.left_out(at.left_out, at.numbers)
+        rows = self._left_out(at)
         try:
             if free:
                 self._direct(at, rows, free)
@@ -167,7 +186,6 @@ class FrictionSet:
                 return False
             at.numbers.update(given)
         fits = self._agree(at, modes, a, lam)
-
         if fits and rows_held is not None:
             which = np.flatnonzero(np.abs(rows_held.Z).max(axis=1, initial=0.0))
             names = tuple(self.joints[k].name for k in held if set(self.rows[k]) & set(which.tolist()))
@@ -205,7 +223,9 @@ class FrictionSet:
         found = iter(values(self.system, roots, np.array([at.t]), at.q[None], at.v[None], lam[None], inputs))
         change = self._accelerations(at, a)
         tiny = float(np.finfo(float).tiny)
-        largest, fastest = self._largest(a), self._largest(a, self._free(at))
+        fastest = self._largest(a, self._free(at))
+        # a contact may keep it at rest, but for rounding
+        largest = fastest if not {*self.gaps} <= {*at.left_out} else self._largest(a)
         advice, worst = list(modes), 0.0
         for i, (k, mode, x) in enumerate(zip(at.resting, modes, own, strict=True)):
             normal = float(next(found)[0])
@@ -246,10 +266,20 @@ class FrictionSet:
             return None
         without = self.left_out(at.left_out, at.numbers)
         self.put(at.numbers, without)
-        found = independent(self.system, at, without, rows)
+        found = independent(self.system, at, (*without, *self.gaps), rows)
         for row in rows:
             at.numbers[self.held[row]] = float(row in found.kept)
         return found if len(found.kept) < len(rows) else None
+
+    def _left_out(self, at: At) -> tuple[int, ...]:
+        """The rows that are left out, with those of closed contacts that depend on what friction holds: contacts do
+        not pull."""
+        rows = self.left_out(at.left_out, at.numbers)
+        closed = [row for row in self.gaps if row not in rows]
+        if not (closed and any(at.numbers[name] for name in self.held.values())):
+            return rows
+        self.put(at.numbers, rows)
+        return (*rows, *(set(closed) - set(independent(self.system, at, rows, closed).kept)))
 
     def _direct(self, at: At, left_out: tuple[int, ...], free: list[int]) -> None:
         """Set the directions in which the joints ``free`` begin to slide.
@@ -360,7 +390,7 @@ class FrictionSet:
     def _stopped(self, at: At) -> Array:
         """The velocities with the joints at rest stopped; they are slow already."""
         self._hold(at, at.resting)
-        rows = self.left_out(at.left_out, at.numbers)
+        rows = self._left_out(at)
         self.put(at.numbers, rows)
         return onto_constraints(self.system, at.t, at.q, at.v, rows)[1]
 

@@ -12,18 +12,16 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
 from mbdsl.system.broken_laws import not_finite
 from mbdsl.system.system import DENSE_LIMIT
-
-Array = NDArray[np.float64]
 
 
 class Jump(NamedTuple):

@@ -6,15 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 
 if TYPE_CHECKING:
     from mbdsl.system import System
 
-Array = NDArray[np.float64]
 
 #: kernels of a method with the common step, and their parameters; see :mod:`mbdsl.integrators.loop.multistep`
 KERNELS = {
@@ -146,26 +143,15 @@ class Method:
 
 
 class Run(Protocol):
-    """The interface of a run: the integration of one system by some method. A motion has a run for each of its parts.
-
-    Attributes
-    ----------
-    out : (outputs, n + n + m + p)
-        q, v, lam at the output times after the start; the first ``written`` rows are filled.
-    times : (outputs,)
-        The output times; if every step is output, the times at the ends of the steps.
-    pivoting_from : float or None
-        Time since which the linear solver searches for pivots.
-    searched : (3,)
-        What the search for peaks keeps (:mod:`mbdsl.system.peaks_along_motion`).
-    """
+    """The interface of a run: the integration of one system by some method; a motion has a run for each part."""
 
     system: System
     method: str
+    #: (outputs, n + n + m + p): q, v, lam at the output times after the start; the first ``written`` rows are filled
     out: Array
-    times: Array
-    pivoting_from: float | None
-    searched: Array
+    times: Array  #: (outputs,): the output times; if every step is output, the times at the ends of the steps
+    pivoting_from: float | None  #: time since which the linear solver searches for pivots
+    searched: Array  #: (3,): what the search for peaks keeps (:mod:`mbdsl.system.peaks_along_motion`)
 
     @property
     def time(self) -> float:

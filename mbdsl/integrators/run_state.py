@@ -7,9 +7,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.collection import uncollected
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, sparse_lu, step_control
 from mbdsl.integrators.loop import loop_state as S
@@ -21,11 +19,11 @@ from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.tick_history import weights
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array, Integers
+from mbdsl.storage.garbage_collection import uncollected
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.peaks_along_motion import Turns, not_searched
-
-Array = NDArray[np.float64]
 
 
 def copied(value: Any) -> Any:
@@ -78,14 +76,14 @@ class RunState:
     # -- buffers of the compiled loop; see :class:`mbdsl.integrators.loop.run_data.RunData` --------------------------
     memory: Array = field(init=False, metadata=KEPT)
     reals: Array = field(init=False, metadata=KEPT)
-    integers: NDArray[np.int64] = field(init=False, metadata=KEPT)
+    integers: Integers = field(init=False, metadata=KEPT)
     vectors: Array = field(init=False, metadata=KEPT)
     frames: Array = field(init=False, metadata=KEPT)
     gradients: Array = field(init=False, metadata=KEPT)
     numbers: Array = field(init=False, metadata=KEPT)
-    layout: NDArray[np.int64] = field(init=False, metadata=KEPT)
+    layout: Integers = field(init=False, metadata=KEPT)
     matrices: Array = field(init=False, metadata=KEPT)
-    pivots: NDArray[np.int64] = field(init=False, metadata=KEPT)
+    pivots: Integers = field(init=False, metadata=KEPT)
     acts: bool = field(init=False, default=True)  #: whether the compiled loop does what clocks of the model do
     solver: int = field(init=False, metadata=KEPT)  #: DENSE or SPARSE_LU
     # -- output ------------------------------------------------------------------------------------------------------

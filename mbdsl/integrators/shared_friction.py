@@ -14,14 +14,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.sticking import MARGIN, Sticking
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
-Array = NDArray[np.float64]
 Joints = Sequence[tuple[Sticking, list[int]]]  #: joints and the rows that hold them
 DEPENDENT = 1e-9  #: part of a row of length one that others leave, and counts as zero
 DIRECTIONS = 30  #: most directions of the friction of a joint that are added

@@ -20,16 +20,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
+from mbdsl.kernels.arrays import Array
 from mbdsl.system import System
 from mbdsl.system.signals import values
 from mbdsl.system.switches import Switch
-
-Array = NDArray[np.float64]
 
 #: status of a run that stands still, in addition to those of :mod:`mbdsl.integrators.loop.loop_state`
 STALLED = 100
@@ -45,27 +43,13 @@ SAMPLE, OFTEN, JUMP = 128, 0.05, 0.5
 
 @dataclass(frozen=True)
 class Stall:
-    """A run that stands still.
+    """A run that stands still."""
 
-    Attributes
-    ----------
-    steps : int
-        Number of the last steps.
-    advance : float [s]
-        The time by which they advance the run.
-    law : str
-        Name of a component whose force jumps between them; "" if none is known.
-    switches : tuple of Switch
-        Conditions that change between them.
-    coordinate : str
-        If no law is known: the coordinate on which a force jumps; "" if none does.
-    """
-
-    steps: int
-    advance: float
-    law: str = ""
-    switches: tuple[Switch, ...] = ()
-    coordinate: str = ""
+    steps: int  #: number of the last steps
+    advance: float  #: [s] the time by which they advance the run
+    law: str = ""  #: name of a component whose force jumps between them; "" if none is known
+    switches: tuple[Switch, ...] = ()  #: conditions that change between them
+    coordinate: str = ""  #: if no law is known: the coordinate on which a force jumps; "" if none does
 
 
 class Standstill:

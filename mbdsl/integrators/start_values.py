@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels.arrays import Array
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations, rows_kept
-
-Array = NDArray[np.float64]
 
 #: largest h omega for reactions from M^{-1} Q; above it their error is some percent, and soon exceeds them
 STIFFEST = 300.0

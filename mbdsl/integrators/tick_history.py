@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.integrators.method import Method, Start
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 
 if TYPE_CHECKING:
     from mbdsl.system import System
 
-Array = NDArray[np.float64]
 #: highest order of methods whose history needs no jumps of rates
 HIGHEST = 2
 

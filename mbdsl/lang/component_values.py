@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.declaration import REQUIRED, Parameter
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.declaration import CONTACTS, REQUIRED, Parameter
+from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import argument_checks, orientations, values
 from mbdsl.lang import syntax as s
@@ -79,10 +79,22 @@ def values_of(part: FlatComponent) -> dict:
         if effect in part.kind.effects and (changed := part.kind.effects[effect](found)):
             found.update(changed)
             part.lacks.add(effect)
+    if CONTACTS["compliant"] in part.assembly.without:
+        _check_stiffness(part, found)
     found = FrozenDict(found)  # components share it
     if same:
         part.template.shared = (found, part.poses(found), part.lacks)
     return found
+
+
+def _check_stiffness(part: FlatComponent, found: dict) -> None:
+    """Refuse a contact without stiffness where all must have one."""
+    if isinstance(part.kind, JointKind) and part.kind.unilateral:
+        hint = "write it as a stop, PointContact, CircleContact, ..., with `k`"
+        raise ModelError(f"{part.kind.name} `{part.name}` is always rigid, not compliant", span_of(part.at), hint)
+    if isinstance(part.kind, ForceKind) and part.kind.touching and found["k"] is None:
+        message = f"{part.kind.name} `{part.name}` has no stiffness, which compliant contacts need"
+        raise ModelError(message, span_of(part.at), "give `k`")
 
 
 def _rank(part: FlatComponent, parameter: Parameter, modifier: Modifier, shape: tuple[int, ...]) -> int:

@@ -17,11 +17,10 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING
 
-from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import quantities, units
 from mbdsl.lang.units import Dimension
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import OWN, DisplayUnit, UnitsOfSignals, did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.mechanism.scene import Scene
@@ -68,18 +67,10 @@ def factor(text: str, own: str) -> float:
 
 @dataclass(frozen=True)
 class DisplayUnits(UnitsOfSignals):
-    """Units in which values are displayed.
+    """Units in which values are displayed."""
 
-    Attributes
-    ----------
-    asked : mapping of Kind to str
-        Quantity -> the unit for all of its values.
-    declared : mapping of str to str
-        Signal -> its own unit, unless one is asked for.
-    """
-
-    asked: Mapping[Kind, str] = field(default_factory=dict)
-    declared: Mapping[str, str] = field(default_factory=dict)
+    asked: Mapping[Kind, str] = field(default_factory=dict)  #: quantity -> the unit for all of its values
+    declared: Mapping[str, str] = field(default_factory=dict)  #: signal -> its own unit, unless one is asked for
 
     def of(self, unit: str, name: str = "") -> DisplayUnit:
         """The unit in which the signal ``name``, whose values are in ``unit``, is displayed."""
@@ -101,10 +92,6 @@ def asked(given: str | Iterable[str] | None, known: UnitsOfSignals | None = None
         Units, separated by commas: "deg, rpm, kN, mm".
     known : UnitsOfSignals, optional
         The units until now.
-
-    Returns
-    -------
-    UnitsOfSignals
 
     Raises
     ------

@@ -1,7 +1,5 @@
 """Names of the functions of events."""
 
-from __future__ import annotations
-
 #: functions that have a meaning at events only
 FUNCTIONS = ("pre", "edge", "change", "initial", "terminal", "sample")
 #: what a `when` does beside assignments

@@ -11,8 +11,10 @@ from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr, input_signal
 from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang import syntax as s
+from mbdsl.lang.assertions import parts
 from mbdsl.lang.evaluate import evaluate, loop
 from mbdsl.lang.event_functions import ACTIONS, FUNCTIONS
+from mbdsl.lang.mistakes import events as mistakes
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
@@ -118,11 +120,7 @@ class EventsOfModel:
             return tuple(self._of_variable(name, x, e) for x in value)
         variable = self.variable(value)
         if variable is None:
-            raise ModelError(
-                f"{name}() takes a discrete variable, found `{write(e)}`",
-                span_of(e.at),
-                "declare it without a value and set it in a `when`: `discrete Real x(start = 0);`",
-            )
+            raise mistakes.no_discrete(name, e, value)
         before = f"pre({variable})"
         self._add(Discrete(before, self._variables[variable].start))
         past = self._leaf(before, variable in self._booleans, value.dimension)
@@ -161,7 +159,8 @@ class EventsOfModel:
         action = self._call(item, scope.for_signals())
         at_start = symbolic.expr(self._truth(INITIAL).value)  # type: ignore[arg-type]
         assert action.value is not None
-        return When((Branch((symbolic.call("not", action.value), at_start), (action,), action.span),))
+        holds = action.value if action.what == "assert" else action.value.args[0]
+        return When((Branch((symbolic.call("not", holds), at_start), (action,), action.span),))
 
     def finished(self, at_rest: Collection[str]) -> Events:
         """The events of the model, checked; ``at_rest`` are the frames that do not move."""
@@ -196,12 +195,22 @@ class EventsOfModel:
                     raise ModelError(
                         f"`when` takes a condition (true or false), found {values.describe(q)}", span_of(condition.at)
                     )
+            self._refuse_equality(condition, scope)
             conditions = tuple(symbolic.expr(q.value) for q in each)  # type: ignore[union-attr,arg-type]
             if any(n.value == symbolic.QUIET for n in symbolic.walk(*conditions)):
                 message = "`when` needs the event that noEvent() leaves out"
                 raise ModelError(message, span_of(condition.at), "write the condition without it")
             branches.append(Branch(conditions, tuple(self._actions(items, scope)), span_of(condition.at)))
         return When(tuple(branches))
+
+    def _refuse_equality(self, condition: s.Expression, scope: Scope) -> None:
+        """Refuse `a == b` of values that move: they are never equal for a time, and it would never act."""
+        for e in s.inside(condition):
+            if isinstance(e, s.Binary) and e.operator == "==":
+                sides = [evaluate(x, scope) for x in (e.left, e.right)]
+                read = symbolic.leaves(*(symbolic.expr(q.value) for q in sides if isinstance(q, Quantity)))  # type: ignore[arg-type]
+                if any(x.op != "input" or self._states.of(x) is not None for x in read):
+                    raise mistakes.never_equal(e)
 
     def _actions(self, items: Iterable[s.Item], scope: Scope) -> Iterable[Action]:
         for item in items:
@@ -265,6 +274,8 @@ class EventsOfModel:
     def _not_discrete(self, e: s.Expression, target: Value) -> ModelError:
         x, text = getattr(target, "value", None), write(e)
         hint = f"declare it without a value: `discrete Real {text}(start = ...);`"
+        if isinstance(e, s.Call):
+            hint = f"set a variable and use it in the equation, as in `{text} = (if on then 1 else 0)/(1 s);`"
         if self._states.of(target) is not None or (isinstance(x, Expr) and symbolic.is_velocity_level(x)):
             hint = f"a state or a velocity jumps by `reinit({text}, ...)`"
         elif isinstance(x, Expr) and x.op == "input":
@@ -291,25 +302,34 @@ class EventsOfModel:
         span = span_of(item.at)
         if name == "terminate" and len(given) == 1 and isinstance(given[0], s.String):
             return Action("terminate", "", None, None, _text(given[0]), span)
-        if name == "assert" and len(given) in (2, 3):
-            if len(given) == 3 and write(given[2]).endswith("warning"):
+        if name == "assert":
+            condition, text, warns = parts(item)
+            found = evaluate(condition, scope)
+            if isinstance(found, tuple) or not found.boolean:
                 raise ModelError(
-                    "an assertion that is a warning only is not available",
-                    span_of(given[2].at),
-                    "leave out the level: the run ends where the condition is false",
+                    f"assert() takes a condition (true or false), found {values.describe(found)}",
+                    span_of(condition.at),
                 )
-            condition = evaluate(given[0], scope)
-            if isinstance(condition, tuple) or not condition.boolean:
-                raise ModelError(
-                    f"assert() takes a condition (true or false), found {values.describe(condition)}",
-                    span_of(given[0].at),
-                )
-            value = symbolic.expr(condition.value)  # type: ignore[arg-type]
-            return Action("assert", write(given[0]), value, None, _text(given[1]), span)
+            value = symbolic.expr(found.value)  # type: ignore[arg-type]
+            return (
+                self._warning(condition, value, text, span)
+                if warns
+                else Action("assert", write(condition), value, None, text, span)
+            )
         if name == "reinit" and len(given) == 2:
             target, value = evaluate(given[0], scope), evaluate(given[1], scope)
             return self._reinit(given, target, value, span)
         raise no_action(call, span)
+
+    def _warning(self, condition: s.Expression, value: Expr, text: str, span: Span | None) -> Action:
+        """An assertion that is a warning only counts how often it is false."""
+        name = f"assert({len(self._variables)})"
+        before = f"pre({name})"
+        self._add(Discrete(name))
+        self._add(Discrete(before))
+        count = input_signal(before)
+        found = symbolic.call("select", value, count, count + 1.0)
+        return Action("set", name, found, None, f"`{write(condition)}` is false: {text}", span)
 
     def _reinit(self, given: list[s.Expression], target: Value, value: Value, span) -> Action:
         name = write(given[0])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from mbdsl.elements.declaration import EFFECTS
-from mbdsl.errors import ModelError
+from mbdsl.elements.declaration import CONTACTS, EFFECTS
+from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import argument_checks, functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate
@@ -111,19 +111,25 @@ def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
     return number
 
 
-def check_effects(given: Iterable[str]) -> tuple[str, ...]:
+def check_effects(given: Iterable[str], contacts: str | None = None) -> tuple[str, ...]:
     """Check the names of effects to leave out, one or several, and return them.
+
+    ``contacts`` is a choice of all contacts, "rigid" or "compliant", and adds what scenes lack then.
 
     Raises
     ------
-    ModelError
-        If there is no effect of a name.
+    ModelError, UsageError
+        If there is no effect of a name, or no such choice.
     """
+    if contacts is not None:
+        if contacts not in CONTACTS:
+            raise UsageError(f"contacts: found {contacts!r}, expected {' or '.join(map(repr, CONTACTS))}")
+        return (*check_effects(given), CONTACTS[contacts])
     if not isinstance(given, Iterable):
         hint = f"the effects are {', '.join(EFFECTS)}"
         raise ModelError(f"found {given!r}, expected effects to leave out", hint=hint)
     names = (given,) if isinstance(given, str) else tuple(given)
     for name in names:
-        if name not in EFFECTS:
+        if name not in EFFECTS and name not in CONTACTS.values():
             raise ModelError(f"there is no effect `{name}` to leave out", hint=did_you_mean(name, EFFECTS, "there are"))
     return names

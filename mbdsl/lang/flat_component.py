@@ -235,9 +235,11 @@ class FlatComponent:
     def signal_names(self) -> tuple[str, ...]:
         if self._signal_names is None:
             laws = filter(self.has_law, self.kind.law_parameters)
-            rubs = self.has_friction()
-            sticks = self.formulas.sticks or (rubs and getattr(self.kind, "unilateral", False))
-            self._signal_names = signals.names(self.own_kind, laws, rubs, sticks)
+            kind = self.own_kind
+            touching = kind.contacts
+            rubs = bool(self.values.get("mu_s")) if touching else self.has_friction()
+            sticks = self.formulas.sticks or (rubs and bool(touching or getattr(kind, "unilateral", False)))
+            self._signal_names = signals.names(kind, laws, rubs, sticks)
         return self._signal_names
 
     def has_friction(self) -> bool:

@@ -10,7 +10,7 @@ from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import OPERATIONS, Expr, leaves, without_events
 from mbdsl.lang import limits, units, values
 from mbdsl.lang.modelica_names import CONVERSIONS
-from mbdsl.lang.quantities import words
+from mbdsl.lang.quantities import unit_text, words
 from mbdsl.lang.units import NUMBER
 from mbdsl.lang.values import Quantity, Value, compute, describe, numeric
 
@@ -40,6 +40,8 @@ def _pure(name: str, arguments: list[Value]) -> Value:
         hint = None
         if a.dimension == units.dimension("s"):
             hint = "multiply the time by a rate, e.g. `2 rad/s * time`"
+        elif a.dimension is not None and (unit := unit_text(a.dimension)):
+            hint = f"divide it by a unit: `{name}(x/(1 {unit}))`"
         raise ModelError(f"{name}() takes a pure number or an angle, found {describe(a)}", hint=hint)
     operation = _PURE[name]
     return Quantity(compute(operation, _PYTHON[operation], a), NUMBER)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
 
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, values
@@ -22,6 +21,7 @@ from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.given_attitudes import given_attitudes
 from mbdsl.mechanism.scene import InitialValue
+from mbdsl.messages import DisplayUnit
 
 STATES = {"steady": True, "static": True, "given": False}  #: values of ``initial(state = ...)``
 
@@ -247,11 +247,13 @@ def check_target(name: str, target: object, span: Span | None) -> None:
         raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span)
     for leaf in leaves:
         if leaf.op in ("multiplier", "input"):
-            what = "a reaction" if leaf.op == "multiplier" else "an input"
+            what = "a reaction" if leaf.op == "multiplier" else "an input or a discrete variable"
             raise ModelError(
                 f"`{name}` depends on {what}; only positions and velocities have initial values",
                 span,
-                "an input starts at its `start`" if leaf.op == "input" else "reactions follow from the motion",
+                "a discrete variable or an input begins at its `start`, as in `discrete Real x(start = 3);`"
+                if leaf.op == "input"
+                else "reactions follow from the motion",
             )
     if any(leaf.op == "time" for leaf in leaves):
         raise ModelError(f"`{name}` depends on time; only positions and velocities have initial values", span)

@@ -10,7 +10,7 @@ from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import TABLE_ARGUMENTS
-from mbdsl.lang.mistakes import equations
+from mbdsl.lang.mistakes import equations, events
 from mbdsl.lang.modifiers import Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
@@ -101,6 +101,8 @@ def refuse_changes_of_outer(d: s.Declaration, given: Modifier | None) -> None:
 def no_equation(item: s.Relation, remedy: str | None, at: At = None) -> ModelError:
     """The error of an equation that is neither a connection nor an assertion."""
     if item.right is None:
+        if (action := events.outside_of_when(item)) is not None:
+            return action
         return ModelError(
             f"found `{write(item.left)}`, expected `connect(a, b);`",
             span_of(item.left.at),

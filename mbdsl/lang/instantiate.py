@@ -25,11 +25,11 @@ from mbdsl.lang.inheritance import Member, ModelContent, circle, declarations, d
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.instance_checks import Elements
 from mbdsl.lang.library import SourceUnit
-from mbdsl.lang.mistakes import doubts, equations
+from mbdsl.lang.mistakes import doubts, equations, events
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, coordinates_named, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.positional import Positional
-from mbdsl.lang.scope import Scope
+from mbdsl.lang.scope import Scope, Varies
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.states import derived, target_of
 
@@ -121,8 +121,14 @@ class Instance:
         else:
             self._repeat(item, scope, lambda each, inner: self._block(member, inner, each))
 
-    def _decide(self, condition: s.Expression, scope: Scope) -> bool:
-        value = evaluate(condition, scope)
+    def _decide(self, condition: s.Expression, scope: Scope, choice: s.If | None = None) -> bool:
+        """Whether a condition is true; it is that of ``choice``, if this is given."""
+        try:
+            value = evaluate(condition, scope)
+        except Varies as problem:
+            if choice is not None:
+                problem.hint = events.varying_branches(choice)
+            raise
         if isinstance(value, tuple) or not isinstance(value.value, bool):
             raise ModelError(f"a condition is true or false, found {values.describe(value)}", span_of(condition.at))
         return value.value
@@ -362,6 +368,8 @@ class Instance:
             self._repeat(item, scope, self._initial)
 
     def _check_branches(self, item: s.Item) -> None:
+        if isinstance(item, s.If) and (problem := events.if_at_start(item)) is not None:
+            raise problem
         if isinstance(item, s.If) and (equation := equations.first_equation(item)) is not None:
             raise checks.no_equation(equation, equations.variable(item, self.around()), item.at)
 
@@ -373,7 +381,7 @@ class Instance:
                     action(each, inner)
         elif isinstance(item, s.If):
             for condition, items in item.branches:
-                if condition is None or self._decide(condition, scope):
+                if condition is None or self._decide(condition, scope, item):
                     for each in items:
                         action(each, scope)
                     break

@@ -42,8 +42,8 @@ def of_kind(kind: Kind) -> str:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
         lines += [f"| `{p.name}` | {unit_of(p)} | {default_of(p)} | {notes(kind, p)} |" for p in kind.parameters]
         lines.append("")
-    reactions = kind.reaction if isinstance(kind, JointKind) else ()
-    listed = [*kind.signals, *(x for x in kind.outputs if x.name not in reactions)]
+    reactions, friction = (kind.reaction, kind.resistance) if isinstance(kind, JointKind) else ((), ())
+    listed = [*kind.signals, *(x for x in kind.outputs if x.name not in reactions), *friction]
     if listed:
         lines += ["| signal | unit | |", "|---|---|---|"]
         lines += [f"| `{x.name}` | {x.unit} | {x.doc} |" for x in listed]

@@ -11,7 +11,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any
 
-from mbdsl.collection import uncollected
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.data_files import Columns
@@ -25,6 +24,7 @@ from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, few
+from mbdsl.storage.garbage_collection import uncollected
 
 _chosen: ContextVar[str | None] = ContextVar("name of the model to read", default=None)
 

@@ -232,7 +232,8 @@ def _typed(value: Value, type_name: str, what: str, assembly: Assembly) -> Value
         return values.literal(functions.count(value, what))
     if type_name == "Boolean":
         if not value.boolean:
-            raise ModelError(f"{what}: found {values.describe(value)}, expected true or false")
+            hint = None if value.value not in (0, 1) else f"write `{'true' if value.value else 'false'}`"
+            raise ModelError(f"{what}: found {values.describe(value)}, expected true or false", hint=hint)
         return value
     if type_name == "String":
         if not isinstance(value.value, str):

@@ -14,13 +14,14 @@ from mbdsl.lang.mistakes import joint_laws
 from mbdsl.lang.paths import spans
 from mbdsl.lang.source import placed, span_of
 from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.signals import Formulas
 
 
 def components_of(part: FlatComponent) -> list[Component]:
     """The component, and those of the further spans of its path."""
     if part.kind.computed:
         return spans(part, part.modifier("over"))
-    return [_component(part)]
+    return [_component(part), *(_contact(part, x) for x in part.formulas.contacts.values())]
 
 
 def latches_of(part: FlatComponent) -> Iterable[tuple[str, Expr, Expr]]:
@@ -51,6 +52,24 @@ def _component(part: FlatComponent) -> Component:
         {port: frame for port, own in ports.items() if (frame := part.port_frame(port).name) != own},
         tuple(map(part.formulas.row, kind.relations)) if isinstance(kind, JointKind) else (),
         part.units() if kind.coupled else {},
+    )
+
+
+def _contact(part: FlatComponent, own: Formulas) -> Component:
+    """A rigid contact that a component consists of; its signals are those of the component."""
+    kind = own.kind
+    assert isinstance(kind, JointKind)
+    values = {x.name: own.given(x.name) for x in kind.parameters}
+    slips = tuple(own.row(x) for x in kind.velocity_rows if values[x] is not None)
+    return Component(
+        own.name,
+        kind,
+        values,
+        span=span_of(part.at),
+        velocity_constraints=slips,
+        friction=own.resistance() if slips else None,
+        relations=(own.row("gap"),),
+        units={"gap": "rad"} if part.kind.unit_of("phi") == "rad" else {},
     )
 
 

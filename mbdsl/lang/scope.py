@@ -44,6 +44,10 @@ class SignalEntity:
         return self._make()
 
 
+class Varies(ModelError):
+    """A value that varies where one is needed that is known before the start."""
+
+
 class Scope(Names):
     """A place in a model: a namespace, loop variables, and the component whose law is evaluated."""
 
@@ -137,8 +141,8 @@ class Scope(Names):
             )
         raise ModelError(f"`{name}` is a component, expected a value")
 
-    def _not_constant(self, name: str) -> ModelError:
-        return ModelError(f"`{name}` varies in time, but this value must be known before the start")
+    def _not_constant(self, name: str) -> Varies:
+        return Varies(f"`{name}` varies in time, but this value must be known before the start")
 
     def last(self) -> Value:
         return super().last() if self.size is None else values.literal(self.size)

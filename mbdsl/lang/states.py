@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.elements import of_variant
 from mbdsl.errors import ModelError
 from mbdsl.expressions import spatial_coordinates, symbolic
@@ -24,6 +23,7 @@ from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Component, Description, Frame, InitialValue
 from mbdsl.mechanism.scene_parts import SpatialFrame
+from mbdsl.messages import DisplayUnit
 
 if TYPE_CHECKING:
     from mbdsl.lang.entities import Slot
@@ -262,7 +262,7 @@ def _declared(target: s.Reference, scope: Scope) -> Value:
     with placed(target.at):
         entity = scope.resolve(target)
         if isinstance(entity, SignalEntity):
-            raise _no_state(target, "motions follow from forces and joints and cannot be given")
+            raise _no_state(target, "motions follow from forces and joints: no equation gives their derivatives")
         return scope.value_of(entity, target)
 
 

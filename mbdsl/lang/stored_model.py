@@ -36,11 +36,6 @@ def to_text(scene: Scene, overrides: Mapping[str, str | float] | None = None) ->
 def from_text(text: str) -> Scene:
     """The scene of a text of :func:`to_text`.
 
-    Parameters
-    ----------
-    text : str
-        The text.
-
     Returns
     -------
     Scene

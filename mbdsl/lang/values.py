@@ -96,7 +96,12 @@ def describe(value: Value) -> str:
 
 def numeric(q: Value, what: str) -> Quantity:
     if isinstance(q, tuple) or not q.number:
-        raise ModelError(f"{what} takes numbers, found {describe(q)}")
+        hint = (
+            "write `(if b then 1 else 0)` for the number of a Boolean b"
+            if not isinstance(q, tuple) and q.boolean
+            else None
+        )
+        raise ModelError(f"{what} takes numbers, found {describe(q)}", hint=hint)
     return q
 
 

@@ -24,10 +24,6 @@ def has_to_be_assembled(graph: MechanismGraph) -> bool:
     ----------
     graph : MechanismGraph
         The structure of the model.
-
-    Returns
-    -------
-    bool
     """
     return (
         graph.loops > 0

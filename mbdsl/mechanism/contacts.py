@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from mbdsl.elements import of_variant
@@ -42,6 +43,7 @@ class Contact(NamedTuple):
     span: Span | None
     closing: Expr
     absent: bool  #: whether it is left out: it never closes
+    unit: str = "m"  #: of its gap, "rad" of stops of angles
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -85,17 +87,18 @@ def contact_of(component) -> Contact:
     opens = call("and", call("eq", mode, CLOSED), call("lt", 0.0, multiplier(name, 0)))
     own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
     sequential = values["impacts"] == "sequential"
-    absent = values["impacts"] == "never"
-    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent)
+    absent, unit = values["impacts"] == "never", component.units.get("gap", "m")
+    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent, unit)
 
 
-def rubbing(component) -> list[tuple[str, list[Expr]]]:
+def rubbing(name: str, slips: Sequence[Expr], spatial: bool) -> list[tuple[str, list[Expr]]]:
     """What friction exerts while a contact slides: frames, and the components of force and torque on them.
 
     In the plane it is c N along the slip, c being its number COEFFICIENT. In space it has the direction of the slip; at
     rest, where there is none, that of ALONG.
     """
-    name, slips = component.name, component.velocity_constraints
+    if not slips:
+        return []
     force = input_signal(number(name, COEFFICIENT)) * -multiplier(name, 0)
     forces = [force]
     if len(slips) > 1:
@@ -107,7 +110,7 @@ def rubbing(component) -> list[tuple[str, list[Expr]]]:
         forces = [force * x / speed for x in u]
     found = []
     for frame in dict.fromkeys(f for x in slips for f in frames_in(x)):
-        rates = [by_rate(x, frame, component.kind.spatial) for x in slips]
+        rates = [by_rate(x, frame, spatial) for x in slips]
         loads = [
             sum((s * g for s, g in zip(forces[1:], of[1:], strict=True)), forces[0] * of[0])
             for of in zip(*rates, strict=True)

@@ -9,28 +9,18 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class DrawnShape:
-    """A shape fixed to a body or to the ground.
+    """A shape fixed to a body or to the ground."""
 
-    Attributes
-    ----------
-    form : str
-        "area" (closed lines, filled where a point is inside an odd number of them), "line" (open lines) or "ellipse".
-    parts : tuple of tuple of (x, y) [m]
-        Points of each line; of an ellipse its centre. In the body's axes, from its reference point.
-    axes : (a, b, angle) [m, m, rad]
-        Of an ellipse: its half axes and the angle of the first.
-    fill, line : str
-        Colours "#rrggbb"; "none" for nothing; "" for those of the body.
-    width : float [m]
-        Width of the line; 0: a thin line at every scale.
-    """
-
+    #: "area" (closed lines, filled where a point is inside an odd number of them), "line" (open lines) or "ellipse"
     form: str
+    #: [m] points of each line; of an ellipse its centre. In the body's axes, from its reference point.
     parts: tuple[tuple[Point, ...], ...]
+    #: of an ellipse: its half axes and the angle of the first, (a, b, angle) [m, m, rad]
     axes: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    #: colours "#rrggbb"; "none" for nothing; "" for those of the body
     fill: str = ""
     line: str = ""
-    width: float = 0.0
+    width: float = 0.0  #: [m] width of the line; 0: a thin line at every scale
 
     def __len__(self) -> int:
         """Number of its points."""

@@ -47,7 +47,8 @@ class Clock:
 class Action:
     """What a when-equation does: "set" a discrete variable, "reinit" a state or a velocity, "terminate", or "assert".
 
-    ``value`` is the new value, or the condition that must hold. ``target`` is the name that is set, or a signal.
+    ``value`` is the new value, or the condition that must hold. ``target`` is the name that is set, or a signal. An
+    assertion that is a warning only sets the number of times that it was false, and has a ``text``.
     """
 
     what: str
@@ -105,7 +106,7 @@ class Events:
 
     def of_component(self, branch: Branch) -> bool:
         """Whether a branch sets a number of a component, and no variable of the model."""
-        return any(a.what == "set" and not self.variables[a.target].type for a in branch.actions)
+        return any(a.what == "set" and not a.text and not self.variables[a.target].type for a in branch.actions)
 
     @property
     def typed(self) -> list[str]:

@@ -10,12 +10,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot, pi, sqrt
 
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError
 from mbdsl.expressions.spatial_coordinates import CARDAN, QUATERNION, named
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
 from mbdsl.mechanism.poses import of_quaternion, turned_successively
 from mbdsl.mechanism.scene import InitialValue, Scene
+from mbdsl.messages import DisplayUnit
 
 DEGREES = DisplayUnit("deg", pi / 180.0)
 #: largest difference from 1 of the length of a quaternion: of parts with three digits

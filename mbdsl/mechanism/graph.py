@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
-from mbdsl.collection import uncollected
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelWarning
 from mbdsl.expressions.symbolic import Expr, leaves
@@ -26,6 +25,7 @@ from mbdsl.mechanism.graph_algorithms import GROUND, GraphAlgorithms, Placement
 from mbdsl.mechanism.scene import Component, Scene, is_rate, is_state
 from mbdsl.mechanism.sticking import joint_of
 from mbdsl.messages import count, few
+from mbdsl.storage.garbage_collection import uncollected
 
 
 class SubMechanism(NamedTuple):
@@ -47,24 +47,14 @@ class SubMechanism(NamedTuple):
 
 @dataclass(frozen=True)
 class MechanismGraph(GraphAlgorithms):
-    """Structure of a :class:`~mbdsl.mechanism.scene.Scene`. Bodies, joints and forces keep the scene's order.
-
-    Attributes
-    ----------
-    bodies : dict of str to Component
-        The components with coordinates.
-    ground : Component
-        The (first) ground; as a node it is ``GROUND``.
-    warnings : tuple of ModelWarning
-        Suspicious properties that are not errors.
-    """
+    """Structure of a :class:`~mbdsl.mechanism.scene.Scene`. Bodies, joints and forces keep the scene's order."""
 
     scene: Scene
-    ground: Component
-    bodies: Mapping[str, Component]
+    ground: Component  #: the (first) ground; as a node it is ``GROUND``
+    bodies: Mapping[str, Component]  #: the components with coordinates
     joints: tuple[Edge, ...]
     forces: tuple[Edge, ...]
-    warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
+    warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)  #: suspicious properties that are not errors
 
     def __repr__(self) -> str:
         return f"<MechanismGraph of {self.summary().splitlines()[0]}>"
@@ -216,7 +206,9 @@ class MechanismGraph(GraphAlgorithms):
         own = set(self.states)
         parts = [p for p in self.sub_mechanisms if not own.issuperset(p.bodies)]
         states = len(own)
-        counts = [count(len(self.bodies) - states, "body", "bodies"), count(len(self.joints), "joint")]
+        contacts = [is_contact(e.component) for e in self.joints if not e.component.kind.contacts]
+        counts = [count(len(self.bodies) - states, "body", "bodies"), count(contacts.count(False), "joint")]
+        counts += [count(sum(contacts), "rigid contact")] if any(contacts) else []
         counts += [count(len(self.forces) - states, "force"), count(self.loops, "independent loop")]
         counts += [count(states, "state")] if states else []
         sides = f"{count(self.coordinates, 'coordinate')} - {count(self.rows, 'constraint row')}"

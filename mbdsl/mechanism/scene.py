@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Protocol
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.errors import ModelWarning, Span, UsageError
 from mbdsl.expressions.symbolic import Expr, const, substitute
@@ -36,6 +35,7 @@ from mbdsl.mechanism.scene_parts import (
 )
 from mbdsl.mechanism.scene_signals import SceneSignals
 from mbdsl.mechanism.sticking import Sticking, in_loops, sticks
+from mbdsl.messages import OWN, UnitsOfSignals
 
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
@@ -207,15 +207,16 @@ class Scene(SceneSignals):
         Returns
         -------
         Scene
-            This scene without them and without when-equations; laws read reactions of zero.
+            This scene without them and without when-equations; laws read reactions of zero, and no impacts.
         """
         gone = {c.name for c in self.contacts}
+        numbers = {rigid.number(c.name, what) for c in self.contacts for what in c.numbers}
 
         def law(x: Any) -> Any:
             return substitute(x, lambda leaf: const(0.0) if reads(leaf) else None) if isinstance(x, Expr) else x
 
         def reads(leaf: Expr) -> bool:
-            return leaf.op == "multiplier" and leaf.value[0] in gone
+            return leaf.value in numbers if leaf.op == "input" else leaf.op == "multiplier" and leaf.value[0] in gone
 
         components = {
             name: replace(c, values={key: law(x) for key, x in c.values.items()})

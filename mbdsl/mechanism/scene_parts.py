@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.elements.kind import BodyKind, JointKind, Kind
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, expr, is_const
 from mbdsl.mechanism.frozen_dict import freeze
 from mbdsl.mechanism.poses import PlanarPose, SpatialPose
+from mbdsl.messages import DisplayUnit
 
 
 @dataclass(frozen=True)

@@ -162,10 +162,10 @@ class SceneSignals:
         for c in self.components.values():
             kind = c.kind
             if isinstance(kind, JointKind) and kind.is_expression:
-                rows = c.relations, c.velocity_constraints
-                loads = wrenches.of_expressions(c.name, *rows, self.spatial)
+                exerted = wrenches.of_contact if kind.unilateral else wrenches.of_expressions
+                loads = exerted(c.name, c.relations, c.velocity_constraints, self.spatial)
                 found += [Load(c.name, x, *loads[x]) for x in loads if x in frames]
-            elif isinstance(kind, PairKind):
+            elif isinstance(kind, PairKind) and not kind.contacts:
                 for port in (port for port, x in c.ports.items() if x in frames):
                     point = kind.touches if port == "frame_a" else ()
                     place = [self._moved(formulas.evaluate(x, self._formulas(c))) for x in point]

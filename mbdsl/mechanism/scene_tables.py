@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.elements.declaration import ANY
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.messages import few, visible
+from mbdsl.messages import OWN, UnitsOfSignals, few, visible
 from mbdsl.plotting.figures import Table
 from mbdsl.plotting.html_tables import fragment
 
@@ -65,11 +64,6 @@ def _divided(v: Any, factor: float) -> Any:
 
 def tables(scene: Scene) -> list[Table]:
     """The scene as tables: components, parameters, inputs, initial values.
-
-    Parameters
-    ----------
-    scene : Scene
-        The model.
 
     Returns
     -------

@@ -11,6 +11,7 @@ from mbdsl.errors import UsageError
 from mbdsl.expressions import spatial_coordinates
 from mbdsl.expressions.symbolic import Expr, call, const, coordinate
 from mbdsl.mechanism import sections, wrenches
+from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene import ENERGIES, STATE, Component, Description, Scene, is_rate
 from mbdsl.messages import did_you_mean, few
@@ -192,7 +193,7 @@ class SignalNames:
                     found |= {f"{c.name}.p{k}": "1" for k in range(4)}
                 if c.deforms:
                     found.update(dict.fromkeys(_elastic(c), ""))
-            elif isinstance(c.kind, JointKind):
+            elif isinstance(c.kind, JointKind) and not is_contact(c):  # the gap of a contact is no residual
                 for k in range(c.kind.rows):
                     found[f"{c.name}.Phi[{k + 1}]"] = ""
                     found[f"{c.name}.dPhi[{k + 1}]"] = ""

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Any
 
+from mbdsl.elements import find
+from mbdsl.elements.declaration import Touch
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
 from mbdsl.expressions.derivatives import diff
@@ -15,6 +17,8 @@ from mbdsl.expressions.symbolic import Expr, const, expr, input_signal, is_const
 from mbdsl.mechanism import contacts, sticking
 from mbdsl.mechanism.sticking import Sticking
 
+#: signals of a rigid contact in formulas of a component that consists of several
+OF_CONTACTS = ("force", "friction", "active", "impacts", "impulse", "sliding")
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
 
@@ -36,7 +40,7 @@ class Formulas:
         (Port, or "c" for the body's own frame; key) -> the coordinate as an expression.
     """
 
-    __slots__ = ("_found", "_sticking", "coordinate", "given", "kind", "name")
+    __slots__ = ("_contacts", "_found", "_sticking", "coordinate", "given", "kind", "name")
 
     def __init__(
         self,
@@ -48,6 +52,7 @@ class Formulas:
         self.kind, self.name, self.given, self.coordinate = kind, name, value, coordinate
         self._found: dict[str, Expr] = {}
         self._sticking: Sticking | None = None
+        self._contacts: dict[int, Formulas] | None = None
 
     def signal(self, name: str) -> Expr:
         """One signal.
@@ -56,10 +61,6 @@ class Formulas:
         ----------
         name : str
             Its name, without that of the component.
-
-        Returns
-        -------
-        Expr
 
         Raises
         ------
@@ -157,6 +158,24 @@ class Formulas:
         names = _Sliding(self) if self.sticks else self
         return tuple(names.drag(k) for k in range(len(self.kind.friction_rows)))
 
+    @property
+    def contacts(self) -> dict[int, Formulas]:
+        """The rigid contacts that it consists of, by their numbers in formulas."""
+        if self._contacts is None:
+            touching = enumerate(self.kind.contacts, 1)
+            there = {i: x for i, x in touching if not x.limit or self.given(x.limit) is not None}
+            self._contacts = {i: self._contact(x) for i, x in there.items()}
+        return self._contacts
+
+    def _contact(self, touch: Touch) -> Formulas:
+        kind = find("Contact", self.kind.spatial)
+        assert kind is not None
+        own = {x: self.given(x) if self.kind.parameter(x) is not None else 0.0 for x in ("mu", "mu_s")}
+        own |= {x: self.given(x) for x in ("e", "impacts")} | {"gap": formulas.evaluate(touch.gap, self)}
+        if own["mu_s"]:
+            own |= {x: formulas.evaluate(y, self) for x, y in zip(("slip", "slip_2"), touch.slips, strict=False)}
+        return Formulas(kind, f"{self.name}.{touch.key}", own.get, self.coordinate)
+
     def drag(self, k: int, names: formulas.Names | None = None) -> Expr:
         """The k-th of the joint's ``friction_rows``, from 0, with the friction of one that is held."""
         assert isinstance(self.kind, JointKind)
@@ -192,6 +211,8 @@ class Formulas:
         return self.signal(name) if parameter is None or parameter.law else self.given(name)
 
     def element(self, name: str, index: int) -> Expr | float:
+        if name in OF_CONTACTS and self.kind.contacts:
+            return self.contacts[index].signal(name) if index in self.contacts else 0.0
         if name == "lam":
             return multiplier(self.name, index - 1) if index <= self._multipliers else 0.0
         if name == "grip":

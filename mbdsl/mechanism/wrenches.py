@@ -17,6 +17,7 @@ from mbdsl.elements.kind import JointKind, PairKind
 from mbdsl.expressions import formulas
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import Expr, call, const, multiplier
+from mbdsl.mechanism import contacts
 from mbdsl.mechanism.signals import Formulas
 
 #: components of the wrench on a port or a frame, and their units
@@ -34,6 +35,8 @@ def units(spatial: bool) -> dict[str, str]:
 def on_port(f: Formulas, port: str) -> tuple[Vector, Vector]:
     """Force and torque of an element on one of its ports, at its origin in world axes: (2), (1), in space (3), (3)."""
     assert isinstance(f.kind, PairKind)
+    if f.contacts:
+        return _of_contacts(f, port)
     force, torque = _on_frame_b(f)
     if port == "frame_a":
         if not f.kind.reacts:
@@ -48,6 +51,29 @@ def on_port(f: Formulas, port: str) -> tuple[Vector, Vector]:
             load = formulas.evaluate(size, f)
             found = [x - load * g for x, g in zip(found, _gradient(f, signal, port), strict=True)]
     return found[: len(force)], found[len(force) :]
+
+
+def _of_contacts(f: Formulas, port: str) -> tuple[Vector, Vector]:
+    """What the rigid contacts of a component exert on one of its ports."""
+    frame, n = f.coordinate(port, "x").value[0], 3 if f.kind.spatial else 2
+    found = [const(0.0)] * (6 if f.kind.spatial else 3)
+    for x in f.contacts.values():
+        slips = [x.row(name) for name in ("slip", "slip_2") if x.law(name) is not None]
+        force, torque = of_contact(x.name, [x.row("gap")], slips, f.kind.spatial)[frame]
+        found = [a + b for a, b in zip(found, (*force, *torque), strict=True)]
+    return found[:n], found[n:]
+
+
+def of_contact(
+    contact: str, gap: Sequence[Expr], slips: Sequence[Expr], spatial: bool
+) -> dict[str, tuple[Vector, Vector]]:
+    """Force and torque of a rigid contact on each frame in its expressions, with its friction while it slides."""
+    found, n = of_expressions(contact, gap, slips, spatial), 3 if spatial else 2
+    for frame, loads in contacts.rubbing(contact, slips, spatial):
+        force, torque = found.get(frame) or ([const(0.0)] * n, [const(0.0)] * (2 * n - 3))
+        own = [a + b for a, b in zip((*force, *torque), loads, strict=True)]
+        found[frame] = own[:n], own[n:]
+    return found
 
 
 def _rubs(f: Formulas) -> bool:

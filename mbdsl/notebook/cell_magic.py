@@ -41,13 +41,7 @@ SETTINGS = ("method", "step", "tol", "accuracy", "start", "stop", "interval")
 
 
 def register(shell: InteractiveShell) -> None:
-    """Add the magic to a shell.
-
-    Parameters
-    ----------
-    shell : InteractiveShell
-        The running IPython.
-    """
+    """Add the magic to a shell."""
 
     def mbd(line: str, cell: str | None = None) -> Scene | Trajectory | None:
         return _run(shell.user_ns, line, cell)

@@ -9,9 +9,8 @@ on the units of length, mass and time.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mbdsl.kernels.arrays import Array
 
 
 def fastest(scale: Array, v: Array, span: float) -> float:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.rotation_arrays import from_spin, to_spin, turned
 
-Array = NDArray[np.float64]
 NO_ROTATIONS = np.empty(0, np.int64)
 #: times closer than this part of the largest one, as on both sides of an event: the change of q is rounding there
 AT_ONCE = 1e-9
@@ -19,7 +18,7 @@ def between(
     q: Array,
     v: Array,
     lam: Array,
-    rotations: NDArray[np.int64] = NO_ROTATIONS,
+    rotations: Integers = NO_ROTATIONS,
     a: Array | None = None,
 ) -> tuple[Array, Array, Array]:
     """q, v (N, n) and lam (N, m) at times t (N,) from those at ``known`` times (K,), ascending, which enclose t.

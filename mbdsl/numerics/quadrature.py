@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mbdsl.kernels.arrays import Array
 
 #: points within an interval, from 0 to 1, and weights, of the Lobatto rule with both ends, exact up to degree 7
 LOBATTO = 0.5 + 0.5 * np.array([-((3.0 / 7.0) ** 0.5), 0.0, (3.0 / 7.0) ** 0.5])

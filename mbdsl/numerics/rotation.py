@@ -13,8 +13,6 @@ Matrices in flat arrays are stored row by row. Quaternions p = (p0, p1, p2, p3) 
 Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137.
 """
 
-from __future__ import annotations
-
 from math import atan2, cos, sin, sqrt
 
 from mbdsl.kernels.marks import kernel

@@ -6,11 +6,10 @@ Rotation vectors psi (N, 3) have lengths up to pi; see :mod:`mbdsl.numerics.rota
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.rotation import SMALL
-
-Array = NDArray[np.float64]
 
 
 def quaternions(psi: Array) -> Array:

@@ -11,12 +11,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+
+from mbdsl.kernels.arrays import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
 
 EPS = 1e-12  #: the block -EPS I replaces the zero block

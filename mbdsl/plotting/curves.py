@@ -24,41 +24,21 @@ CELL_NOTE = "each segment between cells of a fine grid is drawn once."
 
 @dataclass(frozen=True)
 class SignalCurve:
-    """A curve of a signal.
+    """A curve of a signal."""
 
-    Attributes
-    ----------
-    name : str
-        The signal.
-    x, y : (K,)
-        Points; nan is a gap.
-    largest, spread : float
-        Largest size, and range, of all finite values.
-    count : int
-        Number of rows.
-    reduced : str
-        How the points were decimated; "" if they are all rows.
-    remark : str
-        Details of a spectrum.
-    frequency : float [Hz]
-        Highest frequency of a spectrum that is shown.
-    result : int
-        Number of the result.
-    label : str
-        The result's name.
-    """
-
-    name: str
+    name: str  #: the signal
+    #: (K,): points; nan is a gap
     x: Array
     y: Array
+    #: largest size, and range, of all finite values
     largest: float
     spread: float
-    count: int
-    reduced: str = ""
-    remark: str = ""
-    frequency: float = 0.0
-    result: int = 0
-    label: str = ""
+    count: int  #: number of rows
+    reduced: str = ""  #: how the points were decimated; "" if they are all rows
+    remark: str = ""  #: details of a spectrum
+    frequency: float = 0.0  #: [Hz] highest frequency of a spectrum that is shown
+    result: int = 0  #: number of the result
+    label: str = ""  #: the result's name
 
 
 def _curve(name: str, points: Iterable[Array], count: int, reduced: str, **more) -> SignalCurve:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 RATES = {"x": "vx", "y": "vy", "phi": "w", "vx": "ax", "vy": "ay", "w": "alpha"}
+NO_JUMPS = np.empty(0)
 ROUNDING = 1e-12  #: times that are outside by less than this part of the range are at its end
 
 
@@ -30,7 +31,8 @@ class Difference(Result):
     """A result minus another one, at the times of the other one.
 
     Values between the times of ``result`` are interpolated, by cubic Hermite polynomials if it has the derivative of
-    the signal, and linearly otherwise. Times outside its range have no value (nan).
+    the signal, and linearly otherwise. Between a time and an event, where the signal may jump, they continue the motion
+    before it, and between an event and the next time that behind it. Times outside its range have no value (nan).
 
     Parameters
     ----------
@@ -58,6 +60,7 @@ class Difference(Result):
         self.result, self.base, self.interpolated = result, base, False
         label = f"{result.label} − {base.label}"
         super().__init__(label, Layout([base.time, *names], {base.time: "s", **units}, self._parts))
+        self.events = base.events
         if base.groups is not None:
             self.groups = [[name for name in group if name in known] for group in base.groups]
 
@@ -91,6 +94,7 @@ class Window:
         known = set(result.names)
         self._rates = {name: rate_of(name, known) for name in names}
         self._names = list(dict.fromkeys([*names, *filter(None, self._rates.values())]))
+        self._jumps = {True: result.jumps(True), False: result.jumps(False)}
         self._parts = result.chunks(self._names, rows)
         self._t = np.empty(0)
         self._columns = {name: np.empty(0) for name in self._names}
@@ -123,10 +127,12 @@ class Window:
     def at(self, t: Array, name: str) -> Array:
         """Values (k,) of a signal at times (k,) within the window; nan outside the range of the result."""
         rate = self._rates[name]
-        return interpolated(t, self._t, self._columns[name], None if rate is None else self._columns[rate])
+        position = rate is not None and rate.rpartition(".")[2] in RATES  # only its derivative jumps
+        rates = None if rate is None else self._columns[rate]
+        return interpolated(t, self._t, self._columns[name], rates, self._jumps[position])
 
 
-def interpolated(t: Array, known: Array, values: Array, rates: Array | None) -> Array:
+def interpolated(t: Array, known: Array, values: Array, rates: Array | None, jumps: Array = NO_JUMPS) -> Array:
     """Values (k,) at times ``t``: cubic Hermite polynomials, or linear without ``rates`` and where these are nan.
 
     Parameters
@@ -137,6 +143,9 @@ def interpolated(t: Array, known: Array, values: Array, rates: Array | None) -> 
         Ascending times. Where two are equal, the value of the second holds from there on.
     values, rates : (K,)
         Values and their derivatives at the known times.
+    jumps : (J,)
+        Ascending times of jumps. At a jump and up to the next known time, the value is that behind it; without
+        ``rates``, the known value. Between two jumps there is no value (nan).
 
     Returns
     -------
@@ -157,5 +166,12 @@ def interpolated(t: Array, known: Array, values: Array, rates: Array | None) -> 
         u, v = h * rates[k], h * rates[k + 1]
         cubic = a + x * (u + x * (3.0 * (b - a) - 2.0 * u - v + x * (2.0 * (a - b) + u + v)))
         found = np.where(np.isfinite(cubic), cubic, found)
+    first, end = (np.searchsorted(jumps, known[i] + slack, side="right") for i in (k, k + 1))
+    if (some := np.flatnonzero(first < end)).size:
+        before = t[some] < jumps[first[some]] - slack
+        after = t[some] >= jumps[end[some] - 1] - slack
+        there = k[some] + ~before
+        slope = np.zeros(len(some)) if rates is None else np.nan_to_num(rates[there])
+        found[some] = np.where(before | after, values[there] + slope * (t[some] - known[there]), np.nan)
     found = np.where(x == 0.0, a, np.where(x == 1.0, b, found))  # known values are not interpolated
     return np.where((t < known[0] - slack) | (t > known[-1] + slack), np.nan, found)

@@ -57,22 +57,13 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Cells:
-    """A quantity over two parameters, in the colours of cells.
+    """A quantity over two parameters, in the colours of cells."""
 
-    Attributes
-    ----------
-    label : str
-        Name of the quantity, with its unit.
-    x, y : sequence of float
-        Values of the parameters, ascending or descending.
-    z : sequence of sequence of float
-        The quantity, one row for each of ``y``; nan where there is none.
-    """
-
-    label: str
+    label: str  #: name of the quantity, with its unit
+    #: values of the parameters, ascending or descending
     x: Sequence[float]
     y: Sequence[float]
-    z: Sequence[Sequence[float]]
+    z: Sequence[Sequence[float]]  #: the quantity, one row for each of ``y``; nan where there is none
 
 
 @dataclass(frozen=True)
@@ -128,47 +119,26 @@ class Figure:
 
 @dataclass(frozen=True)
 class Bar:
-    """A value with its text.
-
-    Attributes
-    ----------
-    name : str
-    value : float
-        Its length; not negative.
-    text : str
-        Shown at its end.
-    low, high : float or None
-        Range of the value.
-    """
+    """A value with its text."""
 
     name: str
-    value: float
-    text: str
+    value: float  #: its length; not negative
+    text: str  #: shown at its end
+    #: range of the value
     low: float | None = None
     high: float | None = None
 
 
 @dataclass(frozen=True)
 class Bars:
-    """A bar chart: one value for each name.
+    """A bar chart: one value for each name."""
 
-    Attributes
-    ----------
-    key : str
-        File name of its picture, without suffix.
-    title, label : str
-        Texts; the label of the values contains the unit.
-    bars : sequence of Bar
-        From the top.
-    note : str
-        Its statement, in one or two sentences.
-    """
-
-    key: str
+    key: str  #: file name of its picture, without suffix
+    #: texts; the label of the values contains the unit
     title: str
     label: str
-    bars: Sequence[Bar]
-    note: str = ""
+    bars: Sequence[Bar]  #: from the top
+    note: str = ""  #: its statement, in one or two sentences
 
 
 @dataclass(frozen=True)

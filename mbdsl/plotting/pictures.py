@@ -73,10 +73,6 @@ def converted(svg: str, suffix: str, dpi: float = DPI, instead: str = ".svg and 
     suffix : {".png", ".pdf"}
         The format.
 
-    Returns
-    -------
-    bytes
-
     Raises
     ------
     UsageError

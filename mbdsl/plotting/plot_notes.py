@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
-from mbdsl.display_unit import UnitsOfSignals
-from mbdsl.messages import count, few
+from mbdsl.messages import UnitsOfSignals, count, few
 from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.differences import Difference
 from mbdsl.results.stored import Result

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
-from mbdsl.messages import did_you_mean, few
+from mbdsl.messages import OWN, UnitsOfSignals, did_you_mean, few
 from mbdsl.plotting import signal_plots, table_files
 from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.figures import Table
@@ -278,10 +277,6 @@ def of_result(result: Result, patterns: Sequence[str], at: Sequence[float] | Non
         Names of signals with a slice in the place of an index.
     at : sequence of float, optional [s]
         Times. Default: the last one.
-
-    Returns
-    -------
-    Profile
 
     Raises
     ------

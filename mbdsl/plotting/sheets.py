@@ -53,10 +53,6 @@ def sheet(
         Name of a series -> its look; the others get theirs in order.
     notes : iterable of str, optional
         Sentences below the figures.
-
-    Returns
-    -------
-    str
     """
     known = {**looks_of(figures), **(given or {})}
     frames = {k: lay_out(figure, known, svg.letter()) for k, figure in enumerate(figures) if isinstance(figure, Figure)}

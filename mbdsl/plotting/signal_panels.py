@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbdsl.display_unit import OWN, DisplayUnit, UnitsOfSignals
+from mbdsl.messages import OWN, DisplayUnit, UnitsOfSignals
 from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.figures import Figure, Series
 from mbdsl.plotting.series_styles import DASHES, NEUTRAL, OTHERS, Look

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from mbdsl.display_unit import DisplayUnit, UnitsOfSignals
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, few
+from mbdsl.messages import DisplayUnit, UnitsOfSignals, count, few
 from mbdsl.plotting import curves
 from mbdsl.plotting.curves import SignalCurve
 from mbdsl.plotting.default_signals import MOST, default_groups, left_out

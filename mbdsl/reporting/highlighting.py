@@ -15,11 +15,6 @@ _CLASSES = {lexer.COMMENT: "c", lexer.STRING: "s", lexer.NUMBER: "n", lexer.UNIT
 def highlighted(text: str) -> str:
     """A model as HTML: numbered lines, with classes for keywords, kinds, numbers, units, texts and comments.
 
-    Parameters
-    ----------
-    text : str
-        The model.
-
     Returns
     -------
     str

@@ -42,11 +42,6 @@ class Section:
 def page(report: Findings) -> str:
     """The page of a report.
 
-    Parameters
-    ----------
-    report : Findings
-        Its data.
-
     Returns
     -------
     str

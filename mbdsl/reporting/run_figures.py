@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.kernels.arrays import Array
+from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.scene import ENERGIES, Component
 from mbdsl.mechanism.scene_tables import displayed
 from mbdsl.messages import few
@@ -18,8 +19,6 @@ from mbdsl.plotting.series_styles import OTHERS, Look
 from mbdsl.plotting.signal_panels import Horizontal, labelled, panels
 from mbdsl.results.stored import of_columns
 from mbdsl.simulation.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 LEAST = 1e-18  #: residuals below it are drawn there: zero has no place on a logarithmic axis
 MOST_COMPONENTS = 1000  #: number of components up to which energies and residuals are computed
@@ -65,7 +64,7 @@ def _exchanges(c: Component) -> bool:
 def constraint_figure(trajectory: Trajectory) -> Figure | None:
     """The largest residuals of the constraints over time; None without constraints."""
     scene = trajectory.scene
-    joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind)]
+    joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind) and not is_contact(c)]
     if not len(trajectory) or not joints or len(scene.components) > MOST_COMPONENTS:
         return None
     kinds: dict[str, list[str]] = {POSITIONS: [], RATES: [], SPEEDS: []}

@@ -12,6 +12,7 @@ from mbdsl import results as files
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.display_units import asked
+from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
 from mbdsl.results.selection import matching
@@ -210,7 +211,10 @@ def listed(signals: str | Iterable[str] | None) -> list[str] | None:
 
 def changes_of(run: dict[str, Any]) -> dict[str, Any]:
     """Take what changes a model out of the arguments of a run."""
-    return {name: run.pop(name) for name in ("parameters", "without") if name in run}
+    found: dict[str, Any] = {name: run.pop(name) for name in ("parameters", "without") if name in run}
+    if contacts := run.pop("contacts", None):
+        found["without"] = check_effects(found.get("without", ()), contacts)
+    return found
 
 
 def needs_no_run(run: Mapping[str, Any]) -> UsageError:

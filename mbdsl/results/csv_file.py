@@ -1,8 +1,10 @@
 """Comma-separated values: one header row with the signals' names, numbers that read back to the same double.
 
 CSV has no remarks that all readers skip. Therefore incomplete results in ``NAME.csv`` have a second file
-``NAME.csv.incomplete`` with the reason, which complete results remove. The header and the last row end with CR LF, the
-other rows with LF, which readers treat alike, so that a truncated file is recognised. A second row may contain units.
+``NAME.csv.incomplete`` with the reason, which complete results remove; and results with events have them in
+``NAME.csv.events``, whose first line is the size of ``NAME.csv``, so that events of older results are recognised. The
+header and the last row end with CR LF, the other rows with LF, which readers treat alike, so that a truncated file is
+recognised. A second row may contain units.
 """
 
 from __future__ import annotations
@@ -29,7 +31,9 @@ SUFFIX = ".csv"
 TOGETHER = 2**18  #: quantity of numbers that are read at once
 MANY = 2**16  #: least quantity of numbers for which the import of the fast reader pays off
 TIMES = ("s", "ms", "us", "µs", "ns", "min", "h")  #: units of the first column, by which a row of units is known
+INCOMPLETE = "incomplete"  #: suffix of the mark of incomplete results
 NO_UNIT = "1"  #: in the row of units
+EVENTS = "events"  #: name of their text in the metadata
 DIGITS = b"0123456789+-.eE,\r\nnaNAifIF"  #: characters of numbers and separators
 CHUNK = 8192  #: number of rows converted to text at a time, to limit the memory
 
@@ -62,19 +66,38 @@ def _write(stream: BinaryIO, columns: Mapping, units: Sequence[str]) -> None:
 def mark(path: Path, meta: Mapping) -> None:
     """Mark incomplete results, before ``path`` gets its name."""
     if not meta.get("complete", True):
-        write_text(_mark(path), "".join(f"{key} = {value}\n" for key, value in meta.items()))
+        said = {key: value for key, value in meta.items() if key != EVENTS}
+        write_text(_beside(path, INCOMPLETE), "".join(f"{key} = {value}\n" for key, value in said.items()))
 
 
 def settle(path: Path, meta: Mapping) -> None:
-    """Remove the mark of complete results, after ``path`` has got its name."""
-    mark = _mark(path)
-    if not meta.get("complete", True) or not os.path.lexists(mark):
+    """Write or remove the events, and remove the mark of complete results, after ``path`` has got its name."""
+    if events := meta.get(EVENTS):
+        write_text(_beside(path, EVENTS), f"{os.path.getsize(path)}\n{events}\n")
+    else:
+        _remove(_beside(path, EVENTS), f"which has events of earlier results in `{path}`")
+    if meta.get("complete", True):
+        _remove(_beside(path, INCOMPLETE), f"which marks `{path}` as incomplete")
+
+
+def _remove(file: Path, why: str) -> None:
+    if not os.path.lexists(file):  # also where its name would be too long
         return
     try:
-        mark.unlink()
+        file.unlink()
     except OSError as problem:
-        why = problem.strerror or problem
-        raise UsageError(f"cannot remove `{mark}`, which marks `{path}` as incomplete: {why}") from problem
+        raise UsageError(f"cannot remove `{file}`, {why}: {problem.strerror or problem}") from problem
+
+
+def _about(path: Path) -> dict[str, str | float | bool]:
+    """What the files beside the results say."""
+    said = dict[str, str | float | bool](complete=not os.path.exists(_beside(path, INCOMPLETE)))
+    events = _beside(path, EVENTS)
+    if events.is_file():
+        size, _, text = events.read_text(encoding="utf-8").partition("\n")
+        if size == str(os.path.getsize(path)):
+            said[EVENTS] = text
+    return said
 
 
 def read(path: Path) -> tuple[dict, dict]:
@@ -93,8 +116,7 @@ def read(path: Path) -> tuple[dict, dict]:
     rows = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.empty((0, len(names)))
     if rows.shape[1] != len(names):
         raise ValueError(f"the header names {len(names)} columns, the rows have {rows.shape[1]}")
-    meta = dict[str, str | float | bool](complete=not os.path.exists(_mark(path)))
-    return {name: rows[:, k] for k, name in enumerate(names)}, meta
+    return {name: rows[:, k] for k, name in enumerate(names)}, _about(path)
 
 
 def layout(path: Path) -> Layout:
@@ -126,7 +148,7 @@ def layout(path: Path) -> Layout:
             while parts := list(_parts(stream, at, len(names), rows)):
                 yield parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
-    return Layout(names, units, chunks, dict(complete=not os.path.exists(_mark(path))))
+    return Layout(names, units, chunks, _about(path))
 
 
 def _parts(stream: BinaryIO, at: Sequence[int], columns: int, rows: int) -> Iterator[np.ndarray]:
@@ -184,5 +206,5 @@ def _cut(header: str, lines: list[str]) -> bool:
     return not lines or (ours and not lines[-1].endswith("\r\n"))
 
 
-def _mark(path: Path) -> Path:
-    return path.with_name(f"{path.name}.incomplete")
+def _beside(path: Path, what: str) -> Path:
+    return path.with_name(f"{path.name}.{what}")

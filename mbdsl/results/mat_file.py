@@ -8,7 +8,8 @@ Read by OMPlot, OMEdit, DyMat, BuildingsPy and others. The matrices that these p
 ``data_1``     constants: start and stop time in row 1, then one row per constant, two columns
 ``data_2``     trajectories: time in row 1, then one row per signal, one column per time
 
-``meta`` is stored in the constants ``mbdsl.KEY``: numbers as values, texts in the description.
+``meta`` is stored in the constants ``mbdsl.KEY``: numbers as values, texts in the description. Long texts follow as
+matrices ``mbdsl_KEY`` of one line, because all descriptions are as long as the longest.
 
 ``scipy.io.savemat`` writes the same bytes, but the texts and tables have to be laid out for it as well: it would save
 some 20 lines, and its import adds 0.25 s to the 0.55 s of a short run.
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 SUFFIX = ".mat"
 PREFIX = "mbdsl."
+LONG, LONG_PREFIX = 200, "mbdsl_"  #: characters from which a text is a matrix of its own, and its name
 NUMBERS = 2**18  #: that are written at once
 _TYPES = {0: "<f8", 10: "<f4", 20: "<i4", 50: "u1", 51: "u1"}  #: code of little-endian matrices -> dtype
 
@@ -37,6 +39,8 @@ def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> 
     import numpy as np
 
     signals = list(columns)
+    long = {key: value for key, value in meta.items() if isinstance(value, str) and len(value) >= LONG}
+    meta = {key: value for key, value in meta.items() if key not in long}
     names = signals + [PREFIX + key for key in meta]
     notes = [f"[{units[name]}]" if units.get(name) else "" for name in signals]
     notes += [json.dumps(value) for value in meta.values()]
@@ -55,6 +59,8 @@ def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> 
     for k in range(0, count, rows):
         part = np.column_stack([np.asarray(c[k : k + rows], dtype=_TYPES[0]) for c in columns.values()])
         stream.write(part.tobytes())
+    for key, value in long.items():
+        _matrix(stream, LONG_PREFIX + key, _text([json.dumps(value)]).T, 51)
 
 
 def read(path: Path) -> tuple[dict, dict]:
@@ -62,7 +68,7 @@ def read(path: Path) -> tuple[dict, dict]:
     if _normal(matrices["Aclass"]):
         matrices = {key: value.T for key, value in matrices.items()}
     names, notes = _lines(matrices["name"]), _lines(matrices["description"])
-    columns, meta = {}, {"complete": True}
+    columns, meta = {}, {"complete": True, **_long(matrices)}
     for name, note, (matrix, row, *_) in zip(names, notes, matrices["dataInfo"].T.tolist(), strict=True):
         if matrix == 1 and name.startswith(PREFIX):
             meta[name[len(PREFIX) :]] = json.loads(note)
@@ -82,10 +88,11 @@ def layout(path: Path) -> Layout:
     for name, values, place in _matrices(np.memmap(path, dtype="u1", mode="r")):
         matrices[name], places[name] = values, place
     data, offset = matrices.pop("data_2"), places["data_2"]
+    long = _long(matrices)
     normal = _normal(matrices["Aclass"])
     turned = {key: np.array(value.T if normal else value) for key, value in matrices.items()}
     names, notes, info = _lines(turned["name"]), _lines(turned["description"]), turned["dataInfo"].T.tolist()
-    rows_of, units, meta = {}, {}, {"complete": True}
+    rows_of, units, meta = {}, {}, {"complete": True, **long}
     for name, note, (matrix, row, *_) in zip(names, notes, info, strict=True):
         if matrix in (0, 2) and row:
             rows_of[name] = row
@@ -104,6 +111,12 @@ def layout(path: Path) -> Layout:
             yield [x if rows_of[name] > 0 else -x for x, name in zip(values, asked, strict=True)]
 
     return Layout(list(rows_of), units, chunks, meta)
+
+
+def _long(matrices: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """The long texts among the data about the run."""
+    found = {key: bytes(x.astype("u1")) for key, x in matrices.items() if key.startswith(LONG_PREFIX)}
+    return {key.removeprefix(LONG_PREFIX): json.loads(text) for key, text in found.items()}
 
 
 def _normal(form: np.ndarray) -> bool:

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mbdsl import results
-from mbdsl.display_unit import OWN
 from mbdsl.errors import UsageError
+from mbdsl.messages import OWN
 
 if TYPE_CHECKING:
     import numpy as np
@@ -74,6 +74,8 @@ class Result:
         Unit -> usual size of signals, beside which others are rounding errors; empty if it is unknown.
     events : callable
         Returns the marks of events between two times [s], and the number of ticks of clocks that have none.
+    jumps : callable
+        Returns the times of its events (J,) [s], ascending; if it is called with True, only those of impulses.
     cut_peaks : callable
         Returns the peaks of signals, given by their names, that its rows cut.
     is_file : bool
@@ -97,6 +99,7 @@ class Result:
         self.sizes: dict[str, float] = {}
         self.cut_peaks: Callable[[Sequence[str]], Sequence[Any]] = lambda names: ()
         self.events: Callable[[float, float], tuple[Sequence[Any], int]] = lambda start, stop: ((), 0)
+        self.jumps: Callable[[bool], np.ndarray] = lambda impulses: _nothing()
         self.is_file = True
         self.display = OWN
         self.descriptions: Mapping[str, str] = {}
@@ -190,6 +193,7 @@ def of_trajectory(trajectory: Any, label: str, patterns: Sequence[str] = ()) -> 
     found.groups, found.is_file, found.display = trajectory.shown_names, False, trajectory.display
     found.sizes = {"m": trajectory.system.tables.size, "rad": 1.0}
     found.cut_peaks, found.events = trajectory.cut_peaks, trajectory.event_marks
+    found.jumps = trajectory._event_times
     found.descriptions = trajectory.descriptions
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found
@@ -199,6 +203,12 @@ def of_columns(label: str, names: Sequence[str], unit: Callable[[str], str], col
     """A result in memory: ``unit(name)`` and ``column(name)`` give the unit and the values (N,) of a name."""
 
     return Result(label, Layout(list(names), _Units(names, unit), _in_parts(column)))
+
+
+def _nothing() -> np.ndarray:
+    import numpy as np
+
+    return np.empty(0)
 
 
 def _in_parts(column: Callable) -> Callable[[Sequence[str], int], Chunks]:

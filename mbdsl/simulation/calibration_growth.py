@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.tolerance import rounding
 from mbdsl.simulation.calibration_runs import Trial
 from mbdsl.simulation.error_growth import SAMPLES, Growth, along
@@ -22,7 +22,6 @@ from mbdsl.simulation.mechanism_run import Kept, MechanismRun
 from mbdsl.simulation.plan import Plan
 from mbdsl.system.state_sizes import weights
 
-Array = NDArray[np.float64]
 #: the reason for a horizon where rounding exceeds the tolerance
 AMPLIFIED = "the motion amplifies errors, rounding included,"
 

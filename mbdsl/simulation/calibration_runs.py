@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.integrators.loop import loop_state as S
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.event_sequences import Event
 from mbdsl.simulation.ladder_constants import LADDER, order_bounds
 from mbdsl.simulation.mechanism_run import Kept
-
-Array = NDArray[np.float64]
 
 #: status of a run that was ended because it took more steps than it may, in addition to those of
 #: :mod:`mbdsl.integrators.loop.loop_state`

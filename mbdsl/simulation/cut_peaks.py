@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
+from mbdsl.messages import OWN, UnitsOfSignals
 from mbdsl.simulation.extremes import OUTPUTS, Extreme
 from mbdsl.simulation.state_signals import StateSignals
 

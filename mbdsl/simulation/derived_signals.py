@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.spatial_coordinates import QUATERNION
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import contacts, poses
 from mbdsl.mechanism.energies import energies
 from mbdsl.mechanism.scene_parts import SpatialFrame
@@ -19,7 +19,6 @@ from mbdsl.system.signals import values
 from mbdsl.system.system import System
 from mbdsl.system.tables import gravity
 
-Array = NDArray[np.float64]
 #: inputs and reference angles (N,) that the equations depend on, by their index in the table F
 Numbers = Mapping[int, Array]
 

@@ -37,10 +37,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.spatial_rigid_body_kernels import J as INERTIA
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.matrix_exponential import exponential
 from mbdsl.numerics.rotation_arrays import cross_matrices, matrices
 from mbdsl.numerics.saddle_point import RANK
@@ -48,7 +48,6 @@ from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.tangents import tangents
 
-Array = NDArray[np.float64]
 Part = tuple[System, Array, Array, Array, Array, tuple[int, ...]]
 
 #: largest number of unknowns for which the growth is computed, because the matrices are dense
@@ -72,21 +71,13 @@ REGULAR = 1e-3
 
 @dataclass(frozen=True)
 class Growth:
-    """The growth of perturbations along a run.
+    """The growth of perturbations along a run."""
 
-    Attributes
-    ----------
-    t : (N,) [s]
-    log : (N,)
-        Logarithm of the perturbation at these times, when perturbations as large as the state itself are added at the
-        start and at every sample.
-    rate : float [1/s]
-        The largest rate of growth over a fiftieth of the run.
-    """
-
-    t: Array
+    t: Array  #: (N,) [s]
+    #: (N,): logarithm of the perturbation at these times, when perturbations as large as the state itself are added at
+    #: the start and at every sample
     log: Array
-    rate: float
+    rate: float  #: [1/s] the largest rate of growth over a fiftieth of the run
 
     def at(self, times: Array) -> Array:
         """The logarithm of the largest perturbation up to each of ``times``."""
@@ -153,7 +144,7 @@ def along(parts: Iterable[Part], t: Array, speed: float, finer: float = 1.0) -> 
     return Growth(t, found, rate), known
 
 
-def _samples(count: int, system: System, finer: float, least: float) -> NDArray[np.int64]:
+def _samples(count: int, system: System, finer: float, least: float) -> Integers:
     most = int(np.clip(NUMBERS * finer**0.5 / max(1, system.unknowns) ** 2, FEWEST, SAMPLES * finer))
     most = max(most, min(int(least), MOST_SAMPLES))
     rows = np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)

@@ -12,7 +12,7 @@ from mbdsl.integrators.event_set import EventSet
 def of_events(events: EventSet) -> dict[str, Any]:
     """The text of `terminate`, the counts by place in the text and by kind, the most frequent first."""
     lines, kinds = Counter[str](), Counter[str]()
-    for kind, x, times in groups(events):
+    for kind, x, times, _name in groups(events):
         lines[place(x).removeprefix("line ") or "an event of a Builder"] += len(times)
         kinds[kind] += len(times)
     found = {"acted": lines, "kinds of events": kinds}

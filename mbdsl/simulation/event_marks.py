@@ -26,7 +26,7 @@ def marks(groups: Iterable[Group], start: float, stop: float) -> tuple[list[Mark
     """Marks between two times [s] in the order of time, and the number of ticks that are not marked."""
     found, left_out = list[Mark](), 0
     apart = APART * (stop - start)
-    for kind, span, times in groups:
+    for kind, span, times, name in groups:
         own = times[(times >= start - apart) & (times <= stop + apart)]
         if kind == "sample" and len(own) > TICKS:
             left_out += len(own)
@@ -34,13 +34,14 @@ def marks(groups: Iterable[Group], start: float, stop: float) -> tuple[list[Mark
         where = place(span)
         if where.startswith("line"):
             where = f"line {where.rpartition(':')[2]}"
+        text = f"{kind} of {name}" if name else kind
         last = -1
         for t in own.tolist():
             if last >= 0 and t - found[last].t < apart:
                 found[last] = found[last]._replace(events=found[last].events + 1)
                 continue
             last = len(found)
-            found.append(Mark(t, kind, 1, f"{kind}, {where}" if where else kind))
+            found.append(Mark(t, kind, 1, f"{text}, {where}" if where else text))
     return sorted((_counted(x) for x in found), key=lambda x: x.t), left_out
 
 

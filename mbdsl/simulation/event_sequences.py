@@ -15,14 +15,13 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.integrators.event_list import kind
+from mbdsl.integrators.event_list import Group, kind
 from mbdsl.integrators.event_set import EventSet
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import sticking
 from mbdsl.mechanism.contacts import CLOSED, COUNT, HELD, MODE, number
 
-Array = NDArray[np.float64]
 #: what a change of the number of a component is called; of several at one time, impacts are the first
 IMPACT, CLOSES, OPENS, STICKS, SLIDES = "impact", "rest", "opening", "sticking", "sliding"
 ORDER = {IMPACT: "0", OPENS: "1", SLIDES: "1", STICKS: "2", CLOSES: "3"}
@@ -135,6 +134,26 @@ def _past_the_rest(a: list[Event], i: int, b: list[Event], j: int, near: float) 
             return None
         k += 1
     return None
+
+
+def apart(t: Array, one: Iterable[Group], other: Iterable[Group], near: float) -> Array:
+    """The difference (N,) of the two times of an event of two runs, at times t (N,) between them; 0 elsewhere [s].
+
+    Times within ``near`` [s] of an event belong to it. The k-th events of one kind and place are the same; ticks of
+    clocks are exact.
+    """
+    known = {_source(group): group.times for group in other}
+    pairs = [np.empty((0, 2))]
+    for group in one:
+        count = min(len(group.times), len(known.get(_source(group), ())))
+        if count and group.kind != "sample":
+            both = np.stack([group.times[:count], known[_source(group)][:count]], axis=1)
+            pairs.append(np.sort(both, axis=1) + [-near, near])
+    return between(t, np.concatenate(pairs))
+
+
+def _source(group: Group) -> tuple[str, str, int]:
+    return group.kind, group.name, 0 if group.span is None else group.span.line
 
 
 def between(t: Array, times: Array) -> Array:

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.expressions.spatial_coordinates import QUATERNION
 from mbdsl.expressions.symbolic import walk
 from mbdsl.lang.asked_signals import AskedSignals
-from mbdsl.messages import count, few, shortened
+from mbdsl.messages import OWN, UnitsOfSignals, count, few, shortened
 from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.numerics.quadrature import weights
 from mbdsl.simulation.state_signals import StateSignals

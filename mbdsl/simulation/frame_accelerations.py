@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import VELOCITIES, Body, Pose
 from mbdsl.expressions.symbolic import Expr
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics import rotation_arrays
@@ -17,7 +17,6 @@ from mbdsl.system.body_models import body_pose
 from mbdsl.system.signals import frame_coordinate
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 STEP = 1e-30  #: of complex steps, which are exact
 
 

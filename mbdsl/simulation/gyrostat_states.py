@@ -11,17 +11,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.gyrostat_kernels import ANGLES
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.initial.consistent import InitialState
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.reduction import Flattened
 from mbdsl.mechanism.reduction.gyrostats import Gyrostats
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system import System, build
-
-Array = NDArray[np.float64]
 
 
 class Placed(NamedTuple):

@@ -18,7 +18,6 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
@@ -28,6 +27,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, MethodRun
 from mbdsl.integrators.single_steps import SingleSteps
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.model_argument import as_scene, blame_model
@@ -57,7 +57,6 @@ if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
     from mbdsl.simulation.run_options import GivenOptions
 
-Array = NDArray[np.float64]
 #: number of rows by which the record grows at least
 ROWS = 1024
 #: part of a step by which times of events may differ from the end of the step
@@ -82,7 +81,7 @@ class Simulation:
         is not used.
     record : bool, optional
         Whether to store every state for ``trajectory``. Otherwise only the present state is stored.
-    method, start, options, force, general, without, parameters, initial : optional
+    method, start, options, force, general, without, contacts, parameters, initial : optional
         As for ``mbdsl.simulate``; the method has to support fixed steps.
 
     Raises
@@ -100,7 +99,7 @@ class Simulation:
         *("_count", "_count_in", "_single", "_turns", "_vectors"),
     )
 
-    @takes_options("method step start options force general without parameters initial".split())
+    @takes_options("method step start options force general without contacts parameters initial".split())
     @blame_model
     def __init__(
         self, model: Scene | Builder | str | PathLike, *, record: bool = True, **given: Unpack[GivenOptions]

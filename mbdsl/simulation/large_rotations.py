@@ -10,13 +10,11 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.run_symptoms import Symptom
 from mbdsl.system import System
-
-Array = NDArray[np.float64]
 
 #: rotation in a step [rad] that resolves a moving axis with errors of about 1e-2 of it
 RESOLVED = 0.3

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.initial.consistent import InitialState
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.simulation import derived_signals
 from mbdsl.system import System
-
-Array = NDArray[np.float64]
 
 #: violations, relative to the mechanism's size or in radians, up to which they count as rounding and errors of
 #: positions; and if the other constraints are violated by at least a part of them

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.display_units import asked
 from mbdsl.lang.given_values import seconds
 from mbdsl.simulation import time_slices
@@ -19,9 +19,6 @@ from mbdsl.simulation.state_signals import StateSignals
 
 if TYPE_CHECKING:
     from typing_extensions import Self
-
-
-Array = NDArray[np.float64]
 
 
 class NamedSignals(StateSignals):

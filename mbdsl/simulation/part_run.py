@@ -7,19 +7,18 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.initial.consistent import InitialState
 from mbdsl.integrators import Run, backend
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.single_steps import STEPS
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.reduction import Part
 from mbdsl.simulation import derived_signals
 from mbdsl.simulation.plan import Plan
 from mbdsl.system import System
 
-Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
 #: tolerances of runs with fixed steps that end at events: errors shorten no step; of methods with a step of their own
 NOMINAL, LOOSE = 1e-6, 1e6

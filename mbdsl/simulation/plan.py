@@ -15,11 +15,11 @@ from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.run import MOST_OUTPUT
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.simulation.run_options import UNASKED, RunOptions
 
-Array = NDArray[np.float64]
 DEFAULT_METHOD = "hht-si2"
 NO_STOP = "give one, e.g. --stop 2s, or write `annotation(experiment(StopTime = 2 s));` in the model"
 MOST_ROWS = 1e10  #: of a streamed run
@@ -247,7 +247,7 @@ def check_rounding(tol: float, magnitude: float, what: str) -> None:
         )
 
 
-def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
+def _asked(times: ArrayLike, start: float, end: float) -> Array:
     """Given output times (N,) [s], checked."""
     found = np.array(times, float)
     if found.ndim != 1 or not len(found) or found[-1] != end or not (np.diff(found, prepend=start) > 0.0).all():

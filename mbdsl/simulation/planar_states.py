@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.initial.consistent import InitialState
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.graph import GROUND
 from mbdsl.mechanism.reduction import Flattened
 from mbdsl.mechanism.reduction.planar_motion import PlanarMotion
@@ -20,8 +20,6 @@ from mbdsl.numerics import rotation_arrays
 from mbdsl.system import System, build
 from mbdsl.system.body_models import body_pose
 from mbdsl.system.signals import values
-
-Array = NDArray[np.float64]
 
 FITS = 1e-9  #: displacement from the plane, in the mechanism's size and in radians, that the assembly leaves
 TURN = 2.0 * np.pi

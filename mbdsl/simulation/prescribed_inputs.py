@@ -13,17 +13,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import TIME, Expr, const, substitute
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.given_values import value
 from mbdsl.mechanism.reduction.drivers import rewritten
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.scene_parts import Table
 from mbdsl.messages import did_you_mean
 
-Array = NDArray[np.float64]
 #: points of a function: at first, at most, and the largest difference of the function from the spline through them,
 #: relative to its range
 FIRST, MOST, CLOSE = 129, 4097, 1e-7

@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES
 from mbdsl.bodies.gyrostat_kernels import ANGLES
@@ -22,6 +21,7 @@ from mbdsl.initial.shared_loads import shares
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation import BASE
@@ -35,7 +35,6 @@ from mbdsl.simulation.turn_counters import TurnCounter
 from mbdsl.system import System
 from mbdsl.system.body_models import at_rest, body_pose
 
-Array = NDArray[np.float64]
 Vector = list[Expr]
 #: the values of signals, without arguments
 Values = Callable[[], tuple[float, ...]]

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import SPATIAL_VELOCITIES
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import SPATIAL_UNITS, UNITS, SignalNames
@@ -18,7 +18,6 @@ from mbdsl.simulation.section_forces import Sections
 if TYPE_CHECKING:
     from mbdsl.plotting.profiles import Profile
 
-Array = NDArray[np.float64]
 
 STATIONS = 41  #: sections of a rod or beam
 SIDE = 1e-7  #: distance of the sections on both sides of a load, over the length
@@ -68,10 +67,6 @@ def along(trajectory: Any, patterns: Sequence[str], at: Sequence[float] | None) 
         Names of signals with a slice in the place of an index, or of a signal in the sections of a rod or beam.
     at : sequence of float or None [s]
         Times; None: the end of the run.
-
-    Returns
-    -------
-    Profile
 
     Raises
     ------

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.present_signals import PresentSignals
-
-Array = NDArray[np.float64]
 
 
 class Reader:

@@ -7,30 +7,24 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, input_signal, leaves
+from mbdsl.integrators.event_list import times
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import Operand, read
 from mbdsl.results.selection import matching
+from mbdsl.simulation.event_marks import marks
 from mbdsl.simulation.result_units import in_si
+from mbdsl.simulation.stored_events import EVENTS, of_meta
 from mbdsl.simulation.stored_extremes import KEY, cut_in_file
 
 if TYPE_CHECKING:
     from mbdsl.results.stored import Made, Result
 
-Array = NDArray[np.float64]
-
 
 def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     """A result with the expressions among the names and patterns of signals that are asked for.
-
-    Parameters
-    ----------
-    result : Result
-        A result.
-    patterns : iterable of str or None
-        Names, patterns and expressions.
 
     Returns
     -------
@@ -48,6 +42,9 @@ def with_expressions(result: Result, patterns: Iterable[str] | None) -> Result:
     known = set(result.names)
     if result.is_file and KEY in result.layout.meta:
         result.cut_peaks = partial(cut_in_file, result)
+    if result.is_file and EVENTS in result.layout.meta:
+        events = of_meta(result.layout.meta)
+        result.events, result.jumps = partial(marks, events), partial(times, events)
 
     def operand(name: str) -> Operand | None:
         return (input_signal(name), result.unit(name)) if name in known else None

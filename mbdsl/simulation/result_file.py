@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from mbdsl import results
 from mbdsl.errors import MbdslError
 from mbdsl.lang.display_units import asked, declared_text
+from mbdsl.results.csv_file import EVENTS
 from mbdsl.simulation.result_units import KEY as SHOWN
 from mbdsl.simulation.result_units import check, converted
 from mbdsl.version import __version__
@@ -58,6 +59,11 @@ def about(
     said |= {"steps": stats.get("steps"), "iterations": stats.get("iterations")}
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said["options"] = ", ".join(options) or None
+    if path is not None:
+        from mbdsl.simulation import stored_events  # which needs numpy
+
+        if events := stored_events.text_of(trajectory.find_events()):
+            said[stored_events.EVENTS] = events
     if path is not None and keeps_extremes(path):
         from mbdsl.simulation.stored_extremes import KEY, text_of
 

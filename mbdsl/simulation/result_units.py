@@ -7,9 +7,9 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from mbdsl import results
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import display_units, units
+from mbdsl.messages import OWN, UnitsOfSignals
 
 if TYPE_CHECKING:
     import numpy as np

@@ -15,6 +15,7 @@ from functools import wraps
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.given_values import optional, values
 from mbdsl.messages import did_you_mean
 
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
         force: bool
         general: bool
         without: Sequence[str]
+        contacts: str | None
         parameters: Mapping[str, str | float] | None
         signals: str | Sequence[str] | None
         initial: Mapping[str, Any] | Trajectory | str | None
@@ -58,22 +60,13 @@ ANY, POSITIVE, NOT_NEGATIVE, TOLERANCE = "any", "above 0", "of 0 or more", "betw
 
 
 class Option(NamedTuple):
-    """What is known of an option besides its name, type and default.
+    """What is known of an option besides its name, type and default."""
 
-    Attributes
-    ----------
-    unit : str
-        Unit of its number, which may also be given as a text with a unit; "" if it is no number.
-    metavar, text : str
-        Placeholder and help on the command line; a flag has no placeholder.
-    within : str
-        Range of the number on the command line.
-    """
-
-    unit: str = ""
+    unit: str = ""  #: unit of its number, which may also be given as a text with a unit; "" if it is no number
+    #: placeholder and help on the command line; a flag has no placeholder
     metavar: str = ""
     text: str = ""
-    within: str = ANY
+    within: str = ANY  #: range of the number on the command line
 
 
 #: option -> what is known of it; the others have no number, and no common form on the command line
@@ -103,6 +96,11 @@ OPTIONS: dict[str, Option] = {
     "force": Option(text="allow parameters known to fail on constrained models"),
     "general": Option(text="solve the unreduced equations with general code, for comparison"),
     "without": Option("", "EFFECT,...", "leave effects out: friction, damping, flexibility, gravity, contact"),
+    "contacts": Option(
+        "",
+        "{rigid,compliant}",
+        "rigid: without the stiffness of contacts and stops that can be rigid; compliant: refuse those without one",
+    ),
 }
 
 
@@ -148,7 +146,10 @@ class RunOptions:
         Solve the unreduced equations with code that contains every kind of element: no bodies are merged, no parts are
         split off or solved beforehand. For comparison with the specialised code.
     without : sequence of str, optional
-        Effects to leave out ("friction", "damping", "flexibility", "gravity").
+        Effects to leave out ("friction", "damping", "flexibility", "gravity", "contact").
+    contacts : "rigid" or "compliant", optional
+        "rigid": contacts and stops that can be rigid have no stiffness. "compliant": an error names those that have
+        none. Default: as each of them is given.
     parameters : mapping, optional
         Values that replace those of the model's parameters, as numbers in SI units or as texts with units
         ("120 N/mm").
@@ -191,6 +192,7 @@ class RunOptions:
     force: bool = False
     general: bool = False
     without: Sequence[str] = ()
+    contacts: str | None = None
     parameters: Mapping[str, str | float] | None = None
     signals: str | Sequence[str] | None = None
     initial: Mapping[str, Any] | Trajectory | str | None = None
@@ -208,20 +210,18 @@ class RunOptions:
         given : mapping
             Options by name; numbers may be texts with units.
 
-        Returns
-        -------
-        RunOptions
-
         Raises
         ------
         TypeError
             If there is no option of a name.
         UsageError
-            If a value is not a number with a unit of its dimension.
+            If a value is not a number with a unit of its dimension, or none of those that are possible.
         """
         found = converted(cls, given)
         if isinstance(found.get("times"), (list, tuple)):
             found["times"] = values(found["times"], "s", "times")
+        if found.get("contacts") is not None:
+            found["without"] = check_effects(found.get("without", ()), found["contacts"])
         return cls(**found)
 
     def repeatable(self) -> dict[str, Any]:

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import Expr
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.signals import values
-
-Array = NDArray[np.float64]
 
 #: change of velocity between two outputs, relative to the largest velocity, that may be due to a contact
 KICK = 0.25

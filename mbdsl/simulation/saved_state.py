@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
@@ -16,7 +15,6 @@ from mbdsl.integrators.saved_runs import checked, checked_events
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import MechanismRun
 
-Array = NDArray[np.float64]
 #: the records of a run are shared with the state; their rows up to that of the state do not change
 _SHARED = ("out", "times")
 

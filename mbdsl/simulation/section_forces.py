@@ -22,14 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import scene_parts as scenes
 from mbdsl.mechanism import sections
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component
 from mbdsl.mechanism.scene_parts import SpatialFrame
 from mbdsl.simulation.frame_accelerations import States, acceleration
-
-Array = NDArray[np.float64]
 
 POINTS = 3  #: of Gauss, in each interval: exact for a rigid rod, and for cubic functions of beams times a lever
 MOST_INTERVALS = 16  #: of a beam with more elements, an interval is several elements

@@ -127,16 +127,7 @@ class Signals(Mapping[str, SignalInfo]):
 
 
 def signals(trajectory: Trajectory) -> Signals:
-    """The signals of a trajectory, "time" first.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-
-    Returns
-    -------
-    Signals
-    """
+    """The signals of a trajectory, "time" first."""
     scene = trajectory.scene
     named = {name: meaning(scene, name) for name in trajectory.names}
     return Signals(scene.name, {name: SignalInfo(trajectory.unit(name), doc) for name, doc in named.items()})

@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.elements.kind import JointKind, SensorKind
 from mbdsl.errors import MbdslError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
 from mbdsl.integrators.event_list import Group
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, QUATERNION
+from mbdsl.messages import UnitsOfSignals
 from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.results.selection import matching
 from mbdsl.simulation import derived_signals, section_forces
 from mbdsl.simulation.frame_accelerations import acceleration, accelerometer
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 
 class StateSignals:
@@ -97,7 +95,7 @@ class StateSignals:
             **{k: x for k, x in vars(self).items() if k not in computed},
             "_known": {},
             "find_steps": None,
-            "find_events": list,
+            "find_events": partial(list, self.find_events()),
             "gathered": None,
         }
 

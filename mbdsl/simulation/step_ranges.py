@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.quadrature import lobatto_points, weights
 
 if TYPE_CHECKING:
     from mbdsl.simulation.state_signals import StateSignals
     from mbdsl.simulation.steps import Steps
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+Indices = Integers
 
 FEW = 300  #: number of steps up to which all of them are evaluated between their ends
 MANY = 3000  #: the same of a run whose discrete variables change: rules across several steps would smear them

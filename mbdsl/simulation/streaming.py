@@ -13,11 +13,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.run import MethodRun
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
 from mbdsl.simulation.diagnostics.fixed_steps import Watch
@@ -29,7 +29,6 @@ from mbdsl.simulation.result_checks import check_bending, check_left_out, check_
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.batch_accelerations import MANY
 
-Array = NDArray[np.float64]
 LEAST = 2**22  #: quantity of numbers up to which the results of a run are held in memory
 BLOCK, NUMBERS = 4096, 2**21  #: rows of a block, and numbers in it; at least FEWEST rows
 FEWEST = MANY

@@ -26,7 +26,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state as S
@@ -39,10 +38,8 @@ from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.result_checks import TOO_MANY_STEPS
-from mbdsl.simulation.undecided_contacts import undecided
+from mbdsl.simulation.undecided_contacts import undecided_effect
 from mbdsl.system.state_sizes import weights
-
-Array = NDArray[np.float64]
 
 #: reasons for a horizon
 NO_CONVERGENCE = "runs with shorter steps do not converge"
@@ -194,7 +191,7 @@ class Ladder(AmplifiedRounding):
                 last.claim = np.clip(former, last.claim, LADDER.chance_of_backends * last.claim)
         if len(before.claim):  # the difference is due to the error of the run before, unless this run is worse
             before.claim[:n] = np.maximum(before.claim[:n], last.difference[:n])
-        last.contacts = self._undecided(last, before, norm.speed)
+        last.contacts = undecided_effect(self.motion.parts, last, before, norm.speed, self.span)
         if events is not None and events.first is not None:
             last.contacts[last.t >= events.end] = np.inf
             last.event = events.first
@@ -216,21 +213,6 @@ class Ladder(AmplifiedRounding):
         if not declared(self.plan.method).searches:
             fall = min(fall, (last.steps / max(1, before.steps)) ** self.order)
         return max(fall, LADDER.least_fall)
-
-    def _undecided(self, last: Trial, before: Trial, speed: float) -> Array:
-        """The effect (N,) of contacts that the runs leave undecided, up to each time."""
-        effect = np.zeros(len(last.t))
-
-        def apart(t: float) -> float:
-            at = int(np.searchsorted(last.t, t))  # the first output behind it, which a difference there has reached
-            return float(last.difference[at]) if at < len(last.difference) else np.inf
-
-        present, former = last.kept.integrations, before.kept.integrations
-        for p, run, other in zip(self.motion.parts, present, former, strict=True):
-            for x in undecided(run, other, p.initial.redundant, speed, self.span, apart):
-                later = last.t >= x.time
-                effect[later] = np.maximum(effect[later], x.effect)
-        return effect
 
     # -- the next run --------------------------------------------------------------------------------------
     def _next(self, last: Trial) -> float | None:

@@ -8,11 +8,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators.event_list import happened
+from mbdsl.integrators.event_list import happened, times
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.display_units import asked
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import count, install
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from mbdsl.plotting.signal_plots import Plot
     from mbdsl.simulation.signal_table import Signals
     from mbdsl.viewing.animation import Animation
-
-Array = NDArray[np.float64]
 
 
 class Trajectory(NamedSignals):
@@ -97,6 +95,10 @@ class Trajectory(NamedSignals):
             Number of ticks of clocks that are not marked, because there are many.
         """
         return marks(self.find_events(), start, stop)
+
+    def _event_times(self, impulses: bool) -> Array:
+        """The times (k,) of the events [s], ascending; of impulses only, if asked."""
+        return times(self.find_events(), impulses)
 
     @property
     def signals(self) -> Signals:

@@ -17,24 +17,22 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import diff
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators import Run
+from mbdsl.kernels.arrays import Array
+from mbdsl.numerics.saddle_point import dense
+from mbdsl.simulation.calibration_runs import Trial
+from mbdsl.simulation.part_run import PartRun
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations, equations, solve_motion
 from mbdsl.system.close_approaches import Approach, Approaches, of_positions
 from mbdsl.system.signals import gradients, values
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
-Array = NDArray[np.float64]
 
 #: factor by which a distance has to exceed the difference of two runs
 MARGIN = 2.0
@@ -93,6 +91,21 @@ def undecided(
     return [Undecided(x.t, _effect(system, x, depth, left_out) / speed) for x, depth in found[:MOST]]
 
 
+def undecided_effect(parts: Sequence[PartRun], last: Trial, before: Trial, speed: float, span: float) -> Array:
+    """The effect (N,) of contacts that two calibration runs leave undecided, up to each time of the last one."""
+    effect = np.zeros(len(last.t))
+
+    def apart(t: float) -> float:
+        at = int(np.searchsorted(last.t, t))  # the first output behind it, which a difference there has reached
+        return float(last.difference[at]) if at < len(last.difference) else np.inf
+
+    for part, run, other in zip(parts, last.kept.integrations, before.kept.integrations, strict=True):
+        for x in undecided(run, other, part.initial.redundant, speed, span, apart):
+            later = last.t >= x.time
+            effect[later] = np.maximum(effect[later], x.effect)
+    return effect
+
+
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:
     """The largest scaled change of a velocity that a contact of this depth causes [1/s]."""
     if x.number in system.kept(Approaches).of_events or not np.isfinite(depth):
@@ -107,8 +120,8 @@ def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]
             there = _with_reactions(system, argument, x, q, v, depth, left_out)
         else:
             g, *by = gradients(system, [argument], x.t, q, v)
-            g_q = _dense(by[0 if positions else 1]).ravel()
-            J = _dense(system.Phi_q(x.t, q) if positions else system.velocity_jacobian(x.t, q, v)) / scale
+            g_q = dense(by[0 if positions else 1]).ravel()
+            J = dense(system.Phi_q(x.t, q) if positions else system.velocity_jacobian(x.t, q, v)) / scale
             rows = np.vstack([J, g_q / scale])
             way = np.zeros(len(rows))
             way[-1] = 1.0
@@ -134,7 +147,7 @@ def _strike(system: System, x: Approach, row: int, depth: float, left_out: tuple
     """The largest scaled change of a velocity by an impact of a rigid contact, which may return the whole velocity of
     the path at d = 0 [1/s]."""
     n, (q, v) = system.n, np.array(x.state).reshape(2, -1)
-    matrix = _dense(system.tangent(x.t, q, v, cM=1.0, cP=1.0, cV=1.0))
+    matrix = dense(system.tangent(x.t, q, v, cM=1.0, cP=1.0, cV=1.0))
     others = [n + k for k in {*left_out, *(k for rows in system.tables.contact_rows for k in rows)}]
     kept = np.setdiff1d(np.arange(system.unknowns), others)
     W, right = matrix[n + row, :n], np.zeros(len(kept))
@@ -152,7 +165,7 @@ def _sensitivity(system: System, x: Approach, speed: float) -> float:
         return np.inf
     q, v = np.array(x.state).reshape(2, -1)
     _, by_q, by_v = gradients(system, [argument], x.t, q, v)
-    by_q, by_v = (np.abs(_dense(by)).ravel() / system.tables.scale for by in (by_q, by_v))
+    by_q, by_v = (np.abs(dense(by)).ravel() / system.tables.scale for by in (by_q, by_v))
     return float(by_q.sum() + speed * by_v.sum())
 
 
@@ -173,7 +186,3 @@ def _with_reactions(
     np.add.at(unit, at, np.array(by) / max(float(np.square(by).sum()), 1e-300))
     motion = equations(system, x.t, q, v, left_out)
     return [solve_motion(system, motion, lam + (x.side * depth * k - g) * unit)[0] for k in PLACES]
-
-
-def _dense(A: Array | csr_array) -> Array:
-    return A if isinstance(A, np.ndarray) else A.toarray()

@@ -12,16 +12,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.reduction import Reduction
 from mbdsl.simulation.gyrostat_states import GyrostatStates
 from mbdsl.simulation.planar_states import PlanarStates
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
-Array = NDArray[np.float64]
 #: q and v (N, n) and lam (N, m + p) of a part
 State = tuple[Array, Array, Array]
 

@@ -16,11 +16,16 @@ from mbdsl.expressions.symbolic import Expr, coordinate, expr, substitute
 from mbdsl.initial.consistent import initial_position
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.numerics.saddle_point import Array, Saddle
+from mbdsl.numerics.saddle_point import Array, Saddle, dense, row_size
 from mbdsl.system import System, build
 
 MOST = 100  #: Newton steps
 DONE = 1e-12  #: scaled change that ends them
+FAR = 1e6  #: scaled change that shows that there is no solution
+RANK, MISFIT = (
+    1e-9,
+    1e-6,
+)  #: singular values that are zero, and misfit of equations that contradict each other, relative
 
 
 def with_positions(scene: Scene) -> Scene:
@@ -78,21 +83,44 @@ def _scale(system: System, x: Array) -> None:
 
 
 def _newton(system: System, t: float, q: Array) -> Array:
-    """The end of Newton's method from q, or q: overdamped motion may lead away from equilibria of controllers."""
+    """The end of Newton's method from q, or q: overdamped motion may lead away from equilibria of controllers.
+
+    Where nothing resists a motion, as a turn of a shaft whose speed is controlled, the step is the shortest one.
+    """
     n, rest, scale = system.n, np.zeros(system.n), system.tables.scale
     lam, here, size = np.zeros(system.m + system.p), q, np.inf
     for _ in range(MOST):
         A = system.tangent(t, here, rest, lam, cK=1.0, cL=1.0, cP=1.0, cV=1.0)
         f, phi, _ = system.evaluate(t, here, rest, lam)
+        right = np.concatenate([f, -phi, np.zeros(system.p)])
         try:
-            step, more = Saddle(A[:n, :n], A[:n, n:], A[n:, :n], scale).solve(f, -np.append(phi, np.zeros(system.p)))
+            step, more = Saddle(A[:n, :n], A[:n, n:], A[n:, :n], scale).solve(f, right[n:])
+            length = float(np.abs(step * scale).max(initial=0.0))
         except (MbdslError, np.linalg.LinAlgError):
-            return q
-        length = float(np.abs(step * scale).max(initial=0.0))
-        if not np.isfinite(length) or length > 1e6:
+            length = np.inf
+        if not length <= FAR:
+            step, more = _shortest(dense(A), right, scale)
+            length = float(np.abs(step * scale).max(initial=0.0))
+        if not length <= FAR:
             return q
         if length <= DONE:
             return system.moved(here, step)
         part = min(1.0, 1.0 / length) if length > 0.5 * size else 1.0
         here, lam, size = system.moved(here, part * step), lam + part * more, length
     return q
+
+
+def _shortest(A: Array, right: Array, scale: Array) -> tuple[Array, Array]:
+    """The solution of A x = right with the least scaled x, as two parts of the size of coordinates and multipliers;
+    infinite if there is none."""
+    n = len(scale)
+    columns = np.concatenate([1.0 / scale, np.ones(len(A) - n)])
+    A = A * columns
+    columns[n:] /= row_size(A[:, n:].T)
+    A[:, n:] /= row_size(A[:, n:].T)
+    rows = row_size(A)
+    x = np.linalg.lstsq(A / rows[:, None], right / rows, rcond=RANK)[0]
+    if np.abs(A @ x - right).max(initial=0.0) > MISFIT * np.abs(A * x).max(initial=0.0):
+        x = np.full(len(x), np.inf)
+    x = x * columns
+    return x[:n], x[n:]

@@ -1,1 +1,1 @@
-"""Files written completely or not at all, trusted files, the cache folder."""
+"""Files written completely or not at all, trusted files, the cache folder; the garbage collector."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbdsl.errors import MbdslError
 from mbdsl.simulation.simulate import simulated
+from mbdsl.simulation.stored_events import EVENTS, text_of
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.storage.compilation_notice import silent
 from mbdsl.studies.cases import ENDS, Case, Setting, output_interval
@@ -67,13 +68,17 @@ def compute(
 
     def run() -> Computed:
         found = deadline.run(lambda: simulate_case(of, case, deadline, deadline.announcing(announce)))
+        stats = _plain(found.stats)
+        if events := text_of(found.find_events()):
+            stats[EVENTS] = events
         if not case.ends:
-            return Computed(case, found.t, found.q, found.v, found.lam, _plain(found.stats))
+            return Computed(case, found.t, found.q, found.v, found.lam, stats, numbers=found.inputs)
         last = len(found.t) - 1
         rows = np.linspace(0, last, min(last, ENDS) + 1).astype(int)
         # nan multipliers are computed on access, which does not happen here
         lam = np.full((len(rows), found.system.m + found.system.p), np.nan)
-        return Computed(case, found.t[rows], found.q[rows], found.v[rows], lam, _plain(found.stats))
+        numbers = {name: x[rows] for name, x in found.inputs.items()}
+        return Computed(case, found.t[rows], found.q[rows], found.v[rows], lam, stats, numbers=numbers)
 
     return attempted(case, run, deadline)
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import SyntaxProblem, UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang import syntax as s
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.unparse import write
 
-Array = NDArray[np.float64]
 EXAMPLE = "a condition compares signals: mass.x > 0.5 m and pin.w < 0"
 #: the number of a comparison, or an operation on such trees
 Tree: TypeAlias = "int | tuple[str, Tree] | tuple[str, Tree, Tree]"
@@ -23,24 +22,12 @@ Tree: TypeAlias = "int | tuple[str, Tree] | tuple[str, Tree, Tree]"
 
 @dataclass(frozen=True)
 class When:
-    """A condition.
+    """A condition."""
 
-    Attributes
-    ----------
-    text : str
-        As written.
-    tree : int or tuple
-        Numbers of comparisons, connected by "and", "or" and "not".
-    differences : tuple of str
-        For each comparison an expression that is positive where it holds.
-    closed : tuple of bool
-        For each comparison whether it also holds where the expression is zero.
-    """
-
-    text: str
-    tree: Tree
-    differences: tuple[str, ...]
-    closed: tuple[bool, ...]
+    text: str  #: as written
+    tree: Tree  #: numbers of comparisons, connected by "and", "or" and "not"
+    differences: tuple[str, ...]  #: for each comparison an expression that is positive where it holds
+    closed: tuple[bool, ...]  #: for each comparison whether it also holds where the expression is zero
 
     def spans(self, t: Array, xs: Sequence[Array]) -> Array:
         """Return the times between which the condition holds.

@@ -9,7 +9,6 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.declaration import EFFECTS
 from mbdsl.errors import MbdslError, UsageError
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
     from mbdsl.lang.builder import Builder
     from mbdsl.simulation.run_options import GivenOptions
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -97,7 +94,7 @@ class EffectsStudy:
         return preformatted(str(self))
 
 
-@takes_options("tol method step stop parameters without announce".split())
+@takes_options("tol method step stop parameters without contacts announce".split())
 def effects(
     model: Scene | Builder | str | PathLike,
     signal: str,
@@ -116,7 +113,7 @@ def effects(
     tol : float or str, optional
         Allowed change, in the signal's SI unit, or a text with a unit ("1 mm") or relative to the signal's range
         ("1 %").
-    method, step, stop, parameters, without, announce : optional
+    method, step, stop, parameters, without, contacts, announce : optional
         As for ``mbdsl.simulate``.
     repeats : int, optional
         Number of timed runs of each variant, in alternation; their medians are compared.

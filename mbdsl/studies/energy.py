@@ -9,9 +9,9 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.studies.convergence import trusted
@@ -20,7 +20,6 @@ from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit
 from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare
 
-Array = NDArray[np.float64]
 PARTS = (4.0, 2.0, 1.0, 0.5, 0.25)  #: relative to the step of the model
 TOLS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 

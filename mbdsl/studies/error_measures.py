@@ -3,27 +3,35 @@
 A quantity is a group of signals. Its absolute error is the largest of theirs in their own units. In the scaled error,
 lengths are relative to the size of the mechanism, velocities to the largest speed, forces to the largest reaction,
 energy to the amount exchanged between its kinds, and a signal to its range.
+
+An output between the times of an event in both runs is behind a jump in one of them only. There the scaled error is at
+most the difference of these times, times the largest scaled velocity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
+from mbdsl.integrators.event_list import Group
+from mbdsl.kernels.arrays import Array
+from mbdsl.simulation.event_sequences import apart
 from mbdsl.simulation.trajectory import Trajectory
 
-Array = NDArray[np.float64]
+NEAR = 1e-9  #: times that differ by this part of the time span are equal
 
 
 class Solution(Protocol):
-    """A solution to compare with: signals by name at times t."""
+    """A solution to compare with: signals by name at times t, and the events."""
 
     t: Array
+
+    @property
+    def find_events(self) -> Callable[[], Sequence[Group]]: ...
 
     def __contains__(self, name: str) -> bool: ...
 
@@ -34,7 +42,8 @@ class Solution(Protocol):
 class Quantity:
     """``weights`` scale the errors of ``signals``; a quantity that is an error ``itself`` needs no reference.
 
-    Errors of ``attitudes`` of bodies in space, each with the signals of its quaternion, are angles.
+    Errors of ``attitudes`` of bodies in space, each with the signals of its quaternion, are angles. ``speed`` [1/s] is
+    the largest scaled velocity of the motion.
     """
 
     key: str
@@ -43,6 +52,7 @@ class Quantity:
     signals: tuple[str, ...]
     weights: tuple[float, ...]
     itself: bool = False
+    speed: float = np.inf
     attitudes: tuple[tuple[str, ...], ...] = ()
 
 
@@ -61,7 +71,7 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
 
     ``reference`` determines the scales.
     """
-    size, (found, speed) = trajectory.system.tables.size, _of_motion(trajectory, reference)
+    size, (found, speed) = trajectory.system.tables.size, scaled_motion(trajectory, reference)
     forces = {n: 1.0 if trajectory.unit(n) == "N" else 1.0 / size for n in reactions(trajectory) if n in reference}
     force = _largest(reference, forces)
     found.append(Quantity("reactions", "reactions", "N, N.m", tuple(forces), tuple(w / force for w in forces.values())))
@@ -84,15 +94,16 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
             extent = float(np.ptp(S)) if len(S) else 0.0
             extent = extent or float(np.abs(S).max(initial=0.0)) or 1.0
             found.append(Quantity(name, name, trajectory.unit(name), (name,), (1.0 / extent,)))
-    return [quantity for quantity in found if quantity.signals or quantity.attitudes]
+    return [replace(quantity, speed=speed) for quantity in found if quantity.signals or quantity.attitudes]
 
 
 def of_motion(trajectory: Trajectory, reference: Solution) -> list[Quantity]:
     """The quantities q and v that exist: without reactions, which some methods have to compute at every output."""
-    return [quantity for quantity in _of_motion(trajectory, reference)[0] if quantity.signals or quantity.attitudes]
+    found, speed = scaled_motion(trajectory, reference)
+    return [replace(quantity, speed=speed) for quantity in found if quantity.signals or quantity.attitudes]
 
 
-def _of_motion(trajectory: Trajectory, reference: Solution) -> tuple[list[Quantity], float]:
+def scaled_motion(trajectory: Trajectory, reference: Solution) -> tuple[list[Quantity], float]:
     """q and v, and the largest scaled velocity."""
     size = trajectory.system.tables.size
     names = [name for name in trajectory.default_names if name in reference]
@@ -136,15 +147,25 @@ def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: 
     """
     rows = np.arange(len(found.t)) if quantity.itself else matching(found.t, reference.t)
     largest = np.full(len(rows), np.nan)
+    late = None if quantity.itself else late_events(found, reference)
     for name, weight in zip(quantity.signals, quantity.weights, strict=True):
         x, y = found[name][rows], np.zeros(len(rows)) if quantity.itself else reference[name]
         known = np.isfinite(y)
         D = np.full(len(rows), np.nan)
         D[known] = np.where(np.isfinite(x[known]), np.abs(x[known] - y[known]), np.inf)
+        if late is not None:
+            D = np.where(late > 0.0, np.minimum(D, late * quantity.speed / weight), D)
         largest = np.fmax(largest, D * weight if scaled else D)
     for names in quantity.attitudes:
         largest = np.fmax(largest, _angles([found[name][rows] for name in names], [reference[name] for name in names]))
     return largest
+
+
+def late_events(found: Solution, reference: Solution) -> Array | None:
+    """The differences (N,) of the times of events of both, at the times of ``reference`` between them [s]; None if
+    there are no events."""
+    one, other = found.find_events(), reference.find_events()
+    return apart(reference.t, one, other, NEAR * np.ptp(reference.t)) if one and other else None
 
 
 def _angles(one: list[Array], other: list[Array]) -> Array:
@@ -156,7 +177,7 @@ def _angles(one: list[Array], other: list[Array]) -> Array:
 
 def matching(t: Array, times: Array) -> Array:
     """The index in ``t`` of each of ``times``."""
-    return np.minimum(np.searchsorted(t, times - 1e-9 * (np.ptp(t) or 1.0)), len(t) - 1)
+    return np.minimum(np.searchsorted(t, times - NEAR * (np.ptp(t) or 1.0)), len(t) - 1)
 
 
 def error(quantity: Quantity, found: Solution, reference: Solution) -> Error:

@@ -14,15 +14,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.analysis.eigenmodes import Mode, Modes
+from mbdsl.kernels.arrays import Array, Complex, Integers
 from mbdsl.studies.measures import MODES
 from mbdsl.studies.store import Computed
 from mbdsl.studies.sweep_values import Varied
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 CLEAR = 0.75  #: least assurance of modes that belong together
 HALVINGS, MOST = 8, 200  #: largest number of halvings between two points, and of points added in a sweep
@@ -39,7 +36,7 @@ class Shapes:
 
     values: Complex
     shapes: Complex
-    number: NDArray[np.int64]
+    number: Integers
 
 
 def with_modes(run: Computed, modes: Modes) -> Computed:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang import units
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.functions import FUNCTIONS as LANGUAGE
@@ -26,7 +26,6 @@ from mbdsl.studies.conditions import When
 if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
 
-Array = NDArray[np.float64]
 MOST = 200  #: largest number of measures
 NEVER, NO_MODE = "the condition never holds", "there is no such mode"
 FIRST, LAST, TIMES = "first", "last", "count"

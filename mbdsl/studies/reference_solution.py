@@ -6,31 +6,34 @@ at steps h, h/2, h/4 and h/8 are extrapolated to h = 0, with the error as a seri
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import combinations
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import available
+from mbdsl.integrators.event_list import Group
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
 from mbdsl.simulation import result_units
 from mbdsl.simulation.diagnostics.fixed_steps import unseen_peak
+from mbdsl.simulation.event_sequences import apart
+from mbdsl.simulation.stored_events import of_meta
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
-from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, reactions
+from mbdsl.studies.error_measures import NEAR, Error, Quantity, Solution, error, matching, reactions
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.ladder import difference
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import OUT_OF_TIME, Computed
 
-Array = NDArray[np.float64]
 TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first that succeeds is used
 POWERS = (2, 3, 4)  #: powers of h that the extrapolation removes
 GOOD = 1e-9  #: scaled difference of two references above which further ones are computed
@@ -73,10 +76,11 @@ class Reference:
 
 @dataclass
 class Columns:
-    """Signals of a file, at those of its times that are output times of the study."""
+    """Signals of a file, at those of its times that are output times of the study, and its events."""
 
     t: Array
     columns: dict[str, Array]
+    find_events: Callable[[], Sequence[Group]] = list
 
     def __contains__(self, name: str) -> bool:
         return name in self.columns
@@ -135,7 +139,7 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
     if gaps:
         limits.append(f"at some times without {few(gaps)}")
     how = f"`{file}`" + (f" ({', '.join(limits)})" if limits else "")
-    return Reference(Columns(times[there], kept), how)
+    return Reference(Columns(times[there], kept, partial(of_meta, meta)), how)
 
 
 def _times(file: str, columns: Mapping[str, Array], of: Setting) -> Array:
@@ -282,10 +286,20 @@ def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Compu
         return how, missing
     if problem := unseen_peak(runs[cases[-1]].stats):  # all of them may have missed it
         return how, Computed(cases[-1], problem=problem)
-    weights = extrapolation(steps)
-    q, v, lam = (sum(w * getattr(runs[c], x) for w, c in zip(weights, cases, strict=True)) for x in ("q", "v", "lam"))
-    last = runs[cases[-1]]
-    return how, Computed(last.case, last.t, q, v, lam, last.stats)
+    weights, last = extrapolation(steps), runs[cases[-1]]
+
+    def limit(found: Sequence[Array]) -> Array:
+        same = np.all([x == found[-1] for x in found], axis=0)  # as modes of contacts are
+        return np.where(same, found[-1], sum(w * x for w, x in zip(weights, found, strict=True)))
+
+    q, v, lam = (limit([getattr(runs[case], x) for case in cases]) for x in ("q", "v", "lam"))
+    numbers = {name: limit([runs[case].numbers[name] for case in cases]) for name in last.numbers}
+    events = of_meta(last.stats)
+    for case in cases[:-1] if events else ():  # runs behind and before a jump have no common value
+        jumps = apart(last.t, of_meta(runs[case].stats), events, NEAR * of.span) > 0.0
+        for x, own in ((q, last.q), (v, last.v), (lam, last.lam), *((numbers[n], last.numbers[n]) for n in numbers)):
+            x[jumps] = own[jumps]
+    return how, Computed(last.case, last.t, q, v, lam, last.stats, numbers=numbers)
 
 
 def extrapolation(steps: Sequence[float]) -> Array:

@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from time import perf_counter
 from uuid import uuid4
 
 import numpy as np
 
 from mbdsl.mechanism import graph
+from mbdsl.simulation.stored_events import of_meta
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute, simulate_case
@@ -248,8 +249,9 @@ class Runner:
 
     def trajectory(self, run: Computed) -> Trajectory:
         """A run as a trajectory, for access to its signals."""
-        unknown = {name: np.full(len(run.t), np.nan) for name in self._system.scene.events.variables}  # not stored
-        return Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats), inputs=unknown)
+        found = Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats), inputs=run.numbers)
+        found.find_events = partial(of_meta, run.stats)
+        return found
 
     def blank(self) -> Trajectory:
         """An empty trajectory, for names and units."""

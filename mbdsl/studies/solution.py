@@ -7,17 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.display_units import factor, only_asked
-from mbdsl.messages import count
+from mbdsl.messages import DisplayUnit, count
 from mbdsl.studies.measures import Measure
 from mbdsl.studies.sweep_results import Sweep
 from mbdsl.studies.sweep_values import Varied
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -23,16 +23,15 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.display_units import asked as asked_units
 from mbdsl.lang.display_units import only_asked
 from mbdsl.lang.given_values import mapping
 from mbdsl.lang.units import measure as measured
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import count
+from mbdsl.messages import UnitsOfSignals, count
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.run_options import takes_options
 from mbdsl.studies.measures import Measure
@@ -51,7 +50,6 @@ if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
     from mbdsl.studies.sweep_options import GivenSweepOptions
 
-Array = NDArray[np.float64]
 Place = Sequence[float] | Array  #: a point of the unit interval or square
 SCAN, GRID = 11, 5  #: points of the range of one unknown; points of each range of two
 WIDTH = 1e-8  #: width of a bracket, relative to the range
@@ -81,7 +79,7 @@ def solve(
     conditions : str or sequence of str
         As many as parameters: a measure and its value, such as ``max(shaft.w) = 160 rpm``, ``static(boom.phi) = 30
         deg`` or ``frequency(1) = 2 Hz``; the measures are those of ``mbdsl.sweep``.
-    after, method, step, tol, start, stop, interval, at, options, parameters, without : optional
+    after, method, step, tol, start, stop, interval, at, options, parameters, without, contacts : optional
         As for ``mbdsl.sweep``.
     limit, workers, store, fresh, units, tell, announce : optional
         As for ``mbdsl.sweep``; measures are printed in the units of their conditions, unless others are asked for.

@@ -19,16 +19,15 @@ from types import ModuleType
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.compilation.kernel_sources import digest_of, names_of
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
+from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.provenance import code, machine
 from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 LARGEST = 1_000_000_000  #: largest size in bytes
 OUT_OF_TIME = "not run to its end: the budget of the study was spent"
@@ -40,7 +39,8 @@ PASSING = (OUT_OF_TIME, OUT_OF_MEMORY, ENDED, LOST, CHANGED)  #: problems of the
 
 @dataclass(frozen=True)
 class Computed:
-    """A run: t (N,), q, v (N, n), lam (N, m + p), or the ``problem`` that prevented its completion."""
+    """A run: t (N,), q, v (N, n), lam (N, m + p), and the ``numbers`` (N,) that events change, by name; or the
+    ``problem`` that prevented its completion."""
 
     case: Case
     t: Array = field(default_factory=lambda: np.empty(0))
@@ -49,6 +49,7 @@ class Computed:
     lam: Array = field(default_factory=lambda: np.empty((0, 0)))
     stats: dict = field(default_factory=dict)
     problem: str = ""
+    numbers: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def done(self) -> bool:
@@ -97,14 +98,16 @@ class Store:
         def run(found: Mapping[str, Array]) -> Computed:
             meta = json.loads(str(found["meta"]))
             t, q, v, lam = (found[name] for name in ("t", "q", "v", "lam"))
-            return Computed(case, t, q, v, lam, meta["stats"], meta["problem"])
+            numbers = dict(zip(meta["numbers"], found["numbers"], strict=True))
+            return Computed(case, t, q, v, lam, meta["stats"], meta["problem"], numbers)
 
         return self._read(_run_file(key), run)
 
     def put(self, key: str, run: Computed) -> bool:
         """Store a run; whether this succeeded."""
-        meta = json.dumps({"case": str(run.case), "stats": run.stats, "problem": run.problem})
-        kept = self._write(_run_file(key), t=run.t, q=run.q, v=run.v, lam=run.lam, meta=np.array(meta))
+        said = {"case": str(run.case), "stats": run.stats, "problem": run.problem, "numbers": list(run.numbers)}
+        meta, numbers = np.array(json.dumps(said)), np.array(list(run.numbers.values()))
+        kept = self._write(_run_file(key), t=run.t, q=run.q, v=run.v, lam=run.lam, numbers=numbers, meta=meta)
         if kept:
             self.claim(key)
         return kept

@@ -74,7 +74,7 @@ def sweep(
         combinations.
     after : float or str, optional [s]
         Values before this time do not count.
-    method, step, tol, start, stop, options, parameters, without, announce : optional
+    method, step, tol, start, stop, options, parameters, without, contacts, announce : optional
         As for ``mbdsl.simulate``.
     interval : float or str, optional [s]
         Output interval. Default: (stop - start)/2000. Measures are those of the output.

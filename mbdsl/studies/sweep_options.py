@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         options: Mapping[str, float | None] | None
         parameters: Mapping[str, str | float] | None
         without: Sequence[str]
+        contacts: str | None
         at: At
         limit: float | str | None
         workers: int | None
@@ -61,6 +62,7 @@ class SweepOptions:
     options: Mapping[str, float | None] | None = None
     parameters: Mapping[str, str | float] | None = None
     without: Sequence[str] = ()
+    contacts: str | None = None
     at: At = "static"
     limit: float | None = field(default=None, metadata={"unit": "s"})
     workers: int | None = None
@@ -87,7 +89,7 @@ class SweepOptions:
             found,
             parameters=merged({}, found.parameters or {}),
             options=mapping(found.options, "options", 'give them by name: `{"alpha": -0.1}`'),
-            without=tuple(check_effects(found.without)),
+            without=check_effects(found.without, found.contacts),
             at=checked(found.at),
         )
 

@@ -10,12 +10,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array
 from mbdsl.lang.display_units import asked, only_asked
-from mbdsl.messages import count, did_you_mean, few
+from mbdsl.messages import OWN, UnitsOfSignals, count, did_you_mean, few
 from mbdsl.plotting.figures import Table
 from mbdsl.plotting.signal_panels import labelled
 from mbdsl.studies.measures import Measure
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 
     from mbdsl.plotting.signal_plots import Plot
 
-Array = NDArray[np.float64]
 TROUBLES = 8  #: reasons of failures that are listed
 DONE, FAILED, LATE = "done", "failed", "not finished"
 

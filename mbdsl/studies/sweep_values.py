@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from mbdsl.display_unit import UnitsOfSignals
 from mbdsl.errors import UsageError
 from mbdsl.lang import units
+from mbdsl.messages import UnitsOfSignals
 
 MOST = 100_000  #: largest number of runs of a sweep
 DIGITS = 12  #: significant digits of the values of a range, so that the third of 1:2:11 is 1.2
@@ -126,10 +126,6 @@ def varied(name: str, given: str | Iterable) -> Varied:
     given : str or iterable
         A text as on the command line ("1:2:11", "1:1000:4:log N/m", "1, 2, 5 mm"), or the values: numbers in SI units,
         Booleans, or texts with units.
-
-    Returns
-    -------
-    Varied
 
     Raises
     ------

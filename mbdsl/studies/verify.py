@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbdsl.display_unit import OWN, UnitsOfSignals
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.given_values import seconds
+from mbdsl.messages import OWN, UnitsOfSignals
 from mbdsl.plotting.figures import Table
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.studies.error_measures import late_events, scaled_motion
 from mbdsl.studies.families import of_another_family
 from mbdsl.studies.report import as_text, number
 from mbdsl.studies.scales import Scales, scales
@@ -207,6 +208,7 @@ def agree(
     rows = np.minimum(np.searchsorted(other.t, one.t[:count]), len(other.t) - 1)
     assert np.array_equal(other.t[rows], one.t[:count]), "what is compared is of one time"
     ranges = {name: _range(one[name]) for name in names}
+    late, speed = late_events(other, one), scaled_motion(one, one)[1]
     largest: dict[str, float] = {}
     for name in names:
         unit = one.unit(name)
@@ -214,7 +216,8 @@ def agree(
     found = []
     for name in names:
         unit = one.unit(name)
-        difference = _difference(one[name][:count], other[name][rows])
+        most = np.inf if late is None else np.where(late > 0.0, late * speed * ranges[name], np.inf)[:count]
+        difference = _difference(one[name][:count], other[name][rows], most)
         usual = known.of(name, unit) if known is not None else 0.0
         own = _of_bodies(one, name, unit) if known is not None else None
         least = small * (max(largest[unit], usual) if own is None else own)
@@ -234,10 +237,10 @@ def _step(trajectory: Trajectory) -> float:
     return trajectory.stats["h"] or span / max(1, trajectory.stats["steps"]) or 1.0
 
 
-def _difference(x: np.ndarray, y: np.ndarray) -> float:
-    """The largest difference over time, without times at which neither run has a value."""
+def _difference(x: np.ndarray, y: np.ndarray, most: float | np.ndarray) -> float:
+    """The largest difference over time, at most ``most``, without times at which neither run has a value."""
     there = np.isfinite(x) | np.isfinite(y)
-    D = np.abs(x[there] - y[there])
+    D = np.minimum(np.abs(x - y), most)[there]
     return float(np.where(np.isfinite(D), D, np.inf).max()) if len(D) else np.nan
 
 

@@ -46,12 +46,7 @@ UNKEPT = "the result could not be written"
 
 
 def cores() -> int:
-    """Cores that this process may use; 1 if it must not start processes.
-
-    Returns
-    -------
-    int
-    """
+    """Cores that this process may use; 1 if it must not start processes."""
     if multiprocessing.current_process().daemon:
         return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

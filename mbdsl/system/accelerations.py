@@ -6,14 +6,12 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.saddle_point import least_squares, refined
 from mbdsl.system.broken_laws import not_finite
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 #: bounds of the residual and of the solution of a regular system, relative to its right-hand side
 ACCURATE, BOUNDED = 1e-12, 1e8
@@ -57,7 +55,7 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
 
 
 @lru_cache(maxsize=64)
-def rows_kept(count: int, left_out: tuple[int, ...]) -> NDArray[np.int64]:
+def rows_kept(count: int, left_out: tuple[int, ...]) -> Integers:
     """The numbers below ``count`` that are not among ``left_out``."""
     return np.setdiff1d(np.arange(count), np.array(left_out, int))
 
@@ -69,7 +67,7 @@ class Equations(NamedTuple):
     t: float
     q: Array
     v: Array
-    kept: NDArray[np.int64]
+    kept: Integers
     M: Any
     J: Any
     right: Array

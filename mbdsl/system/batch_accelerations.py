@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.kernels.marks import kernel
 from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.rotation import BASE
@@ -21,8 +22,6 @@ from mbdsl.system.accelerations import ACCURATE, BOUNDED, CONVERGED, ITERATIONS,
 from mbdsl.system.emit import EVALUATE, TANGENT
 from mbdsl.system.system import DENSE_LIMIT, System
 from mbdsl.system.time_derivatives import Clock
-
-Array = NDArray[np.float64]
 
 #: least number of states for which loading the compiled loop pays off; most numbers in matrices solved together
 MANY, TOGETHER = 64, 2**21
@@ -184,7 +183,7 @@ class _States:
         self.order = np.argsort(where, kind="stable")
         self.slots, self.starts = np.unique(where[self.order], return_index=True)
 
-    def solve(self, t: Array, q: Array, v: Array, lam: Array, at: NDArray[np.int64]):
+    def solve(self, t: Array, q: Array, v: Array, lam: Array, at: Integers):
         """a, lam and whether they are accurate, at the states ``at`` of all."""
         system, clock, w = self.system, self.clock, self.work
         n, count = system.n, len(at)

@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import diff
 from mbdsl.expressions.symbolic import TIME, Expr, leaves, walk
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 MOST = 4  #: signals named in a message
 
 

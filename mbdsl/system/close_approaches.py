@@ -23,6 +23,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import TIME, Expr, const, is_const, leaves, walk
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import gradients, values
@@ -30,7 +31,6 @@ from mbdsl.system.signals import gradients, values
 if TYPE_CHECKING:
     from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 
 #: distance, relative to the largest value of the argument, above which an approach is not close
 CLOSE = 0.05
@@ -42,6 +42,8 @@ POSITIONS = ("x", "y", "phi")
 #: difference of time for that, relative to the step; values below this part of the largest one are at a switch
 MOST_RATES, APART, AT_SWITCH = 32, 1e-2, 1e-9
 EPS = float(np.finfo(float).eps)
+#: gaps of rigid contacts, relative to the mechanism's size, that count as closed
+ROUNDED = 1e-14
 #: least number of states whose accelerations are computed together
 FEW = 8
 #: width of a narrow cell of a table, relative to the table; most knots of such cells that are examined
@@ -227,7 +229,10 @@ class Approaches:
         side = np.where(y[:-1] != 0.0, np.sign(y[:-1]), np.sign(on.r0))
         x, turns = _minimum(side * on.r0, side * on.c2, side * on.c3)
         d = side * (y[:-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
-        stays = (side * y[1:] >= least) & (side * y[:-1] >= least)
+        stays = (side * y[1:] >= least) & (side * y[:-1] >= least) & self._is_side(k, side)
+        if k in self.contacts:  # a closed gap, and one that opens or closes, turns by rounding
+            rounding = ROUNDED * self.system.tables.size
+            turns &= (d > rounding) | (np.abs(y[:-1] - d) > rounding) | (np.abs(y[1:] - d) > rounding)
         for i in np.flatnonzero(turns & stays & (np.abs(d) <= CLOSE * largest)).tolist():
             at, q, v = x[i], on.q, on.v
             dq, a, b = q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
@@ -250,6 +255,7 @@ class Approaches:
         slope, bends = side * slope, side * bends
         d = side * value - slope**2 / (2.0 * bends)
         crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest)
+        crosses &= self._is_side(k, side)
         for i in np.flatnonzero(crosses).tolist():
             j = max(i - 1, 0)
             curvature = side[i] * self._second(k, on.t[j], on.q[j], on.v[j]) if i and positions else bends[i]
@@ -261,10 +267,14 @@ class Approaches:
                 d_i = min(d_i, side[i] * y[i])
                 found.append(_approach(k, on.t[j], side[i], d_i, curvature, 0.0, [*on.q[j], *on.v[j]]))
 
+    def _is_side(self, k: int, side: Array) -> NDArray[np.bool_]:
+        """Whether there is motion on this side of zero: gaps of rigid contacts below zero are rounding errors."""
+        return (side > 0.0) | (k not in self.contacts)
+
     def _rates(
         self,
         k: int,
-        at: NDArray[np.int64],
+        at: Integers,
         a: Array,
         rows: tuple[Array, Array, Array, Array],
         inputs: Mapping[str, float],
@@ -289,7 +299,7 @@ class Approaches:
 
     def _accelerations(
         self,
-        rows: Iterable[NDArray[np.int64]],
+        rows: Iterable[Integers],
         states: tuple[Array, Array, Array, Array],
         inputs: Mapping[str, float],
         left_out: tuple[int, ...],
@@ -328,7 +338,7 @@ def _approach(number: int, t: float, side: float, d: float, curvature: float, er
     return Approach(number, float(t), float(side), float(d), float(curvature), float(error), list(map(float, state)))
 
 
-def _turning(y: Array, near: float) -> NDArray[np.int64]:
+def _turning(y: Array, near: float) -> Integers:
     """The ends of steps (of y without its first entry, which precedes them) where an argument turns back or changes its
     sign within ``near`` of zero, their neighbours, and close ends at the border of the search."""
     slope = np.diff(y)
@@ -337,7 +347,7 @@ def _turning(y: Array, near: float) -> NDArray[np.int64]:
     turns[:3] = turns[-3:] = True
     crosses[1:-1] = (y[:-2] * y[1:-1] < 0.0) | (y[1:-1] * y[2:] < 0.0)
     close = (np.abs(y) <= near) & (y != 0.0)
-    found: list[NDArray[np.int64]] = []
+    found: list[Integers] = []
     for kind in (turns & close, crosses & close & ~turns):  # the closest of each
         at = np.flatnonzero(kind)
         found.append(at[np.argsort(np.abs(y[at]), kind="stable")[: MOST_RATES // 2]])

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.kernels.columns import columns_of
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Scene
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import subprocess
 
 
-Array = NDArray[np.float64]
 Search = TypeVar("Search")
 
 
@@ -97,7 +96,7 @@ class CompiledScene:
         """Start compiling the kernels in another process; None if no process can be started."""
         return background_compilation.start(self.tables.blocks, self.tables.has_tape, sets)
 
-    def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = L.ROWS) -> Workspace:
+    def workspace(self, slots: Integers | None = None, rows: int = L.ROWS) -> Workspace:
         """New buffers. ``slots`` gives the position in A of every requested entry (default: one position each)."""
         t = self.tables
         if slots is None:
@@ -206,7 +205,7 @@ class CompiledScene:
                 self._work = self.workspace()
             self.mark_switchable(self._work.layout, left_out)
 
-    def mark_switchable(self, layout: NDArray[np.int64], left_out: Collection[int]) -> None:
+    def mark_switchable(self, layout: Integers, left_out: Collection[int]) -> None:
         """Mark in ``layout`` which of the rows that hold at times only are left out."""
         for row in self.tables.switchable:
             layout[layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT] = int(row in left_out)

@@ -81,13 +81,13 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
         lines.append(Line("springs", "loops.springs(C, frames, gradients, numbers, layout)"))
     if "law" in roles:
         lines.append(Line("laws", "loops.laws(C, frames, gradients, numbers, layout)"))
-    collect = "collect_with_mu" if sets > 1 and "joint" in roles else "collect"
-    lines += [Line("bodies", f"{b.name}.{collect}({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
+    both = sets > 1 and "joint" in roles
+    lines += [Line("bodies", text) for h, b in bodies for text in _gathered(h, b, both)]
     if sets > 2 and "joint" in roles:
         lines.append(Line("joints", "loops.remember(C, vectors, frames, gradients, layout)"))
         if related:
             lines.append(Line("joints", "relation_loops.remember(C, vectors, frames, numbers, layout)"))
-        lines += [Line("bodies", f"{b.name}.collect_past({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
+        lines += [Line("bodies", _gather(h, b, "PAST_WRENCH", "PAST_LEVER", "PAST_FORCE")) for h, b in bodies]
     lines += [
         Line("flexibility", f"{b.name}.forces({h}, vectors, numbers, layout)") for h, b in bodies if b.module.MASS
     ]
@@ -97,6 +97,18 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
         varies = [(h, b) for h, b in bodies if b.module.MASS > 1]
         lines += [Line("mass matrix", f"{b.name}.carry_over({h}, vectors, numbers, layout)") for h, b in varies]
     return lines
+
+
+def _gathered(header: int, block: Block, with_mu: bool) -> list[str]:
+    """Statements that collect the forces on bodies, and the same of mu."""
+    if with_mu and hasattr(block.module, "collect_with_mu"):
+        return [f"{block.name}.collect_with_mu({header}, vectors, frames, {_F(block)}layout)"]
+    found = [_gather(header, block, "WRENCH", "LEVER", "FORCE")]
+    return [*found, _gather(header, block, "MU_WRENCH", "LEVER", "FORCE2")] if with_mu else found
+
+
+def _gather(header: int, block: Block, wrench: str, lever: str, row: str) -> str:
+    return f"{block.name}.gather({header}, C.{wrench}, C.{lever}, L.{row}, vectors, frames, {_F(block)}layout)"
 
 
 def _F(block: Block) -> str:
@@ -242,7 +254,7 @@ def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
         *dict.fromkeys(f"import {_kind_module(b)} as {b.name}" for _, b in pairs),
         "",
         *(f"from mbdsl.bodies import {b.name}" for _, b in bodies),
-        *["from mbdsl.kernels import buffer_layout as L"] * (has_tape or any(b.module.MASS for _, b in bodies)),
+        "from mbdsl.kernels import buffer_layout as L",
         _columns_import(in_space(blocks)),
         "from mbdsl.kernels.factors import Factors",
         f"from mbdsl.system import {', '.join(used)}",

@@ -18,15 +18,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import refined
 from mbdsl.system.accelerations import balance
 from mbdsl.system.quaternions import Quaternions
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 #: relative change of coordinates at which a projection has converged
 ARRIVED = 1e-12

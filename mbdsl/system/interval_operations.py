@@ -1,7 +1,5 @@
 """Operations of an expression's program on intervals: functions of one argument, and those that jump."""
 
-from __future__ import annotations
-
 from numpy import ceil, floor
 
 from mbdsl.expressions import interval_arithmetic as bounds

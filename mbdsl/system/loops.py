@@ -11,8 +11,6 @@ Kinds differ only in the dependence of g, its gradient G and its second derivati
 Nonholonomic constraints have no kernels of their own: Gam and its derivatives are expressions over frames.
 """
 
-from __future__ import annotations
-
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, square
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.tables import Tables
-
-Array = NDArray[np.float64]
 
 
 def bodies_without_inertia(tables: Tables) -> list[str]:

@@ -14,13 +14,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import Span
+from mbdsl.kernels.arrays import Array
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 REAL = 1e-6  #: imaginary part of an eigenvalue, relative to its size, that is rounding
 NEAR = 1.02  #: multiple of the present coefficients up to which the paradox is near
 

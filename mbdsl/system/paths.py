@@ -13,12 +13,12 @@ from mbdsl.compilation import code_cache
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, ROUNDING, Jet
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.piecewise_cubic import SMOOTHNESS, piecewise
 from mbdsl.system import interval_tape
 from mbdsl.system.expression_tape import TABLE, Tape
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Ints = Integers
 EMPTY = np.zeros((0, 4))
 EXTRAPOLATION = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}
 _WAY, _CODE = ("int", "matrix"), ("ints", "ints", "vector", "vector", "matrix")

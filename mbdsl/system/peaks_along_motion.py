@@ -23,6 +23,7 @@ from mbdsl.expressions.derivatives import der
 from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.spatial_coordinates import AXES
 from mbdsl.expressions.symbolic import RATE, TIME, Expr, coordinate, leaves, rebuild, walk
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.interval_tape import TINY
 from mbdsl.system.paths import Looks, Paths, Program, Work
 from mbdsl.system.peaks_in_time import Zone, hiding, terms, zones
@@ -31,7 +32,6 @@ from mbdsl.system.signals import values
 if TYPE_CHECKING:
     from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 
 #: shortest step that is searched, and shortest interval in it, relative to the shortest possible step
 SHORT, SHORTEST = 4.0, 0.1

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import walk
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.interval_tape import SLIGHT
 from mbdsl.system.paths import Looks, Paths
 from mbdsl.system.peaks_along_motion import JUMPS, OnTheWay
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from mbdsl.expressions.symbolic import Expr
     from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
 
 #: negligible height of a peak, relative to the term's largest value
 SMALL = 1e-3

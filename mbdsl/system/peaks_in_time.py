@@ -21,16 +21,15 @@ from typing import Generic, NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.expressions.derivatives import diff
 from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.symbolic import TIME, Expr, is_const, leaves, walk
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.interval_tape import NEGLIGIBLE, NOTHING
 from mbdsl.system.paths import Paths, Points, Work, over_time
 from mbdsl.system.time_events import is_linear
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 #: extent of a zone, as a part of the difference from the next extremum; the same for the flanks of a narrow zone

@@ -12,11 +12,9 @@ p^ alone determines the attitude; |p| is constant, and has no effect.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics import rotation_arrays
-
-Array = NDArray[np.float64]
 
 
 class Quaternions:
@@ -28,7 +26,7 @@ class Quaternions:
         Number of coordinates x.
     """
 
-    def __init__(self, n: int, first: NDArray[np.int64]) -> None:
+    def __init__(self, n: int, first: Integers) -> None:
         self.n, self._first = n, first
         self.size = n + len(first)
         self._vector = first[:, None] + np.arange(3)

@@ -4,8 +4,6 @@ Their rows are among those of the other joints, whose loops find no gradients th
 subtracted with theirs. Records: see :mod:`mbdsl.system.relations`.
 """
 
-from __future__ import annotations
-
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.system.frame_block import Terms, frame_block

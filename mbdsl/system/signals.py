@@ -6,13 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, SPATIAL_POSITIONS, SPATIAL_VELOCITIES, VELOCITIES, Pose
 from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, counted, table_value
 from mbdsl.expressions.derivatives import der, diff
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, evaluate, leaves, walk
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system.body_models import at_rest, body_pose
 from mbdsl.system.system import DENSE_LIMIT, System
@@ -21,10 +21,9 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _RATES = tuple(RATE.values())
-Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
 #: rows, columns and numbers
-Entries: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64], Array]
+Entries: TypeAlias = tuple[Integers, Integers, Array]
 
 
 def frame_coordinate(

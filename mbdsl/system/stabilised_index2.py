@@ -25,15 +25,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.kernels import buffer_layout
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.system.accelerations import balance
 from mbdsl.system.quaternions import Quaternions
 from mbdsl.system.system import System
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+Indices = Integers
 
 
 class StabilisedIndex2:

@@ -9,12 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.bodies.state import State
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.tables import Tables
 
-Array = NDArray[np.float64]
 LEAST = 1e-9  #: smallest size of a state without `nominal`, in its SI unit: smaller values are rounding
 APART = 8.0  #: ratio of an estimated size to that of a run from which on the run is repeated
 

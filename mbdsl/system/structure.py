@@ -99,7 +99,7 @@ def friction_of(contact: Component, kind: ForceKind) -> list[Component]:
             {"frame_a": frame, "frame_b": frame},
             span=contact.span,
         )
-        for frame, loads in rubbing(contact)
+        for frame, loads in rubbing(contact.name, contact.velocity_constraints, kind.spatial)
     ]
 
 

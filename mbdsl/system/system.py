@@ -14,16 +14,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mbdsl.collection import uncollected
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.kernels.factors import Factors
 from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
+from mbdsl.storage.garbage_collection import uncollected
 from mbdsl.system import emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
@@ -36,7 +36,6 @@ from mbdsl.system.time_events import time_events
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 
 #: up to this many unknowns matrices are dense: importing scipy would take longer than dense algebra
 DENSE_LIMIT = 400
@@ -243,7 +242,7 @@ class System(CompiledScene):
             self._clock = Clock(w.layout, self.m, self.p)
         return self._clock(w)
 
-    def switches(self, t: float, q, v, lam=None) -> NDArray[np.int64]:
+    def switches(self, t: float, q, v, lam=None) -> Integers:
         """States of all switches in the expressions of the equations: conditions, signs, cells of tables.
 
         While they do not change, the equations of motion are smooth; a change between two states of a motion can be
@@ -322,7 +321,7 @@ class System(CompiledScene):
             return None
         return const(at_rest(self.scene.components[frame.body], frame, key))
 
-    def elimination_order(self) -> NDArray[np.int64]:
+    def elimination_order(self) -> Integers:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""
         order: list[int] = []
         holding = {joint.name: joint.rows for joint in self.scene.sticking}
@@ -380,7 +379,7 @@ class System(CompiledScene):
         return found
 
 
-def _states(system: System) -> NDArray[np.int64]:
+def _states(system: System) -> Integers:
     """A buffer for the states of its switches."""
     return np.zeros(len(system.tables.switches), np.int64)
 

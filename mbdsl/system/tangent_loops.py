@@ -1,7 +1,5 @@
 """Loops of the emitted `tangent`: the entries of the iteration matrix from the tables of joints, springs and laws."""
 
-from __future__ import annotations
-
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import rare
 from mbdsl.system.frame_block import Terms, frame_block

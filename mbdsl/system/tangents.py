@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.emit import FACTORS
 from mbdsl.system.system import System
-
-Array = NDArray[np.float64]
 
 
 def tangents(

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.kernels.columns import PLANE as C
 from mbdsl.system.workspace import Workspace
-
-Array = NDArray[np.float64]
 
 
 class Clock:
     """The places of time-dependent terms on the gradient tape, for ``m`` and ``p`` constraints."""
 
-    def __init__(self, layout: NDArray[np.int64], m: int, p: int) -> None:
+    def __init__(self, layout: Integers, m: int, p: int) -> None:
         self.size, registers = m + p, int(layout[L.REGISTERS])
         detail = [int(layout[layout[L.PAIRS] + L.PAIR * r + 4]) for r in range(m)]
         self.driven = np.array([r for r in range(m) if detail[r] >= 0], np.int64)

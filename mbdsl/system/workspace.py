@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from mbdsl.kernels.arrays import Array, Integers
 
 
 @dataclass
@@ -18,4 +15,4 @@ class Workspace:
     frames: Array
     gradients: Array
     numbers: Array
-    layout: NDArray[np.int64]
+    layout: Integers

@@ -37,54 +37,32 @@ THIN, THICK = Size(thin=1.0), Size(2.5, 0.42)
 
 @dataclass(frozen=True)
 class DrawnPath:
-    """A line or an area of n points.
+    """A line or an area of n points."""
 
-    Attributes
-    ----------
-    at : tuple of Frame
-        Frames that place it.
-    axes : str
-        How they do: ``OWN``, ``TURNED``, ``ALONG`` or ``ON``.
-    metres, units : tuple of (float, float)
-        Coordinates in the axes [m] and [units], which are added. Along a line, units of x are at most a sixth of it.
-    share : tuple of float
-        Of the length of the line to the second frame, which is added to x.
-    state : tuple of float
-        What the state adds: with ``ALONG`` units of x times the stroke, which is 0 at the length ``low`` [m] of the
-        line and 1 at ``high``; with ``TURNED`` a rotation by this part of the angle between the frames.
-    cuts : tuple of int
-        Numbers of the points at which further parts begin.
-    closed, curved, hull : bool
-        Whether the last point is connected with the first, whether three points are a parabola's ends and middle, and
-        whether the path is the convex hull of the points.
-    hatch : int
-        1 or -1: hatched on the left or the right.
-    dashed : bool
-        Whether the line is dashed.
-    fill, stroke, edge : Colour
-        Colours of the area, of the line, and of its edges, which are inside of the width.
-    width : Size
-        Width of the line.
-    """
-
-    at: tuple[Frame, ...]
-    axes: str = OWN
+    at: tuple[Frame, ...]  #: frames that place it
+    axes: str = OWN  #: how they do: ``OWN``, ``TURNED``, ``ALONG`` or ``ON``
+    #: Coordinates in the axes [m] and [units], which are added. Along a line, units of x are at most a sixth of it.
     metres: Points = ()
     units: Points = ()
-    share: tuple[float, ...] = ()
+    share: tuple[float, ...] = ()  #: of the length of the line to the second frame, which is added to x
+    #: what the state adds: with ``ALONG`` units of x times the stroke, which is 0 at the length ``low`` [m] of the line
+    #: and 1 at ``high``; with ``TURNED`` a rotation by this part of the angle between the frames
     state: tuple[float, ...] = ()
     low: float = 0.0
     high: float = 0.0
-    cuts: tuple[int, ...] = ()
+    cuts: tuple[int, ...] = ()  #: numbers of the points at which further parts begin
+    #: whether the last point is connected with the first, whether three points are a parabola's ends and middle, and
+    #: whether the path is the convex hull of the points
     closed: bool = False
     curved: bool = False
     hull: bool = False
-    hatch: int = 0
-    dashed: bool = False
+    hatch: int = 0  #: 1 or -1: hatched on the left or the right
+    dashed: bool = False  #: whether the line is dashed
+    #: colours of the area, of the line, and of its edges, which are inside of the width
     fill: Colour = None
     stroke: Colour = INK
     edge: Colour = None
-    width: Size = THIN
+    width: Size = THIN  #: width of the line
 
 
 @dataclass(frozen=True)

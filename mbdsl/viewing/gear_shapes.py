@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements import profile
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate, expr
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.display import (
     ALONG,
@@ -31,8 +31,6 @@ from mbdsl.viewing.display import (
     colour_of,
 )
 from mbdsl.viewing.tracks import Motion, Spot
-
-Array = NDArray[np.float64]
 
 ADDENDUM, DEDENDUM, RIM = 0.8, 1.0, 2.6  #: height and depth of teeth, and thickness of a ring, in modules
 FEWEST, MOST = 11, 24  #: teeth of the smaller gear of a pair

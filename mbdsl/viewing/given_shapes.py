@@ -18,13 +18,6 @@ ELLIPSE = 96  #: number of points of an ellipse
 def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
     """The shapes of a body or of the ground.
 
-    Parameters
-    ----------
-    c : Component
-        The body.
-    motion : Motion
-        Its motion.
-
     Yields
     ------
     Shape

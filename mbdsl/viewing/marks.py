@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
 from mbdsl.viewing.display import Colour
-
-Array = NDArray[np.float64]
 
 #: the colours of ``player.css`` on light paper
 THEME = {

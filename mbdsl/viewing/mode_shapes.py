@@ -11,16 +11,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array, Complex
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System
 from mbdsl.viewing.motion import NEGLIGIBLE, is_apart, motion
 from mbdsl.viewing.space import shapes as solids
 from mbdsl.viewing.tracks import GROUND, AnyMotion, SpaceMotion
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 STEP = 1e-4  #: part of a shape by which the state is displaced: poses of beams are not linear in their coordinates
 LARGEST, TURN = 0.1, 0.6  #: largest displacement in the picture relative to its extent, largest rotation [rad]
@@ -30,25 +27,16 @@ SECONDS, PICTURES = 2.0, 50  #: duration of a cycle in a film, and its number of
 
 @dataclass(frozen=True)
 class ModeShapes:
-    """Displacements of M modes about a state.
+    """Displacements of M modes about a state."""
 
-    Attributes
-    ----------
-    rest : Motion or SpaceMotion
-        The state, one row.
-    tracks : (M, T, 3) complex [m, m, rad] or (M, T, 7) complex [m, 1]
-        Displacements of the tracks, in space of their quaternions, scaled to the picture.
-    points, angles : list of (M, K, 2) complex [m] and of (M, K) complex [rad]
-        Displacements of the beams.
-    largest : (M,) [m]
-        Largest displacement of a point of the picture.
-    """
-
-    rest: AnyMotion
+    rest: AnyMotion  #: the state, one row
+    #: (M, T, 3) complex [m, m, rad] or (M, T, 7) complex [m, 1]: displacements of the tracks, in space of their
+    #: quaternions, scaled to the picture
     tracks: Complex
+    #: lists of (M, K, 2) complex [m] and of (M, K) complex [rad]: displacements of the beams
     points: list[Complex]
     angles: list[Complex]
-    largest: Array
+    largest: Array  #: (M,) [m]: largest displacement of a point of the picture
 
     def cycle(self, mode: int, phases: Array, amplitude: float = 1.0) -> AnyMotion:
         """A mode at phases (N,) [rad], as a motion; its times are those of a film."""

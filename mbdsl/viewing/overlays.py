@@ -6,16 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
 from mbdsl.viewing.display import head
 from mbdsl.viewing.marks import THEME, DiscMark, LineMark, Mark, TextMark, line, mixed
 from mbdsl.viewing.tracks import Tracks
 from mbdsl.viewing.vectors import FORCES, Vector, largest
 from mbdsl.viewing.view import PictureView
-
-Array = NDArray[np.float64]
 
 LONGEST = 0.22  #: length of the longest arrow relative to the shorter side of the picture
 BAR, BAR_AT, LETTERS = (90, 8), (14, 26), 12  #: size and place of the colour bar, size of letters [px]

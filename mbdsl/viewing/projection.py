@@ -12,9 +12,9 @@ from math import asin, cos, radians, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.trajectory import Trajectory
@@ -29,8 +29,6 @@ from mbdsl.viewing.space.solid import BODY, DRIVE, JOINT, SUPPORT, Solid
 from mbdsl.viewing.symbols import PISTON, beside, coils, dashpot, placed, zigzag
 from mbdsl.viewing.tracks import GROUND, AnyMotion, Motion, Place, SpaceMotion, Tracks, rotated
 from mbdsl.viewing.vectors import FORCE, Vector
-
-Array = NDArray[np.float64]
 
 #: view -> azimuth and elevation of the viewer [rad]; the front is seen from -y where z is vertical
 VIEWS = {
@@ -82,7 +80,7 @@ class Projection(Tracks):
     def __init__(self, solid: SpaceMotion, seen: View) -> None:
         super().__init__(solid.scene, solid.t, solid.rows, solid.tracks, solid.poses, solid.spots, solid.frames)
         self.solid, self.seen = solid, seen
-        self._known: dict[int, tuple[Sequence[Place], NDArray[np.int64], Array]] = {}
+        self._known: dict[int, tuple[Sequence[Place], Integers, Array]] = {}
 
     def positions(self, spot: Place) -> Array:
         return self.seen.of(self.solid.positions(spot))[:, :2]

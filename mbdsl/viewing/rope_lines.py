@@ -10,16 +10,14 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.rope_path import Disc, Span
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.tracks import UNTURNED, AnyMotion, Motion, Place, Spot
-
-Array = NDArray[np.float64]
 
 
 def line(c: Component, motion: AnyMotion, at: Callable[[str, str], Array]) -> tuple[Array, Array, Array]:

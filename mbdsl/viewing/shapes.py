@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
@@ -15,8 +14,6 @@ from mbdsl.viewing.display import PAPER, Beam, Circle, DrawnPath, Shape, Size, c
 from mbdsl.viewing.given_shapes import given_shapes
 from mbdsl.viewing.symbols import symbol
 from mbdsl.viewing.tracks import GROUND, Motion, Spot
-
-Array = NDArray[np.float64]
 
 #: size of symbols relative to the extent of the motion, its limit relative to the median length of links, and the least
 #: relative to the extent for mechanisms of up to ``FEW`` bodies
@@ -63,11 +60,6 @@ class Drawing:
 
 def drawing(motion: Motion) -> Drawing:
     """The shapes of a mechanism in the plane.
-
-    Parameters
-    ----------
-    motion : Motion
-        Its motion.
 
     Returns
     -------

@@ -6,14 +6,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.mechanism.scene import ENERGIES, Description
 from mbdsl.simulation.event_marks import Mark
 from mbdsl.simulation.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 2000  #: points of a line; longer ones keep the extremes of each part
 MOST_SIGNALS, MOST_SHOWN = 40, 3
@@ -81,7 +79,7 @@ def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> Plots:
     return Plots(t, found, shown, trajectory.event_marks(t[0], t[-1])[0])
 
 
-def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None) -> PlottedSignal:
+def _signal(trajectory: Trajectory, name: str, limits: Integers | None) -> PlottedSignal:
     values = np.asarray(trajectory[name], float)
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
@@ -100,7 +98,7 @@ def _changing(found: Iterable[PlottedSignal]) -> Iterator[PlottedSignal]:
     return (s for s in found if s.high - s.low > 1e-9 * size[s.unit])
 
 
-def thinned(t: Array, most: int) -> tuple[Array, NDArray[np.int64] | None]:
+def thinned(t: Array, most: int) -> tuple[Array, Integers | None]:
     """Times of two points for each of ``most``/2 parts of equal numbers of rows, and the limits of the parts.
 
     The limits are None if all rows are kept.
@@ -114,7 +112,7 @@ def thinned(t: Array, most: int) -> tuple[Array, NDArray[np.int64] | None]:
     return times, limits
 
 
-def extremes(values: Array, limits: NDArray[np.int64] | None) -> Array:
+def extremes(values: Array, limits: Integers | None) -> Array:
     """The smallest and the largest value of each part, in the order in which they occur."""
     if limits is None:
         return values

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from mbdsl.messages import few
 from mbdsl.plotting.decimation import thinned
 from mbdsl.results.stored import open_result
 from mbdsl.simulation.result_units import in_si
+from mbdsl.simulation.stored_events import of_meta
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System, build
 
@@ -76,6 +78,7 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
     stats["rows"] = rows.count
     trajectory = Trajectory(system, time, q, v, None, stats | {"tol": meta.get("tolerance")}, inputs=inputs)
     trajectory.supply(columns)
+    trajectory.find_events = partial(of_meta, meta)
     names = [name for name in columns if name in trajectory and name != "time"]
     return trajectory, None if complete else names
 

@@ -60,11 +60,6 @@ class PartLayout:
 def layout(structure: Structure) -> list[PartLayout]:
     """The parts of a mechanism with their places.
 
-    Parameters
-    ----------
-    structure : Structure
-        Bodies and links.
-
     Returns
     -------
     list of PartLayout

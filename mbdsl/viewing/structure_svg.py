@@ -13,7 +13,7 @@ from mbdsl.viewing.structure_layout import BOX, GAP, LETTERS, WIDTH, GraphPlace,
 MARGIN = 14.0
 MARK = 8.0  #: radius of the symbol of a joint
 LINE = 22.0  #: height of a line of the legend
-BESIDE, BELOW = 14.0, 4.0  #: place of the name of a link relative to its symbol where layers are rows
+BESIDE = 14.0  #: place of the name of a link relative to its symbol where layers are rows
 #: class -> text of the legend, in its order
 LEGEND = {
     "body": "body",

@@ -137,16 +137,17 @@ def _travel(a: Spot, b: Spot, motion: Motion) -> tuple[float, float, int]:
     return low, high, -1 if -np.sin(phi) * nx + np.cos(phi) * ny <= 1e-9 else 1
 
 
+def _floor(c: Component, a: Spot, ends: Points) -> Shape:
+    """What wheels roll on and contacts touch, between two points in the axes of frame_a."""
+    look: dict[str, Any] = {"hatch": -1} if a.track == GROUND else {"width": Size(thin=2.0)}
+    return Shape("floor", c.name, (a,), (DrawnPath((a,), metres=ends, **look),))
+
+
 def _wheel(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     radius = float(c.values["radius"])
     low, high, _ = _travel(a, b, motion)
     ends = ((low - radius, 0.0), (high + radius, 0.0))
-    floor = (
-        DrawnPath((a,), metres=ends, hatch=-1)
-        if a.track == GROUND
-        else DrawnPath((a,), metres=ends, width=Size(thin=2.0))
-    )
-    yield Shape("floor", c.name, (a,), (floor,))
+    yield _floor(c, a, ends)
     yield gear_shapes.wheel(c, b, radius, motion)
 
 
@@ -157,12 +158,7 @@ def _surface(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Ite
     low, high, _ = _travel(a, b, motion)
     reach = radius + float(np.hypot(length, width)) / 2 + unit
     ends = ((low - reach, 0.0), (high + reach, 0.0))
-    floor = (
-        DrawnPath((a,), metres=ends, hatch=-1)
-        if a.track == GROUND
-        else DrawnPath((a,), metres=ends, width=Size(thin=2.0))
-    )
-    yield Shape("floor", c.name, (a,), (floor,))
+    yield _floor(c, a, ends)
     x, y = length / 2 + radius, width / 2 + radius
     corners = ((-x, -y), (x, -y), (x, y), (-x, y))
     own = colour_of(motion, b)

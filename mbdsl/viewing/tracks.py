@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.rotation_arrays import times
-
-Array = NDArray[np.float64]
 
 GROUND = -1  #: the track of frames that do not move
 TOGETHER = 256  #: number of spots that are evaluated at once
@@ -92,38 +91,18 @@ Frame = Spot | Place
 
 @dataclass
 class Tracks:
-    """Tracks of a mechanism; subclasses know the poses of the plane and of space.
+    """Tracks of a mechanism; subclasses know the poses of the plane and of space."""
 
-    Attributes
-    ----------
-    scene : Scene
-        The model.
-    t : (N,) [s]
-        Times of the frames.
-    rows : (N,) of int
-        Rows of the trajectory that the frames show.
-    tracks : list of str
-        Names of bodies, or of frames on bodies that deform.
-    poses : (N, T, 3) [m, m, rad] or (N, T, 7) [m, 1]
-        Poses of the tracks; in space positions and unit quaternions (w, x, y, z).
-    spots : dict of str to Spot or Place
-        Positions of all frames of the model.
-    frames : dict of str to list of str
-        Names of the frames of each body.
-    curves : list of Curve
-        Beams.
-    lines : dict of str to tuple of Spot or Place
-        Both ends and the middle of the line of each rope, where they are known.
-    """
-
-    scene: Scene
-    t: Array
-    rows: NDArray[np.int64]
-    tracks: list[str]
+    scene: Scene  #: the model
+    t: Array  #: (N,) [s]: times of the frames
+    rows: Integers  #: (N,) of int: rows of the trajectory that the frames show
+    tracks: list[str]  #: names of bodies, or of frames on bodies that deform
+    #: (N, T, 3) [m, m, rad] or (N, T, 7) [m, 1]: poses of the tracks; in space with quaternions (w, x, y, z)
     poses: Array
-    spots: dict[str, Any]
-    frames: dict[str, list[str]]
-    curves: list[Curve] = field(default_factory=list)
+    spots: dict[str, Any]  #: positions of all frames of the model
+    frames: dict[str, list[str]]  #: names of the frames of each body
+    curves: list[Curve] = field(default_factory=list)  #: beams
+    #: both ends and the middle of the line of each rope, where they are known
     lines: dict[str, tuple[Any, Any, Any]] = field(default_factory=dict)
 
     @property

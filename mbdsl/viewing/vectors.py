@@ -6,15 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.tables import gravity
 from mbdsl.viewing.motion import AnyMotion, Place, Spot
-
-Array = NDArray[np.float64]
 
 FORCES, REACTIONS = "forces", "reactions"
 FORCE, TORQUE = "force", "torque"
@@ -75,13 +73,6 @@ def vectors(trajectory: Trajectory, motion: AnyMotion) -> list[Vector]:
 
 def loads(trajectory: Trajectory, motion: AnyMotion) -> list[Vector]:
     """Weights of bodies, and what springs and dampers with a law of one force or torque exert on frame_b.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        The states over time.
-    motion : Motion or SpaceMotion
-        Its motion.
 
     Returns
     -------

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl.editor import all_errors
+from mbdsl.errors import InitialisationError
 from mbdsl.lang.load import parse_text
 
 PAGE = Path(__file__).parents[2] / "docs" / "from-modelica.md"
@@ -146,3 +147,45 @@ def test_the_drive_against_scipy():
         ]
         assert found == pytest.approx(values[:5], abs=1e-6)
     assert np.abs(expected[3][2]) > 0.05  # the torque is at its limit, and the motor late
+
+
+@pytest.mark.parametrize("start", ["steady", "rates"])
+def test_the_drive_begins_at_rest(start):
+    """The controller alone holds the load of 10 N.m: its integral is -0.1 and the twist 1 mrad; nothing holds the
+    angles."""
+    text, initial = drive_of_the_page(), "initial equation"
+    at, end = text.index(initial), text.index("equation\n  der(speed)")
+    if start == "steady":
+        text = f"{text[:at]}initial(state = steady);\n{text[end:]}"
+    else:
+        text = text.replace("PI_x = -0.1;", "der(PI_x) = 0;")
+    run = mbdsl.simulate(mbdsl.parse(text), stop=0.5)
+    for k in (0, -1):
+        assert run["PI_x"][k] == pytest.approx(-0.1, abs=1e-9)
+        assert run["load_shaft.phi"][k] - run["motor_shaft.phi"][k] == pytest.approx(1e-3, abs=1e-9)
+        assert abs(run["motor_shaft.w"][k]) < 1e-9
+
+
+SPEED = """
+model Speed "a PI controller holds 20 rad/s: 0.5 N.m/A i = 0.02 N.m.s w, 10 z = i + 0.5 w"
+  Ground ground(g = 0 m/s2);
+  Body rotor(m = 1 kg, I = 0.01 kg.m2);
+  Revolute pin(ground, rotor.c);
+  Current i(start = 0 A);
+  Angle z(start = 0);
+  Torque motor(pin, tau = 0.5 N.m/A*i - 0.02 N.m.s*pin.w);
+initial equation
+  pin.phi = 0; pin.w = {w} rad/s; der(i) = 0; der(z) = 0;
+equation
+  der(i) = (10 V*z + 3 V.s*(20 rad/s - pin.w) - 1 Ohm*i - 0.5 V.s*pin.w)/(1e-3 H);
+  der(z) = 20 rad/s - pin.w;
+end Speed;
+"""
+
+
+def test_a_drive_begins_in_steady_rotation():
+    run = mbdsl.simulate(mbdsl.parse(SPEED.format(w=20)), stop=0.1)
+    for k in (0, -1):
+        assert [run[x][k] for x in ("i", "z", "pin.w")] == pytest.approx([0.8, 1.08, 20.0], abs=1e-9)
+    with pytest.raises(InitialisationError, match=r"der\(z\) = 0: their derivatives do not depend on them"):
+        mbdsl.simulate(mbdsl.parse(SPEED.format(w=19)), stop=0.1)

@@ -186,6 +186,29 @@ def test_an_assertion_ends_the_run_with_its_values():
         mbdsl.simulate(model, method="hht-si2", step=1e-2)
 
 
+@pytest.mark.parametrize("given", [{"step": 1e-2, "method": "hht-si2"}, {"tol": 1e-6}])
+def test_an_assertion_with_the_level_warning_lets_the_run_go_on(given):
+    """A speed of 1 m/s s: 0.5 m/s at 0.5 s and 2 m/s at 2 s; a `when` asks at 1 s and 2 s."""
+    model = slide(
+        "Force f(b.c, fx = if time < 2.5 s then 1 N else -8 N);",
+        """when sample(1, 1) then assert(rail.v < 0.5 m/s, "fast", AssertionLevel.warning); end when;
+           assert(rail.v < 2 m/s, "very fast", level = AssertionLevel.warning);
+           assert(rail.s > -1 m, "far", AssertionLevel.error);""",
+    )
+    run = mbdsl.simulate(model, interval=0.1, **given)
+    assert run.t[-1] == 3.0 and run.stats["kinds of events"] == {"warning": 3}
+    assert [x.t for x in run.events if x.kind == "warning"] == pytest.approx([1.0, 2.0, 2.0], abs=1e-6)
+    fast, very = [x for x in run.stats["warnings"] if x.startswith("the assertion")]
+    assert fast.startswith(
+        "the assertion `rail.v < 0.5 m/s` is false: fast (line <text>:9, t = 1 s, the first of 2 times)"
+    )
+    assert very.startswith("the assertion `rail.v < 2 m/s` is false: very fast (line <text>:10, t = 2 s)")
+    known = slide(
+        "parameter Length L = 1 m; Force f(b.c, fx = 0 N);", 'assert(L > 2 m, "short", AssertionLevel.warning);'
+    )
+    assert [x.message for x in known.warnings] == ["the assertion `L > 2 m` is false: short"]
+
+
 def test_equations_that_act_without_end_are_named():
     model = slide(
         "Integer x(start = 0), y(start = 0), z(start = 0); Real n = pre(x) + pre(y) + pre(z);",
@@ -260,18 +283,21 @@ def test_events_are_listed_with_kinds_and_lines(tmp_path, capsys):
     assert reinit.t == pytest.approx(at, abs=1e-9) and reinit.span.line == 9
     assert [x.t for x in run.events if x.kind == "sample"] == [k / 100 for k in range(11)]
     (tmp_path / "m.mbd").write_text(SLIDE.format(angle="", declared=CLOCKED[0], events=CLOCKED[1], s=0, v=1, stop=0.1))
-    words = ["simulate", "m.mbd", "--step", "1ms", "--method", "hht-si2", "--events", "e.csv", "--output", "o.csv"]
+    words = "simulate m.mbd --step 1ms --method hht-si2 --events e.csv --output o.csv".split()
     from mbdsl.cli import main
 
     here = os.getcwd()
     os.chdir(tmp_path)
     try:
         assert main(words) == 0
+        shown = capsys.readouterr().out
+        assert main([*words[:-3], "-", "--output", "o.csv", "--quiet"]) == 0
+        assert not os.path.exists("-") and capsys.readouterr().out == (tmp_path / "e.csv").read_text()
     finally:
         os.chdir(here)
-    assert "12 events (11 sample, 1 reinit); most of them by line m.mbd:9: 12" in capsys.readouterr().out
+    assert "12 events (11 sample, 1 reinit); most of them by line m.mbd:9: 12" in shown
     rows = (tmp_path / "e.csv").read_text().splitlines()
-    assert rows[:2] == ["time,kind,line", '0.0,sample,"m.mbd:9"'] and len(rows) == 13
+    assert rows[:2] == ["time,kind,line,name", "0.0,sample,m.mbd:9,"] and len(rows) == 13
 
 
 @pytest.mark.parametrize("given", [{"step": 1e-3, "method": "nstiff"}, {"tol": 1e-5, "method": "hht-si2"}])

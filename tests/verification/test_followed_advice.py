@@ -821,7 +821,7 @@ BLOCKS = {
 }
 
 
-def followed(codes, names=""):
+def blocks_followed(codes, names=""):
     """A model with pieces of advice, each in its section, and what they refer to."""
     initial = [x for x in codes if re.match(r"der\(\w+\) = 0;", x)]
     equations = [x for x in codes if re.match(r"der\(|when ", x) and x not in initial]
@@ -834,12 +834,12 @@ def followed(codes, names=""):
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_blocks_become_variables_states_and_bodies(block):
+    name = "Rotational.Inertia" if block == "Inertia" else block  # which alone is a quantity
     with pytest.raises(ModelError) as problem:
-        name = "Rotational.Inertia" if block == "Inertia" else block  # which alone is a quantity
         mbdsl.parse(f"model M Ground ground; {name} x{BLOCKS[block]}; end M;")
     codes = [code for code in re.findall(r"`([^`]*)`", str(problem.value)) if code.endswith(";")]
-    codes += [code for code in re.findall(r"`(parameter Time [^`]*|Real \w+ = [^`]*)`", str(problem.value))]
-    model = mbdsl.parse(followed(dict.fromkeys(codes)))
+    codes += re.findall(r"`(parameter Time [^`]*|Real \w+ = [^`]*)`", str(problem.value))
+    model = mbdsl.parse(blocks_followed(dict.fromkeys(codes)))
     assert any(re.search(r"\bx", name) for name in (*model.variables, *model.components))
 
 
@@ -857,10 +857,10 @@ def test_declarations_in_other_advice_are_accepted(code):
     if re.match(r"der\(|when ", code):
         names = "Boolean on(start = false); discrete Real y; parameter Real high = 1, low = 0; Real x[2];"
         rest = "" if "der(" in code else "der(x) = {0, 0}/(1 s);"
-        assert mbdsl.parse(followed([code, *filter(None, [rest])], names)).events or "der(" in code
+        assert mbdsl.parse(blocks_followed([code, *filter(None, [rest])], names)).events or "der(" in code
         return
     if code == "Real x[2];":
-        assert mbdsl.parse(followed([code, "der(x) = {x[2], u - x[1]}/(1 s);"])).components
+        assert mbdsl.parse(blocks_followed([code, "der(x) = {x[2], u - x[1]}/(1 s);"])).components
         return
     around = {
         "ground": "Ground ground;",

@@ -50,9 +50,8 @@ def exact():
 
 
 def test_order(exact, method, order):
-    """The forces of hht-add can only use its psi_II as a reaction, which is of order 1."""
     scene = mbdsl.parse(MODEL)
-    first = method in ("newmark", "hht-add")
+    first = method == "newmark"
     steps, errors = FINE if first else STEPS, []
     for h in steps:
         end = mbdsl.simulate(scene, method=method, step=h, stop=2.0, interval=2.0)
@@ -66,9 +65,7 @@ def test_order(exact, method, order):
 def test_it_resists(method):
     """Much energy is lost, and friction does that much work: the signal is the acting force.
 
-    Work and loss differ by the loss of the method itself, with its order: newmark's halves with the step. The forces of
-    hht-add use psi_II for the reaction, with a difference of h relative to the motion's 0.5 s, and the signal has the
-    reaction.
+    Work and loss differ by the loss of the method itself, with its order: newmark's halves with the step.
     """
     missing = []
     for h in (2e-3, 1e-3) if method == "newmark" else (1e-3,):
@@ -80,7 +77,7 @@ def test_it_resists(method):
     if method == "newmark":
         assert 1.85 < missing[0] / missing[1] < 2.15
     else:
-        assert abs(missing[0]) < (1e-4 if method == "hht-add" else 2e-5)
+        assert abs(missing[0]) < 2e-5
 
 
 def test_without_friction_there_is_none_of_it():

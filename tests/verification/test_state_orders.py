@@ -63,24 +63,17 @@ SECOND = ["hht-i3", "hht-si2", "hht-add", "nstiff", "nstiff-si2", "generalized-a
 
 def slopes(method: str, first: int, inductance: float = 0.1) -> np.ndarray:
     one, two = (errors(method, steps, inductance) for steps in (first, 2 * first))
-    # hht-add: forces that depend on reactions are those of psi_II, which has order 1 (as for friction in joints)
-    return np.log2(one / two)[: 4 if method == "hht-add" else 5]
+    return np.log2(one / two)
 
 
 @pytest.mark.parametrize("method", SECOND)
 def test_order_2(method):
-    assert slopes(method, 1024) == pytest.approx(2.0, abs=0.1)
+    """Terms of order 2 of the filter z nearly cancel in hht-add, so that shorter steps show them."""
+    assert slopes(method, 4096 if method == "hht-add" else 1024) == pytest.approx(2.0, abs=0.1)
 
 
 def test_order_1():
-    found = slopes("newmark", 2048)
-    assert np.median(found) == pytest.approx(1.0, abs=0.05)
-    assert (np.abs(found - 1.0) < 0.15).all()
-
-
-def test_filter_of_a_reaction_by_hht_add():
-    one, two = (errors("hht-add", steps)[4] for steps in (512, 1024))
-    assert np.log2(one / two) == pytest.approx(1.0, abs=0.1)
+    assert slopes("newmark", 4096) == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize(("method", "first", "order"), [("radau5", 32, 5), ("radau9", 8, 9), ("dop853", 16, 8)])
@@ -88,7 +81,7 @@ def test_high_orders(method, first, order):
     assert np.median(slopes(method, first)) > order - 0.5
 
 
-@pytest.mark.parametrize("method", ["hht-i3", "hht-si2", "generalized-alpha", "nstiff"])
+@pytest.mark.parametrize("method", ["hht-i3", "hht-si2", "generalized-alpha", "nstiff", "nstiff-si2"])
 def test_stiff_states(method):
     """L = 1 uH: h f_x is -1.6e4. The current follows the motion, and q, v, lam, z keep order 2."""
     assert slopes(method, 512, 1e-6)[[0, 2, 4]] == pytest.approx(2.0, abs=0.1)
@@ -96,3 +89,28 @@ def test_stiff_states(method):
 
 def test_stiff_states_in_radau5():
     assert np.median(slopes("radau5", 64, 1e-6)) == pytest.approx(5.0, abs=0.3)
+
+
+STIFF = """
+model Stiff
+  Ground ground;
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Prismatic s(ground, b.c);
+  Real x(start = 1);
+initial equation
+  s.s = 0 m; s.v = 0 m/s;
+equation
+  der(x) = (0.25 - x)/(10 ns);
+end Stiff;
+"""
+
+
+@pytest.mark.parametrize("method", ["newmark", *SECOND])
+def test_a_stiff_state_that_begins_elsewhere(method):
+    """h |f_x| = 1e6. The first steps are backward Euler, which divides the distance by it; with the formulas of HHT it
+    would change its sign in each step and decrease by a third. Methods of this family warn."""
+    run = mbdsl.simulate(mbdsl.parse(STIFF), stop=0.1, step=0.01, interval=0.01, method=method)
+    assert run["x"][0] == 1.0
+    assert np.abs(run["x"][1:] - 0.25).max() < 2e-6
+    warned = [x for x in run.stats["warnings"] if "h |f_x| = 1e+06" in x and "write `der(x) = 0` in" in x]
+    assert len(warned) == (0 if "nstiff" in method else 1)

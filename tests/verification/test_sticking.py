@@ -8,6 +8,7 @@ import pytest
 
 import mbdsl
 from mbdsl.simulation.checkpoint import Checkpoint
+from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.resume import resume
 
 ROOT = Path(__file__).parents[2]
@@ -55,6 +56,8 @@ def on_belt(t: float) -> float:
 def test_an_oscillator_with_dry_friction_comes_to_rest(h, error):
     run = mbdsl.simulate(mbdsl.parse(OSCILLATOR), stop=2.5, step=h, method="hht-si2", interval=h)
     assert run["slide.s"][-1] == pytest.approx(0.01, abs=error)
+    last = run.events[-1]
+    assert (last.kind, last.t) == ("stick", pytest.approx(6 * pi / 10, abs=20 * h * h))
     moving = np.flatnonzero(run["slide.sliding"])
     assert run.t[moving[-1]] == pytest.approx(6 * pi / 10, abs=1.1 * h)
     assert run["slide.v"][-1] == pytest.approx(0.0, abs=1e-12)
@@ -64,6 +67,11 @@ def test_an_oscillator_with_dry_friction_comes_to_rest(h, error):
 def test_a_block_on_a_belt_sticks_and_slips():
     run = mbdsl.simulate(belt(), stop=2.0, tol=1e-7, interval=0.01)
     assert run["block.x"] == pytest.approx([on_belt(t) for t in run.t], abs=1e-6)
+    slip, period = 0.406888787, 0.806888787
+    times = [0.5, 0.5 + slip, 0.5 + period, 0.5 + period + slip]
+    assert [(x.kind, x.t) for x in run.events] == [
+        (kind, pytest.approx(t, abs=1e-6)) for kind, t in zip(("slip", "stick", "slip", "stick"), times, strict=True)
+    ]
     sliding = [0.5 < t < 0.906888 or 1.306889 < t < 1.713777 for t in run.t]
     assert (run["contact.sliding"][1:] == -np.array(sliding, float)[1:]).mean() > 0.98  # but at the changes
     assert {"contact.sliding", "contact.friction"} <= set(run.signals)
@@ -210,33 +218,26 @@ def test_a_stribeck_speed_is_refused():
         mbdsl.parse(OSCILLATOR.replace("sticks = true", "sticks = true, v_st = 1 mm/s"))
 
 
-class Until:
-    """Lets a run advance for some slices of steps."""
-
-    def __init__(self, count):
-        self.count = count
-
-    def __call__(self, progress):
-        self.count -= 1
-        if self.count == 0:
-            raise KeyboardInterrupt
-
-
-@pytest.mark.parametrize("slices", [3, 9, 15])  # while it is held, slips, and is held again
+@pytest.mark.parametrize("reached", [0.15, 0.6, 1.6])  # it is held, slips, and has slipped and been held before
 @pytest.mark.parametrize("name", ["belt", "feet"])
-def test_a_run_that_is_resumed_knows_what_sticks(tmp_path, monkeypatch, name, slices):
-    monkeypatch.setattr("mbdsl.simulation.simulate.SLICE", 20)
+def test_a_run_that_is_resumed_knows_what_sticks(tmp_path, monkeypatch, name, reached):
+    """The run pauses at least every 20 steps; how many slices of steps it takes depends on the machine's speed."""
+    advance = MechanismRun.advance
+    monkeypatch.setattr(MechanismRun, "advance", lambda self, most: advance(self, min(most, 20)))
     (tmp_path / "belt.mbd").write_text(
         (ROOT / "models" / "stick_slip_belt.mbd").read_text().replace("v_s = v_s, v_st = v_st", "sticks = true")
     )
     (tmp_path / "feet.mbd").write_text(FEET.replace("LOAD", "0.9 N*sin(4*time/(1 s))"))
     given = {"stop": 2.0, "step": 0.005, "method": "hht-si2", "interval": 0.01}
+
+    def until(progress):
+        if progress.t > reached:
+            raise KeyboardInterrupt
+
     whole = mbdsl.simulate(tmp_path / f"{name}.mbd", **given)
     kept = tmp_path / "run.cp"
     with pytest.raises(mbdsl.Interrupted):
-        mbdsl.simulate(
-            tmp_path / f"{name}.mbd", **given, checkpoint=Checkpoint(kept, every=0.0), progress=Until(slices)
-        )
+        mbdsl.simulate(tmp_path / f"{name}.mbd", **given, checkpoint=Checkpoint(kept, every=0.0), progress=until)
     resumed = resume(kept)
     assert len(set(whole[f"{'contact' if name == 'belt' else 'left'}.sliding"])) > 1
     for signal in whole.default_names:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.close_approaches import Approaches
 from mbdsl.system.index1 import Index1
 from mbdsl.system.peaks_along_motion import Turns
 from mbdsl.system.peaks_in_time import Zone
 from mbdsl.system.switches import law_of
-
-Array = NDArray[np.float64]
-
 
 State = tuple[float, Array, Array]
 

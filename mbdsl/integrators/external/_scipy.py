@@ -15,15 +15,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.external import _pieces
 from mbdsl.integrators.external._pieces import State
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.index1 import Index1
-
-Array = NDArray[np.float64]
 
 #: smallest relative tolerance that SciPy accepts
 LEAST = 2.3e-14

@@ -14,16 +14,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem, require
 from mbdsl.integrators.external import _pieces
 from mbdsl.integrators.method import Method
+from mbdsl.kernels.arrays import Array
 from mbdsl.system.index1 import Index1
 from mbdsl.system.stabilised_index2 import StabilisedIndex2
-
-Array = NDArray[np.float64]
 
 METHOD = Method(
     "ida",

@@ -9,8 +9,6 @@ system of twice the size has the exact Jacobian of the residuals at any angle:
 It takes four times the operations of the two systems to factorise, and twice to solve.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.block_lu import BLOCKS as COUPLED
 from mbdsl.integrators.loop.block_lu import factor_parts, solve_parts

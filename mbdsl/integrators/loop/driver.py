@@ -13,11 +13,9 @@ is made of their ``formulas``. ``run`` is a :class:`mbdsl.integrators.loop.run_d
 The loop is compiled once per method and allocates nothing.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import leave_chart, move_charts
-from mbdsl.integrators.loop.step_times import at_stop, finished, start_of_step
+from mbdsl.integrators.loop.step_times import at_stop, finished, passed, start_of_step
 from mbdsl.integrators.loop.switch_location import near_switch
 from mbdsl.integrators.loop.ticks import full, tick
 from mbdsl.integrators.loop.turn_counting import count_turns
@@ -34,7 +32,8 @@ def record(t0, h, times, out, step, run):
     """Output at the times passed by this step: q and v by the method's interpolation, multipliers linearly."""
     integers, vectors, layout = run.integers, run.vectors, run.layout
     n, size = layout[L.N_Q], layout[L.N_ALL]
-    while integers[S.OUTPUT] < times.size and times[integers[S.OUTPUT]] <= t0 + h + 1e-9 * h:
+    end = passed(t0, h, run)
+    while integers[S.OUTPUT] < times.size and times[integers[S.OUTPUT]] <= end:
         k = integers[S.OUTPUT]
         x = (times[k] - t0) / h
         if x > 1.0 - 1e-9:
@@ -78,7 +77,7 @@ def advance(step, formulas, steps, times, out, run):
             return status
         if integers[S.EVERY]:
             times[integers[S.OUTPUT]] = reals[S.STEP_END]
-        if integers[S.OUTPUT] < times.size and times[integers[S.OUTPUT]] <= t0 + h + 1e-9 * h:
+        if integers[S.OUTPUT] < times.size and times[integers[S.OUTPUT]] <= passed(t0, h, run):
             record(t0, h, times, out, step, run)
         step.store(h, run)
         count_turns(run)

@@ -3,8 +3,6 @@
 :mod:`mbdsl.integrators.loop.step_control` gives the equations.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import compress, factor, multiply, solve
 from mbdsl.integrators.loop.run_data import evaluate, inertia

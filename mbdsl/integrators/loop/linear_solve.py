@@ -4,8 +4,6 @@ The sparse LU of :mod:`mbdsl.integrators.loop.sparse_lu` is used until it loses 
 constraints, singular poses); from then on, a dense LU with partial pivoting.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop.rotation_chart import to_body, to_world
 from mbdsl.integrators.loop.sparse_lu import sparse_factor, sparse_solve, sparse_solve_both
 from mbdsl.kernels import buffer_layout as L

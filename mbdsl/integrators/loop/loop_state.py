@@ -1,7 +1,5 @@
 """Names of the statuses that a step loop returns, and of the entries of a run's buffers ``reals`` and ``integers``."""
 
-from __future__ import annotations
-
 # -- status --------------------------------------------------------------------------------------------------
 # EVENT: a step has ended at a known time or shortly before a switch; LOOK: ``reals`` holds no further zone; RETRY: a
 # shorter step is to be tried; FULL: there may be too little room for the output of the next step; STIFF: stability

@@ -13,8 +13,6 @@ A method with controlled steps has in addition ``local_error`` and, where its hi
 ``change_step``; see :mod:`mbdsl.integrators.loop.step_control`. Rows of ``run.vectors`` are in capitals.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.coupled_correction import FAR
 from mbdsl.integrators.loop.linear_solve import DENSE

@@ -11,8 +11,6 @@ Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137; 
 own.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from mbdsl.kernels import buffer_layout as L

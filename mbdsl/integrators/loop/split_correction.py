@@ -1,7 +1,5 @@
 """Solution of the linear systems for Newton's corrections: one system, or two with a one-way coupling."""
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop.linear_solve import clear, compress, has_entries, larger, multiply, solve, solve_both
 from mbdsl.integrators.loop.rotation_chart import to_rates
 from mbdsl.kernels import buffer_layout as L

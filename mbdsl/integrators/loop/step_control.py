@@ -19,8 +19,6 @@ second allows steps to grow after a transient that takes a tiny part of the run;
 The history of a method depends on the step size; ``change`` converts it to another step size.
 """
 
-from __future__ import annotations
-
 from math import ceil
 
 from numpy import floor, inf

@@ -4,8 +4,6 @@ Steps of fixed length start at START + step h, which sums up no rounding errors.
 reached, and ends exactly at the stop time or at the next known event if it reaches that.
 """
 
-from __future__ import annotations
-
 from numpy import floor, inf
 
 from mbdsl.integrators.loop import loop_state as S
@@ -68,6 +66,16 @@ def at_stop(run):
 
 
 @kernel
+def passed(t0, h, run):
+    """The time up to which a step of length h from t0 has output: a last step that ends at an event has that of the
+    stop time, too [s]."""
+    reals = run.reals
+    if reals[S.TOL] > 0.0 and reals[S.STOP] - (t0 + h) <= 4.0 * reals[S.LEAST_H]:
+        return max(t0 + h + 1e-9 * h, reals[S.STOP])
+    return t0 + h + 1e-9 * h
+
+
+@kernel
 def representable(h, run):
     """A length of about h whose multiples can be added to the time without rounding; h if it is below rounding [s].
 
@@ -87,7 +95,7 @@ def end_of_step(t0, h, run):
         end = end_in_reach(run)
         if reals[S.GRID] > 0.0:
             there = reals[S.START] + floor((t0 + h - reals[S.START]) / reals[S.GRID] + 0.5) * reals[S.GRID]
-            if there < end and abs(t0 + h - there) <= 1e-9 * h:
+            if there < end - 1e-9 * h and abs(t0 + h - there) <= 1e-9 * h:
                 end = there
         t = end if t0 + h >= end - 1e-9 * h else t0 + h
     else:

@@ -10,8 +10,6 @@ of order 2. If forces jump, a step across the switch may have no solution. There
 for which Newton's iteration has failed.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.kernels import buffer_layout as L
@@ -70,7 +68,7 @@ def look(motion, x, h, run):
         vectors[L.POSITION, i] = q0 + x * (v0 + x * (c2 + x * c3))
         vectors[L.VELOCITY, i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
     for i in range(n, layout[L.N_ALL]):
-        lam = vectors[L.UNKNOWN0 + L.PAST * (row - L.UNKNOWN), i]
+        lam = vectors[L.UNKNOWN0 + L.PAST * (row - L.UNKNOWN) if row <= L.UNKNOWN2 else L.KEPT2, i]
         vectors[row, i] = lam if motion == ON else lam + x * (vectors[L.BEFORE, i] - lam)
     evaluate(reals[S.NOW] + s, run)
     return signature(numbers, layout)

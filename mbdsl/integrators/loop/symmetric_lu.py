@@ -5,8 +5,6 @@ Pattern, order and tables are those of the general factorisation. The entries D 
     D  the reciprocals of the pivots,  L  divided by its pivots,  U  L before the division
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop.sparse_lu import LOST, place
 from mbdsl.kernels import buffer_layout
 from mbdsl.kernels.marks import kernel, rare

@@ -17,8 +17,6 @@ of velocities (D, Gam_v, and Phi_q in the rows with N) contain T^{-1} if both K 
 of dq and dv. M and I contain it if K, D or U has a factor.
 """
 
-from __future__ import annotations
-
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel
 

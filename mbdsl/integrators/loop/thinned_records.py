@@ -5,8 +5,6 @@ it by the cubic Hermite polynomials of :mod:`mbdsl.numerics.hermite`. The interv
 in length: a longer one is made of two only if the motion within both is smooth.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare

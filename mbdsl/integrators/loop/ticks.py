@@ -10,8 +10,6 @@ c_a h^e_a da + c_f dQ/m in its coordinates and c_l dlam in its constraints, with
 number of ticks. The record of the clocks is described in :mod:`mbdsl.system.clock_tables`.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import factor, solve
 from mbdsl.integrators.loop.run_data import evaluate, inertia
@@ -84,6 +82,14 @@ def tick(run):
         return False
     for i in range(n):
         vectors[L.POSITION, i], vectors[L.VELOCITY, i] = vectors[L.POSITION0, i], vectors[L.VELOCITY0, i]
+    if integers[S.WATCHING] > 0:
+        for i in range(n):
+            vectors[L.POSITION, i] += 2.0 * reals[S.LEAST_H] * vectors[L.VELOCITY0, i]
+        evaluate(t, run)
+        if signature(run.numbers, layout) != integers[S.SIGNATURE]:  # an event at the same time
+            return False
+        for i in range(n):
+            vectors[L.POSITION, i] = vectors[L.POSITION0, i]
     evaluate(t, run)
     for i in range(n):
         vectors[L.E_V, i] = vectors[L.FORCE, i]

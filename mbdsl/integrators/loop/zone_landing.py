@@ -3,8 +3,6 @@
 See :mod:`mbdsl.integrators.peak_zones`.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import attitudes
 from mbdsl.integrators.loop.thinned_records import thin

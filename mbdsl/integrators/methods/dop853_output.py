@@ -7,8 +7,6 @@ with z = 1 - x, d = y1 - y0, the slopes f at the ends (per step), and d4 ... d7 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.6.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.rotation_chart import from_rates, to_rates, to_second_rates
 from mbdsl.integrators.methods.dop853_coefficients import ALL, ENDS, NODE, OF_D, SQUARE, STAGES, SUM

@@ -18,8 +18,6 @@ v onto Phi = 0, Phi_q v + Phi_t = 0 and Gam = 0 in the metric of M.
 Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration (2006), section IV.4 (projection).
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import SPARSE_LU, factor, larger, solve
 from mbdsl.integrators.loop.newton import EPS, finite

@@ -31,7 +31,10 @@ not small, Newton's equations are solved as one system (:mod:`mbdsl.integrators.
 for w and eta = (psi_I + psi_II)/2, and of gamma R1 - beta R2 and R3 for u and chi.
 
 The converged solution is that of the full system. psi_II has order 1 only. Therefore reactions are computed from the
-acceleration-level equations, and friction in joints, which depends on psi_II, has order 1.
+acceleration-level equations, and force laws read lam_{n+1}, extrapolated from the means (psi_I + psi_II)/2 of this step
+and the one before, which are those of the reactions over the steps to order 2:
+
+    lam_{n+1} = mean + h/(h + h_{n-1}) (mean - mean_{n-1});   in the first step h_{n-1} = 0, mean_{n-1} = lam_0
 
 Local errors are those of HHT-I3. For unequal steps, a_n, which belongs to t_n + alpha h_{n-1}, is converted to
 t_n + alpha h_n by fa_n + h_n/h_{n-1} (a_n - fa_n).
@@ -62,7 +65,9 @@ from mbdsl.kernels.marks import kernel, rare
 
 __all__ = ["local_error"]
 
-A0, FA = L.KEPT, L.KEPT2  #: rows with a_n and fa_n
+#: rows with a_n and fa_n, and in the places of constraints with the last mean and lam_n
+A0, FA = L.KEPT, L.KEPT2
+LAW = L.MULTIPLIED  #: row with the multipliers that force laws read, in the places of constraints
 #: part of a diagonal entry of S above which forces count as stiff
 STIFF = 0.5
 
@@ -84,7 +89,12 @@ def begin(c, start):
     if start.stiff:
         total = 0.0 * total
     rows = {L.UNKNOWN0: [*(total / 2), *start.lam], L.UNKNOWN0 + L.PAST: [*total, *start.lam]}
-    return {A0: a0, FA: start.fa, **rows}
+    return {A0: [*a0, *start.lam], FA: [*start.fa, *start.lam], **rows}
+
+
+def remembered(c, start):
+    """The number of remaining steps of a stiff start, and the length of the last step."""
+    return *memory(c, start), 0.0
 
 
 METHOD = Method(
@@ -98,12 +108,12 @@ METHOD = Method(
     parameters={"alpha": hht_i3.ALPHA, "b": Option(0.0, -10.0, 10.0, "weight of R_II in the positions, not 1/2")},
     check=check,
     coefficients=coefficients,
-    memory=memory,
+    memory=remembered,
     begin=begin,
     sets=3,
     matrices=4,
     coupled=True,
-    multipliers=(L.LAM, L.UNKNOWN2, L.UNKNOWN2),
+    multipliers=(L.LAM, L.UNKNOWN2, LAW),
     own_reactions=False,
     inverts_mass=True,
     inertia_rows=(L.MULTIPLIED, L.MULTIPLIED2),
@@ -121,6 +131,12 @@ METHOD = Method(
 def share(gamma, alpha):
     """The factor on psi_II in the multipliers of f; with it, K of f includes the term (Phi_q^T psi_II)_q of S."""
     return 1 / (2 * gamma * (1 + alpha))
+
+
+@kernel
+def ahead(h, run):
+    """The way from the middle of the step to its end, relative to that from the middle of the step before."""
+    return h / (h + run.memory[1])
 
 
 @kernel
@@ -148,8 +164,10 @@ def motion(h, run):
     # the multipliers in f and K; nonholonomic ones act like applied forces
     for i in range(n, n + m):
         lam[i] = share(gamma, alpha) * W[i]
+        mean = (P[i] + W[i]) / 2
+        y[LAW, i] = mean + ahead(h, run) * (mean - a0[i])
     for i in range(n + m, size):
-        lam[i] = W[i] = P[i]
+        lam[i] = W[i] = y[LAW, i] = P[i]
 
 
 @kernel
@@ -202,9 +220,8 @@ def matrix(t, h, run):
 def iteration(j, past, t, h, run):
     """Matrix j <- [[S, Phi_q^T], [Phi_q, 0]], with ``past`` times the change of Phi_q^T within the step."""
     beta, gamma, alpha, _past = weights(run)
-    b = run.coefficients[3]
     k, d = beta * (1 + alpha), gamma * (1 + alpha)
-    of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # d times the derivative of psi_II by eta
+    of_lam = d * (1 + ahead(h, run))  # d times the derivative of lam by eta
     of_mass, of_Gam = beta / gamma * h * h, beta * h / gamma
     velocity_matrix(j, t, run, M=1.0, K=k * h * h, D=d * h, Mx_q=of_mass, f_lam=of_lam, q_v=of_Gam, P=past)
 
@@ -218,10 +235,7 @@ def factor_full(t, h, run):
     of_eta, of_chi, in_chi = (beta / gamma - b) / (1 - 2 * b), 1 / (gamma * (1 - 2 * b)), gamma * (1 - b) - beta
     of_G = (gamma * b - beta) / (2 * gamma) * h * h
     iteration(block(0, 0, run), of_eta, t, h, run)
-    tangent_matrix(
-        block(0, 1, run), t, run, K=(1 + alpha) * h * h, N=h / gamma, Gam_q=h / gamma, columns=0.0, P=of_chi,
-        f_lam=-2 * (1 + alpha) / (1 - 2 * b)
-    )  # fmt: skip
+    tangent_matrix(block(0, 1, run), t, run, K=(1 + alpha) * h * h, N=h / gamma, Gam_q=h / gamma, columns=0.0, P=of_chi)
     tangent_matrix(block(1, 0, run), t, run, U=beta * of_G, Phi_q=beta, columns=0.0, P=in_chi * of_eta)
     tangent_matrix(block(1, 1, run), t, run, M=1.0, U=of_G, Phi_q=1.0, P=in_chi * of_chi)
     return factor_coupled(run)
@@ -283,5 +297,8 @@ def finish(h, run):
     inertia(L.INVERSE, L.FORCE, FA, run)
     for i in range(n):
         a0[i] += (1 + alpha) * fa0[i]
+    for i in range(n, run.layout[L.N_ALL]):
+        a0[i], fa0[i] = (y[L.UNKNOWN, i] + y[L.UNKNOWN2, i]) / 2, y[LAW, i]
+    run.memory[1] = h
     run.layout[L.KEEP] = 1
     settle(run)

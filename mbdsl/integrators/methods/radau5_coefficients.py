@@ -7,8 +7,6 @@ The embedded formula of order 3, in which f_0 has the real s as its weight, is t
 Ordinary Differential Equations II, section IV.8.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 S6, E = sqrt(6.0), 81 ** (1 / 3)

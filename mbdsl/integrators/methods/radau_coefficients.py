@@ -18,17 +18,16 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.integrators.methods import radau5_coefficients
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.kernels.arrays import Array
 
 #: own rows of ``vectors``: two for intermediate results; G of the coordinates without mass, otherwise 0; q and v at the
 #: start of the last step; velocities with psi' in the place of Omega, at the ends of this step and of the last one
 ERROR, ERROR2, METRIC, QB, VB, RATES = range(L.ROWS, L.ROWS + 6)
 FIRST = RATES + 2
 
-Array = NDArray[np.float64]
 Numbers = tuple[float, ...]
 Table = tuple[Numbers, ...]
 

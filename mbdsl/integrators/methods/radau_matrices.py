@@ -3,8 +3,6 @@
 The equations: :mod:`mbdsl.integrators.methods.radau_stages`.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.block_lu import COMPLEX as NUMBERS
 from mbdsl.integrators.loop.block_lu import factor_parts, solve_parts

@@ -64,12 +64,13 @@ def newton(R, t, h, size, run):
     """Solve the stages of a step from t; a status."""
     memory, reals, integers, length = run.memory, run.reals, run.integers, run.reals[S.STOP] - run.reals[S.START]
     spatial = run.layout[L.N_ROTATIONS] > 0
-    tolerance = (LEFT_IN_SPACE if spatial else LEFT) * reals[S.TOL] * h / length
-    unit = 1.0 / memory[SPEED] if reals[S.TOL] > 0.0 else h
+    controlled = 0.0 < reals[S.TOL] < 1.0  # fixed steps that end at events have a tolerance that accepts them all
+    tolerance = (LEFT_IN_SPACE if spatial else LEFT) * reals[S.TOL] * h / length if controlled else 0.0
+    unit = 1.0 / memory[SPEED] if controlled else h
     # Errors of all steps add up: little more than half of the last digit is acceptable.
     floor = 0.5 * EPS * size
     # In space slow contraction may be due to spins instead of rounding.
-    noise = max(1e3 * floor, tolerance if spatial else STALLED * strict(run))
+    noise = max(1e3 * floor, tolerance if spatial else STALLED * strict(run) if controlled else 0.0)
     # The first change has no former one to be compared with.
     contraction, former = min(max(memory[CONTRACTION], ASSUMED if integers[S.UNSEEN] >= OFTEN else 1e-3), 0.9), 0.0
     integers[S.UNSEEN] += 1

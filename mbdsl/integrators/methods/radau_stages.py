@@ -42,8 +42,6 @@ stages it is larger than the error at the ends of steps, and the tolerance of th
 that of the result.
 """
 
-from __future__ import annotations
-
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.linear_solve import has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.rotation_chart import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, UsageError
@@ -17,9 +17,6 @@ from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
-
-if TYPE_CHECKING:
-    pass
 
 _FIELDS = {field: key for key, (field, _) in KEYS.items() if field}
 

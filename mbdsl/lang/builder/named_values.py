@@ -238,7 +238,7 @@ class NamedValues(Declarations):
             branches.append((self._node(given, f"{what}.condition"), self._actions(does, what)))
         self._draft.event(s.When(tuple(branches), at=(CallLine(), 0, 0)))
 
-    def assertion(self, condition: Law, text: str) -> None:
+    def assertion(self, condition: Law, text: str, level: str = "error") -> None:
         """Add a condition that must hold during a run, as ``assert(condition, "text")`` does in a model.
 
         Parameters
@@ -246,14 +246,18 @@ class NamedValues(Declarations):
         condition : str or Expr
             The condition.
         text : str
-            The reason, for the message of a run that ends because of it.
+            The reason, for the message.
+        level : str
+            "error": the run ends where the condition becomes false. "warning": it goes on, and warns at its end.
 
         Raises
         ------
         ModelError, UsageError
-            If a name is not known.
+            If a name or the level is not known.
         """
         reason = s.String(python_values.text(text, "assertion.text"))
         given = (s.Argument("", self._node(condition, "assertion.condition")), s.Argument("", reason))
+        if level != "error":
+            given += (s.Argument("", s.Reference((s.Step("AssertionLevel"), s.Step(level)))),)
         call = s.Call(s.Reference((s.Step("assert"),)), given, at=(CallLine(), 0, 0))
         self._draft.event(s.Relation(call, None, at=call.at))

@@ -90,6 +90,35 @@ def _pi(name: str, given: Given, ends: Ends, spatial: bool) -> str:
     return f"{made}, and `der({name}_x) = u/{T};` {_SECTION}{_steady(name + '_x', given)}{_NUMBERS}"
 
 
+def _sampled(name: str, given: Given, ends: Ends, spatial: bool) -> str:
+    start, period = _value(given, "startTime", "s", "0 s").strip("()"), _value(given, "samplePeriod", "s", "1 ms")
+    y = f"discrete Real {name}(start = {_value(given, 'y_start', '', '0')})"
+    return f"write `{y};`, and `when sample({start}, {period.strip('()')}) then {name} = u; end when;` {_SECTION}"
+
+
+def _unit_delay(name: str, given: Given, ends: Ends, spatial: bool) -> str:
+    start = _value(given, "y_start", "", "0")
+    made = _sampled(name, given, ends, spatial).replace(";`, and", f", {name}_u(start = {start});`, and", 1)
+    return made.replace(f"{name} = u;", f"{name} = pre({name}_u); {name}_u = u;")
+
+
+def _hysteresis(name: str, given: Given, ends: Ends, spatial: bool) -> str:
+    low, high = _value(given, "uLow", "", "low"), _value(given, "uHigh", "", "high")
+    start = _value(given, "pre_y_start", "", "false")
+    return (
+        f"write `Boolean {name}(start = {start});`, and `when u > {high} then {name} = true; elsewhen u < {low} then "
+        f"{name} = false; end when;` {_SECTION}"
+    )
+
+
+def _on_off(name: str, given: Given, ends: Ends, spatial: bool) -> str:
+    half = f"{_value(given, 'bandwidth', '', 'band')}/2"
+    return (
+        f"write `Boolean {name}(start = false);`, and `when u < reference - {half} then {name} = true; elsewhen "
+        f"u > reference + {half} then {name} = false; end when;` {_SECTION}"
+    )
+
+
 def _limiter(name: str, given: Given, ends: Ends, spatial: bool) -> str:
     high = _value(given, "uMax", "", "high")
     return f"write `max({_value(given, 'uMin', '', f'-{high}')}, min({high}, u))` where its value is used"
@@ -134,6 +163,10 @@ MADE: dict[str, Callable[[str, Given, Ends, bool], str]] = {
     "Continuous.PID": _controller,
     "Continuous.PI": _pi,
     "Limiter": _limiter,
+    "Hysteresis": _hysteresis,
+    "OnOffController": _on_off,
+    **dict.fromkeys(("ZeroOrderHold", "Discrete.Sampler"), _sampled),
+    "UnitDelay": _unit_delay,
     "KinematicPTP": _point_to_point,
     "KinematicPTP2": _point_to_point,
     "Rotational.Components.Inertia": _inertia,
@@ -141,15 +174,17 @@ MADE: dict[str, Callable[[str, Given, Ends, bool], str]] = {
     "ConstantTorque": _constant_torque,
     "Rotational.Sources.Torque": _constant_torque,
 }
-_SAMPLED = "write `discrete Real y;`, and `when sample(0 s, 1 ms) then y = u; end when;` in the equation section"
 #: a part of a name -> what to write instead
 TEXTS = {
     "Blocks.Interfaces": "an input is declared `input Real u;`, an output `Real y = ...;`",
     "Blocks.Sources": EXPRESSION,
-    "Blocks.Discrete": _SAMPLED,
+    "Blocks.Discrete": "write `discrete Real y;`, and `when sample(0 s, 1 ms) then y = u; end when;` in the equation "
+    "section; `pre(y)` is the value of the sample before",
+    "Switch": "write `(if condition then a else b)` where its value is used",
+    "RSFlipFlop": "write `Boolean on(start = false);`, and `when set then on = true; elsewhen reset then on = false; "
+    "end when;` in the equation section",
+    "DeadZone": "write `(u - max(-width, min(width, u)))` where its value is used",
     "Blocks.Continuous": "there are no blocks: one with a memory is states, `Real x[2];`, whose derivatives are given "
     "in the equation section, `der(x) = {x[2], u - x[1]}/(1 s);`",
-    "Hysteresis": "write `Boolean on(start = false);`, and `when u > high then on = true; elsewhen u < low then "
-    "on = false; end when;` in the equation section",
     "Blocks": EXPRESSION,
 }

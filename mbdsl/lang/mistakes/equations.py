@@ -18,7 +18,11 @@ def definition(d: s.Declaration) -> tuple[str, str] | None:
         return None
     unit = next((a.value for a in d.value.arguments if a.name == "unit"), None) if isinstance(d.value, s.Call) else None
     remedy = WORDS[d.type]
-    if d.type == "type" and isinstance(d.value, s.Call | s.Reference):
+    if d.type == "type" and isinstance(d.value, s.Call) and write(d.value.function) == "enumeration":
+        names = [write(a.value) for a in d.value.arguments if a.value is not None]
+        numbers = ", ".join(f"{name} = {k}" for k, name in enumerate(names, 1))
+        remedy = f"write `parameter Integer {numbers};`, and `Integer` where `{d.name}` is used"
+    elif d.type == "type" and isinstance(d.value, s.Call | s.Reference):
         base = write(d.value.function if isinstance(d.value, s.Call) else d.value)
         same = next((t for t, u in quantities.TYPES.items() if isinstance(unit, s.String) and u == unit.value), base)
         given = f", or `{write(d.value)}`" if same == base == "Real" and unit is not None else ""
@@ -28,9 +32,17 @@ def definition(d: s.Declaration) -> tuple[str, str] | None:
 
 def variable(item: s.Relation | s.If, around: Sequence[s.Item]) -> str | None:
     """The declarations with the meaning of an equation, or of an `if` of equations, for variables; None for others."""
-    types = {d.name: d.type for d in around if isinstance(d, s.Declaration)}
+    declared = {d.name: d for d in around if isinstance(d, s.Declaration)}
     made = _assigned(item)
-    return " ".join(f"{types.get(name) or 'Real'} {name} = {write(e)};" for name, e in made.items()) or None
+    return " ".join(f"{_head(declared.get(name), name)} = {write(e)};" for name, e in made.items()) or None
+
+
+def _head(d: s.Declaration | None, name: str) -> str:
+    """A declaration without its value, with its unit."""
+    if d is None:
+        return f"Real {name}"
+    unit = next((f"(unit = {write(a.value)})" for a in d.arguments if a.name == "unit" and a.value is not None), "")
+    return f"{d.type} {name}{unit}"
 
 
 def solved_for_derivative(item: s.Relation) -> str | None:
@@ -41,11 +53,20 @@ def solved_for_derivative(item: s.Relation) -> str | None:
         if len(found) != 1 or other is None:
             continue
         rate = write(found[0])
+        if (twice := next((e for e in calls if _is_der_of(e, found[0])), None)) is not None:
+            name = write(found[0].arguments[0].value)
+            rest = "..." if side is not twice else write(other)
+            return f"a second derivative has two states: `der({name}) = {name}_rate; der({name}_rate) = {rest};`"
         if isinstance(side, s.Binary) and side.operator == "*" and found[0] in (side.left, side.right):
             factor = side.right if side.left is found[0] else side.left
             return f"write `{rate} = ({write(other)})/({write(factor)});`"
         return f"solve it for `{rate}`: `{rate} = ...;`"
     return None
+
+
+def _is_der_of(e: s.Expression, inner: s.Expression) -> bool:
+    """Whether ``e`` is `der(inner)`."""
+    return isinstance(e, s.Call) and write(e.function) == "der" and any(a.value is inner for a in e.arguments)
 
 
 def first_equation(item: s.Item) -> s.Relation | None:

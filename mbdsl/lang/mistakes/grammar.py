@@ -8,7 +8,7 @@ from mbdsl.errors import Span, SyntaxProblem
 from mbdsl.lang import units
 from mbdsl.lang.lexer import KEYWORDS, NUMERAL, PUNCTUATION, Token
 from mbdsl.lang.mistakes import statements
-from mbdsl.lang.mistakes.tokens import earlier_mistake, is_below, show
+from mbdsl.lang.mistakes.tokens import earlier_mistake, is_below, show, statement_of
 
 #: terminals that begin an expression
 _EXPRESSION = frozenset("NUMBER TRUE FALSE LAST LPAR LBRACE LMATRIX MINUS PLUS NOT".split())
@@ -38,6 +38,9 @@ def explain(tokens: list[Token], k: int, expected: set[str], start: str) -> Synt
         return foreign
     if previous is not None and previous.type == "END":
         return _wrong_end(token, blocks, here)
+    if previous is not None and "THEN" in expected and _ends_condition(token, before, following):
+        behind = source.span(previous.end, previous.end + 1)
+        return SyntaxProblem(f"`then` is missing after {show(previous)}", behind)
     if (
         previous is not None
         and "SEMICOLON" in expected
@@ -65,6 +68,14 @@ def explain(tokens: list[Token], k: int, expected: set[str], start: str) -> Synt
     if token.type == "NAME" and (close := difflib.get_close_matches(token.text, KEYWORDS, 1, 0.75)):
         hint = f"did you mean `{close[0]}`?"
     return SyntaxProblem(f"found {show(token)}, expected {_list(expected)}", here, hint)
+
+
+def _ends_condition(token: Token, before: list[Token], following: Token) -> bool:
+    """Whether ``token`` begins a statement behind the condition of a `when` or of an `if` of statements."""
+    first = statement_of(before)[:1]
+    if not first or first[0].type not in ("WHEN", "ELSEWHEN", "IF", "ELSEIF"):
+        return False
+    return is_below(token, before[-1]) or following.type == "EQUAL" or following.type == "LPAR"
 
 
 def _misspelt(before: list[Token]) -> str | None:

@@ -50,9 +50,22 @@ _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
         for name in ("Spring", "Damper", "SpringDamper")
     },
 }
-_FRICTION = "friction belongs to its joint, as in `Revolute pin(ground, rod.a, mu = 0.1, radius = 10 mm);`"
+_FRICTION = (
+    "friction belongs to its joint, as in `Revolute pin(ground, rod.a, mu = 0.1, radius = 10 mm);`, with `sticks = "
+    "true` if it holds the joint at rest"
+)
 _LAW = "write a law of the speed, as in `Torque load(pin, tau = -0.1 N.m.s*pin.w);`"
-_STOP = "use a TranslationalStop or a RotationalStop, a spring and damper beyond a clearance"
+_STOP = (
+    "use a TranslationalStop or a RotationalStop, whose limits are the clearance; with `k`, a spring and a damper act "
+    "beyond it"
+)
+_FREEWHEEL = (
+    "a freewheel is a torque against one sense: write `Torque lock(pin, tau = 100 N.m.s*max(0, -pin.w));`, with the "
+    "joint `pin` between its shafts"
+)
+_MASS_WITH_STOP = (
+    "write a Body on a `Prismatic slide(ground, body.c, mu = 0.1, sticks = true);`, and a TranslationalStop of `slide`"
+)
 _SENSOR = (
     "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly; an "
     "accelerometer, gyroscope or load cell in the axes of a frame is a Sensor, `Sensor imu(rod.b);`"
@@ -96,8 +109,10 @@ _TEXTS = {
     "Flange_b": "there are no flanges: connectors are frames, `Frame name;`",
     "Forces.Force": "it acts on both frames there, and on frame_b only here: write `Force f(rod.b, fx = ...);`",
     "RollingConstraintVerticalWheel": "use a RollingDisc",
-    **dict.fromkeys(("BearingFriction", "Brake", "Clutch", "OneWayClutch", "SupportFriction"), _FRICTION),
-    **dict.fromkeys(("ElastoBacklash", "ElastoGap"), _STOP),
+    **dict.fromkeys(("BearingFriction", "Brake", "Clutch", "SupportFriction"), _FRICTION),
+    **dict.fromkeys(("ElastoBacklash", "ElastoBacklash2", "ElastoGap"), _STOP),
+    **dict.fromkeys(("MassWithStopAndFriction", "MassWithStop"), _MASS_WITH_STOP),
+    **dict.fromkeys(("Freewheel", "OneWayClutch"), _FREEWHEEL),
     **dict.fromkeys(
         ("LinearSpeedDependentTorque", "QuadraticSpeedDependentTorque", "LinearSpeedDependentForce"),
         _LAW,

@@ -15,12 +15,16 @@ from mbdsl.lang.unparse import write
 
 # -- refused: functions, constants and members -----------------------------------------------------------------------
 
-_EVENTS = "mbdsl has no event functions: use an `if` expression in a law"
+_CLOCKED = (
+    "clocked equations are written `when sample(0 s, 1 ms) then y = u; end when;`, with `pre(y)` for `previous(y)`"
+)
 _SIGNALS = "signals are named directly: `rod.b.x`, `pin.phi`, `pin.w`"
 #: function -> what to write instead
 FUNCTIONS = {
-    **dict.fromkeys(("pre", "edge", "change", "sample", "reinit", "initial", "terminal"), _EVENTS),
-    "delay": "values of the past are not available; use a Table or a law of time",
+    **dict.fromkeys(("Clock", "hold", "previous", "interval", "subSample", "superSample", "shiftSample"), _CLOCKED),
+    "reinit": "it is a statement of a `when`: `when condition then reinit(v, -0.8*v); end when;`",
+    "delay": "past values are kept by samples, `when sample(0 s, 1 ms) then y1 = u; y2 = pre(y1); end when;`, or by a "
+    "state that lags, `der(y) = (u - y)/T`",
     "semiLinear": "write `(if x >= 0 then k1*x else k2*x)`",
     "homotopy": "write its first argument alone",
     "Vectors.length": "write `hypot(x, y)`",

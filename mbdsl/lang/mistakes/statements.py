@@ -16,7 +16,8 @@ _CONNECTOR = "connectors are frames: write `connector Frame name;`"
 #: words of Modelica that mbdsl does not have -> what to write; they may be names, and are mentioned where they break
 #: the syntax
 WORDS = {
-    "algorithm": "only functions have algorithms: a model is components, connections and expressions",
+    "algorithm": "only functions have algorithms: declare `Real y = u;` instead of `y := u;`, and write `when` below "
+    "the line `equation`, with `=`",
     **dict.fromkeys(("class", "block"), "write `model`"),
     "package": 'a file is already a collection of models: leave the package out, use `import "file.mbd";`',
     **dict.fromkeys(("function", "operator", "pure", "impure"), _FUNCTION),

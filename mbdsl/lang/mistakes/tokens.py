@@ -20,7 +20,7 @@ _WHOLE = re.compile(r"(?<![0-9A-Za-z_.])[0-9]+,\Z")
 
 def earlier_mistake(token: Token, expected: set[str], before: list[Token], following: Token) -> SyntaxProblem | None:
     """The error for a mistake before ``token``; None if there is none of these."""
-    statement = _statement(before)
+    statement = statement_of(before)
     for word in [*statement[-3:], token]:
         if word.type == "NAME" and word.text in WORDS:
             return _at(word, word, f"`{word.text}` is not part of mbdsl", WORDS[word.text])
@@ -134,7 +134,7 @@ def _missing_comma(token: Token, before: list[Token], expected: set[str], follow
     return SyntaxProblem(f"{missing} is missing between {show(whole)} and {show(token)}", behind)
 
 
-def _statement(tokens: list[Token]) -> list[Token]:
+def statement_of(tokens: list[Token]) -> list[Token]:
     """The tokens after the last end of a statement or section; a description ends it, too."""
     for i in range(len(tokens) - 1, -1, -1):
         if tokens[i].type in ("SEMICOLON", "STRING", "EQUATION", "LOOP", "THEN", "ELSE", "PUBLIC", "PROTECTED"):

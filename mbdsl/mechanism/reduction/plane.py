@@ -54,21 +54,11 @@ class InPlane:
 
 @dataclass(frozen=True)
 class Plane:
-    """The planes with the normal k that a group of bodies moves in.
+    """The planes with the normal k that a group of bodies moves in."""
 
-    Attributes
-    ----------
-    axes : tuple of float (9,)
-        e1, e2 and k in world axes.
-    bodies : mapping of str to tuple of float (9,)
-        A of each body, as its columns.
-    frames : mapping of str to InPlane
-        All frames of these bodies and of the ground.
-    """
-
-    axes: Vector
-    bodies: Mapping[str, Vector]
-    frames: Mapping[str, InPlane]
+    axes: Vector  #: e1, e2 and k in world axes
+    bodies: Mapping[str, Vector]  #: A of each body, as its columns
+    frames: Mapping[str, InPlane]  #: all frames of these bodies and of the ground
 
     @property
     def normal(self) -> Vector:

@@ -14,7 +14,6 @@ from math import inf, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import MbdslError
@@ -25,6 +24,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import MethodRun
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.contacts import FRICTION, is_contact
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.examined_run import ExaminedRun
@@ -40,7 +40,6 @@ from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 from mbdsl.system.signals import values
 from mbdsl.system.structure import by_law, law_expressions
 
-Array = NDArray[np.float64]
 OF_STREAMS = True  #: rows that a stream has taken were examined while it took them
 
 #: growth of energy, relative to the largest kinetic energy, that no method shows at a reasonable step

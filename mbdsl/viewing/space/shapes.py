@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind
 from mbdsl.elements.vectors import turned_to
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.rotation_arrays import of_matrix, quaternions
 from mbdsl.system.tables import gravity
@@ -18,8 +18,6 @@ from mbdsl.viewing.motion import is_apart
 from mbdsl.viewing.space.solid import BODY, Solid
 from mbdsl.viewing.space.symbols import TO_X, bodies_shown, support, symbol
 from mbdsl.viewing.tracks import GROUND, Place, SpaceMotion
-
-Array = NDArray[np.float64]
 
 OF_SIZE, OF_LENGTH = 0.03, 0.14  #: size of symbols relative to the mechanism, and its limit relative to median bars
 BAR, MASS = 0.34, 0.8  #: radius of bars and of bodies without dimensions, in units
@@ -60,11 +58,6 @@ class SpaceDrawing:
 
 def drawing(motion: SpaceMotion) -> SpaceDrawing:
     """The solids of a mechanism.
-
-    Parameters
-    ----------
-    motion : SpaceMotion
-        Its motion.
 
     Returns
     -------

@@ -20,8 +20,8 @@ COIL, PITCH, LEAST_TURNS, MOST_TURNS = 0.8, 1.6, 5, 30
 MOST_POINTS = 400  #: of a wire
 WIDTH, RIM = 1.2, 1.15  #: width of wheels in units, and outer radius of a ring relative to its pitch radius
 HALF = sqrt(0.5)
-#: quaternions that turn the z axis to the x or y axis: cylinders, rings and coils have the axis z
-TO_X, TO_Y = (HALF, 0.0, HALF, 0.0), (HALF, -HALF, 0.0, 0.0)
+#: quaternion that turns the z axis to the x axis: cylinders, rings and coils have the axis z
+TO_X = (HALF, 0.0, HALF, 0.0)
 
 
 Symbol = Callable[[Component, Place, Place, SpaceMotion, float], Iterator[Solid]]

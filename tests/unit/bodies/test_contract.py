@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from mbdsl.bodies import ancf_cable_kernels, floating_beam_kernels, point_mass_kernels, rigid_body_kernels
-from mbdsl.bodies.contract import model_class
+from mbdsl.bodies.contract import Undeformed, model_class
 from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind
@@ -42,13 +42,13 @@ def test_kernels_that_break_it():
     def move(block, vectors, frames):
         pass
 
-    def collect_past(block, vectors, frames, layout):
+    def jacobians(block, vectors, frames, numbers, layout):
         pass
 
-    assert reason(changed(rigid_body_kernels, move=move, collect=None, collect_past=collect_past)) == [
+    assert reason(changed(rigid_body_kernels, move=move, gather=None, jacobians=jacobians)) == [
         "the kernel move takes (block, vectors, frames), expected (block, vectors, frames, numbers, layout)",
-        "the kernel collect(block, vectors, frames, layout) is missing",
-        "collect_past is not marked as a kernel",
+        "the kernel gather(block, wrench, lever, row, vectors, frames, layout) is missing",
+        "jacobians is not marked as a kernel",
     ]
     assert reason(changed(rigid_body_kernels, MASS=3, MODEL=None)) == [
         "MASS is 3, expected 0, 1 or 2",
@@ -68,8 +68,8 @@ def test_models_that_break_it(monkeypatch):
     assert reason(changed(rigid_body_kernels, MODEL="mbdsl.bodies.beam_stations")) == [
         "mbdsl.bodies.beam_stations has no class MODEL"
     ]
-    monkeypatch.delattr(Rigid, "deforms")
-    monkeypatch.delattr(Rigid, "bend")
+    monkeypatch.delattr(Undeformed, "deforms")
+    monkeypatch.delattr(Undeformed, "bend")
     monkeypatch.setattr(Rigid, "weight", lambda self, gravity: gravity)
     assert reason(changed(rigid_body_kernels)) == [
         "Rigid.deforms is missing: True or False",
@@ -80,7 +80,7 @@ def test_models_that_break_it(monkeypatch):
 
 def test_a_scene_meets_it(monkeypatch):
     """before any of its code is compiled"""
-    monkeypatch.delattr(rigid_body_kernels, "collect")
+    monkeypatch.delattr(rigid_body_kernels, "gather")
     model_class.cache_clear()
     from mbdsl.lang.load import parse_text
     from mbdsl.mechanism import graph
@@ -88,7 +88,7 @@ def test_a_scene_meets_it(monkeypatch):
 
     scene = parse_text("model M Body b(m = 1, I = 1); Ground g; FreeMotion f(g, b.c); end M;")
     try:
-        with pytest.raises(TypeError, match=r"the kernel collect\(block, vectors, frames, layout\) is missing"):
+        with pytest.raises(TypeError, match=r"the kernel gather\(block, .*, layout\) is missing"):
             build(scene, graph.build(scene))
     finally:
         model_class.cache_clear()

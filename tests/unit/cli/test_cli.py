@@ -15,10 +15,10 @@ import pytest
 import mbdsl
 from mbdsl import cli, results
 from mbdsl.cli import _progress, _values, simulate
-from mbdsl.display_unit import OWN, DisplayUnit
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import Scene
+from mbdsl.messages import OWN, DisplayUnit
 from mbdsl.simulation.code_preparation import Progress as Prepared
 from mbdsl.simulation.extremes import Extreme, Extremes
 from mbdsl.simulation.progress import Progress, Purpose

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mbdsl import cli, results
-from mbdsl.display_unit import OWN
 from mbdsl.errors import IntegrationError
 from mbdsl.mechanism.scene import Scene
+from mbdsl.messages import OWN
 
 T = np.linspace(0.0, 2.0, 201)
 COLUMNS = {"time": T, "crank.x": np.cos(T), "crank.phi": 2.0 * T, "pin.fx": 10.0 * T}

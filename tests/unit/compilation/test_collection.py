@@ -5,7 +5,7 @@ import weakref
 
 import pytest
 
-from mbdsl.collection import paused
+from mbdsl.storage.garbage_collection import paused
 
 
 class Node:

@@ -7,6 +7,9 @@ import sys
 from pathlib import Path
 
 import mbdsl
+from mbdsl.elements import kinds
+from mbdsl.elements.kind import JointKind
+from mbdsl.lang import kind_reference
 
 ROOT = Path(__file__).parents[3]
 PROGRAM = ROOT / ".ci" / "generated_files.py"
@@ -61,3 +64,10 @@ def test_a_stale_file_is_named_and_written_again(tmp_path, capsys):
     assert capsys.readouterr().out == "docs/language.md was out of date and is written again: add it to the commit\n"
     assert page.read_bytes() == right
     assert program["main"](["--check"]) == 0
+
+
+def test_tables_of_kinds_have_all_signals():
+    for kind in (*kinds(False).values(), *kinds(True).values()):
+        text = kind_reference.of_kind(kind)
+        formulas = kind.formulas if isinstance(kind, JointKind) else {}
+        assert not [name for name in formulas if f"`{name}`" not in text], kind.name

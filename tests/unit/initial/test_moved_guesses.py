@@ -2,11 +2,11 @@
 
 import pytest
 
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.initial.consistent import Moved
 from mbdsl.initial.start_check import check_start
 from mbdsl.lang.load import parse_text
 from mbdsl.mechanism.graph import build
+from mbdsl.messages import DisplayUnit
 
 TEXT = """model M
   Ground ground;

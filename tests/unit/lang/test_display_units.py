@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.display_unit import DisplayUnit
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import units
 from mbdsl.lang.display_units import asked, kind, si
+from mbdsl.messages import DisplayUnit
 
 #: exact definitions: NIST Special Publication 811 (2008), appendix B: yard and pound of 1959, standard gravity
 FOOT, POUND, GRAVITY = Fraction("0.3048"), Fraction("0.45359237"), Fraction("9.80665")

@@ -6,6 +6,7 @@ import re
 import pytest
 
 from mbdsl import parse
+from mbdsl.cli import main
 from mbdsl.errors import MbdslError
 
 PLANE = """model M
@@ -138,3 +139,75 @@ def test_an_input_with_a_value_takes_another_one_and_no_start():
     assert parse(text, overrides={"u": "3 N.m"}).components["t"].values["tau"].value == 3.0
     with pytest.raises(MbdslError, match="has a value and takes no start"):
         parse(text, overrides={"u.start": 3.0})
+
+
+MACHINE = """model M
+  Ground ground;
+  Rod rod(m = 1 kg, length = 2 m);
+  Revolute pin(ground, rod.a);
+  Integer n(start = 0);
+  Real y(start = 0), y_rate(start = 0);
+equation
+{}
+end M;
+"""
+
+
+@pytest.mark.parametrize(
+    ("wrong", "part", "right"),
+    [
+        ("when edge(pin.phi > 1) then n = 1; end when;", "when edge(pin.phi > 1) then", "when pin.phi > 1 then"),
+        ("when pin.phi == 1 then n = 1; end when;", "pin.phi == 1", "pin.phi >= 1"),
+        ("when n = 1 then n = 2; end when;", "=", "=="),
+        (
+            "when pin.phi > 1 then reinit(pin.w, -pre(pin.w)); end when;",
+            "pre(pin.w)",
+            "pin.w",
+        ),
+        (
+            "reinit(pin.w, 0);",
+            "reinit(pin.w, 0);",
+            "when condition then reinit(pin.w, 0); end when;",
+        ),
+        (
+            "if initial() then n = 3; end if;",
+            "if initial() then n = 3; end if;",
+            "when initial() then n = 3; end when;",
+        ),
+        (
+            "if pin.phi > 1 then der(y) = 1/(1 s); else der(y) = -y/(1 s); end if;",
+            "if pin.phi > 1 then der(y) = 1/(1 s); else der(y) = -y/(1 s); end if;",
+            "der(y) = if pin.phi > 1 then 1 / 1 s else -(y / 1 s);",
+        ),
+        (
+            "if pin.phi > 1 then when time > 2 s then n = 1; end when; end if;",
+            "if pin.phi > 1 then when time > 2 s then n = 1; end when; end if;",
+            "when (pin.phi > 1) and (time > 2 s) then",
+        ),
+    ],
+)
+def test_advice_about_events_is_accepted(wrong, part, right):
+    """The advice names the text, and the model with it is read; what it leaves to the user is filled in."""
+    problem = error(MACHINE.format(wrong))
+    assert f"`{right}`" in problem.hint
+    text = wrong.replace(part, right, 1).replace("condition", "time > 1 s")
+    text += " n = 1; end when;" if text.endswith("then") else ""
+    assert parse(MACHINE.format(text)).events or "der(y)" in right
+
+
+def test_advice_about_blocks_with_memory_is_accepted():
+    """The text of each block is read, with an input u in its place."""
+    blocks = ("Logical.Hysteresis b(uLow = 0, uHigh = 1)", "Discrete.UnitDelay b(samplePeriod = 0.1, y_start = 2)")
+    blocks += ("Discrete.ZeroOrderHold b(samplePeriod = 0.1, startTime = 0.5)",)
+    for block in blocks:
+        declared, when = re.findall(r"`(.*?)`", error(PLANE.format(f"  Modelica.Blocks.{block};")).hint)
+        scene = parse(PLANE.format(f"  Real u = pin.phi;\n  {declared}\nequation\n  {when}"))
+        assert "b" in scene.events.variables and scene.events.whens
+
+
+def test_one_error_about_a_block_whose_beginning_is_wrong(tmp_path, capsys):
+    """Its inner statements and its end are no errors of their own."""
+    for beginning in ("when pin.phi > 1 rad", "when pin.phi = 1 then", "when pin.phi > 1 && time > 1 s then"):
+        (tmp_path / "m.mbd").write_text(MACHINE.format(f"  {beginning}\n    n = 1;\n  end when;"))
+        assert main(["check", str(tmp_path / "m.mbd")]) == 2
+        assert capsys.readouterr().err.count("error:") == 1

@@ -118,7 +118,7 @@ def test_copies(again):
         other.components["rod"].values["m"] = 2.0
 
 
-ALLOWED = {"mechanism", "elements", "expressions", "errors", "lang", "display_unit"}  #: rooms in a pickle
+ALLOWED = {"mechanism", "elements", "expressions", "errors", "lang", "messages"}  #: rooms in a pickle
 
 
 def test_pickles_hold_nothing_of_the_parser(shipped):
@@ -135,7 +135,7 @@ def test_pickles_hold_nothing_of_the_parser(shipped):
             "expressions",
             "errors",
             "lang",
-            "display_unit",
+            "messages",
         }
         parts = {word for word in words if word.startswith("mbdsl.lang.")}
         built = {"mbdsl.lang.builder.draft", "mbdsl.lang.calls"}

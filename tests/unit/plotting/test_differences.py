@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import mbdsl
 from mbdsl.errors import UsageError
 from mbdsl.plotting.differences import Difference, interpolated
 from mbdsl.results.stored import of_columns
@@ -43,6 +44,48 @@ def test_equal_times_are_not_interpolated():
     difference = Difference(b, a)
     assert np.array_equal(read(difference, "p.x", 9)[1], t**3 - t**2)
     assert not difference.interpolated
+
+
+def test_values_beside_a_jump_are_those_of_their_side():
+    """A ball falls from 1 m and leaves the floor with 0.8 of its speed; errors are at most g h^2/2, not the jump."""
+    t, g, h = np.linspace(0.0, 0.6, 61), 9.81, 0.01
+    hit = np.sqrt(2.0 / g)
+
+    def motion(t):
+        back = t - hit
+        rises = 0.8 * g * hit * back - g * back**2 / 2
+        return np.where(t < hit, 1.0 - g * t**2 / 2, rises), np.where(t < hit, -g * t, 0.8 * g * hit - g * back)
+
+    other = np.linspace(0.0, 0.6, 481)  # eight times as many
+    (y, v), (y2, v2) = motion(t), motion(other)
+    a, b = (
+        result("a", other, p_y=y2, p_vy=v2, p_f=np.where(other < hit, -1.0, 1.0)),
+        result("b", t, p_y=y, p_vy=v, p_f=np.where(t < hit, -1.0, 1.0)),
+    )
+    b.jumps = lambda impulses: np.array([hit])
+    found = {name: read(Difference(b, a), name, 100)[1] for name in ("p.y", "p.vy", "p.f")}
+    assert abs(found["p.y"]).max() <= g * h**2 / 2
+    late = abs(found["p.vy"]) > 1e-9  # without accelerations, the velocity at the nearest output of its side
+    assert abs(found["p.vy"]).max() <= g * h and abs(other[late] - hit).max() < h
+    assert abs(found["p.f"]).max() == 0.0
+
+
+def test_between_two_jumps_there_is_no_value():
+    known, values = np.array([0.0, 1.0, 2.0]), np.array([1.0, 1.0, 5.0])
+    found = interpolated(np.array([0.5, 1.1, 1.3, 1.6, 2.0]), known, values, None, np.array([1.2, 1.5]))
+    assert np.array_equal(found, [1.0, 1.0, np.nan, 5.0, 5.0], equal_nan=True)
+
+
+def test_runs_that_bounce_are_compared_on_both_sides_of_their_impacts(tmp_path):
+    ball = mbdsl.parse(
+        "model M Ground g; PointMass b(m = 1 kg); Contact f(gap = b.y, e = 0.8); initial equation b.x = 0 m; "
+        "b.vx = 0 m/s; b.y = 1 m; b.vy = 0 m/s; end M;"
+    )
+    one, other = (mbdsl.simulate(ball, method="hht-si2", step=1e-3, stop=1.0, interval=h) for h in (2e-3, 1e-2))
+    other.save(tmp_path / "other.npz")
+    for second in (other, tmp_path / "other.npz"):
+        plot = one.plot("b.vy", [second], difference=True)
+        assert max(np.abs(s.y).max() for s in plot.panels[0].series if s.style != "guide") < 9.81 * 1e-2
 
 
 def test_outside_the_range_there_is_no_value():

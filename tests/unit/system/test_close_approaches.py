@@ -95,3 +95,37 @@ def test_effect(k):
     assert bound <= found[0].effect * 1.02 <= 2 * bound
     assert found[0].time == pytest.approx(pi, abs=1e-3)
     assert undecided(last, last, (), 1.0, 10.0) == []
+
+
+BALL = """model Ball
+  Ground ground;
+  PointMass b(m = 1 kg);
+  Contact floor(gap = b.y, e = 0.5);
+initial equation
+  b.x = 0 m; b.y = 1 m; b.vx = 0 m/s; b.vy = 0 m/s;
+  annotation(experiment(StopTime = 0.1 s));
+end Ball;"""
+
+
+@pytest.mark.parametrize(
+    ("y", "v", "h", "count"),
+    [
+        ([2e-17, 2e-17, 4e-17], [-1e-8, 1e-8, 1e-8], 1e-8, 0),  # a contact that opens: rounding
+        ([-9e-15, -9.9e-15, 0.0], [-1e-5, 1e-5, 1e-5], 1e-9, 0),  # the overlap at which an impact is found
+        ([1e-6 + 5e-6, 1e-6, 1e-6 + 5e-6], [-1e-2, -1e-9, 1e-2], 1e-3, 1),  # 1 um above the floor
+        ([5e-6, 1e-15, 5e-6], [-1e-2, -1e-9, 1e-2], 1e-3, 1),  # hardly above it, but the steps show that it turns
+    ],
+)
+def test_gaps_of_rigid_contacts_that_are_closed_are_no_approaches(y, v, h, count):
+    found: list[MechanismRun] = []
+    simulated(mbdsl.parse(BALL), method="radau5", tol=1e-4, inspect=found.append)
+    system = found[0].parts[0].integration.system
+    q, w = np.zeros((3, system.n)), np.zeros((3, system.n))
+    q[:, 1], w[:, 1] = y, v
+    approaches, rows = [], (h * np.arange(3.0), q, w, np.zeros((3, system.m + system.p)))
+    search = system.kept(Approaches)
+    past = np.zeros((5, len(search.arguments)))
+    past[4] = 1.0
+    numbers = dict.fromkeys(system.tables.inputs, 0.0)
+    search.add(approaches, past, rows, numbers)
+    assert sum(x.number in search.contacts for x in approaches) == count

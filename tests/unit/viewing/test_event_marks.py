@@ -1,10 +1,16 @@
 """Marks of events in plots and on the time line of the player, at times in closed form."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.integrators.event_list import Group
+from mbdsl.results.stored import open_result
 from mbdsl.simulation.event_marks import APART, TICKS
+from mbdsl.simulation.stored_events import of_meta, text_of
+from mbdsl.viewing.stored_result import stored_trajectory
 
 BALL = """model M
   Ground ground;
@@ -53,7 +59,7 @@ def test_marks_are_few_and_lines_of_plots_are_at_their_times(run):
     impacts = [x for x in marks if x.kind == "impact"]
     assert np.diff([x.t for x in impacts]).min() >= 5.0 * APART
     assert sum(x.events for x in impacts) == run.stats["kinds of events"]["impact"]
-    assert impacts[-1].text == f"{impacts[-1].events} × impact, line 4"
+    assert impacts[-1].text == f"{impacts[-1].events} × impact of floor, line 4"
     plot = run.plot(["ball.y", "ball.vy"])
     for panel in plot.panels:
         lines = {series.name: series for series in panel.series if series.style == "guide"}
@@ -77,9 +83,52 @@ def test_the_time_line_has_marks_and_a_key_goes_to_them(run, browser, tmp_path):
     marks = browser.value(place)
     assert len(marks) == len(run.event_marks(0.0, 5.0)[0])
     title, left = marks[1]
-    assert title.startswith("impact, line 4, t = 0.451524 s")
+    assert title.startswith("impact of floor, line 4, t = 0.451524 s")
     assert float(left.removeprefix("calc(").split("%")[0]) == pytest.approx(100 * FIRST / 5.0, abs=1e-3)
     for expected in (FIRST, 0.5, 1.0, HITS[1]):
         browser.key("e", 69, "e")
         assert browser.state()["time"] == pytest.approx(expected, abs=1e-6)
     assert browser.value("document.body.classList.contains('with-events')")
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".mat", ".nc"])
+def test_result_files_keep_events(run, suffix, tmp_path):
+    """Marks of plots and of the player made from a file are those of the run; those of earlier results are gone."""
+    file = tmp_path / f"run{suffix}"
+    run.save(file)
+    opened = open_result(file)
+    plot = mbdsl.plot(str(file), signals="ball.y")
+    lines = {series.name: series.x for series in plot.panels[0].series if series.style == "guide"}
+    own = {series.name: series.x for series in run.plot("ball.y").panels[0].series if series.style == "guide"}
+    assert set(lines) == set(own) == {"impact", "contact", "sample"}
+    assert all(np.allclose(lines[name], own[name], 1e-13, 0.0, equal_nan=True) for name in own)
+    stored, _ = stored_trajectory(file, run.scene)
+    assert [x[1:2] + x[3:] for x in stored.events] == [x[1:2] + x[3:] for x in run.events]
+    assert [x.t for x in stored.events] == pytest.approx([x.t for x in run.events], rel=1e-14)
+    assert [x.line for x in stored.events] == [x.line for x in run.events]
+    assert stored.event_marks(0.0, 5.0)[0][-1].text == run.event_marks(0.0, 5.0)[0][-1].text
+    mbdsl.results.write(file, {"time": np.linspace(0.0, 1.0, 5), "ball.y": np.zeros(5)})
+    assert of_meta(open_result(file).layout.meta) == [] and opened.layout.meta["events"]
+    assert [x.name for x in tmp_path.iterdir()] == [file.name]
+
+
+def test_events_beside_another_table_are_not_its_own(run, tmp_path):
+    run.save(tmp_path / "run.csv")
+    (tmp_path / "run.csv").write_text("time,a.y\n0.0,1.0\n1.0,2.0\n")
+    assert "events" not in open_result(tmp_path / "run.csv").layout.meta
+
+
+@pytest.mark.parametrize("text", ["[", "3", "[[1]]", '[["a", "", null, [[1e300, 0, 1]]]]', '[["a", "", ["f"], [1]]]'])
+def test_damaged_events_are_none(text):
+    assert of_meta({"events": text}) == []
+
+
+def test_ticks_of_a_clock_need_three_numbers_in_a_file():
+    ticks = np.arange(100_001) * 0.001
+    text = text_of([Group("sample", None, ticks)])
+    assert len(text) < 80
+    assert np.abs(of_meta({"events": text})[0].times - ticks).max() < 1e-12
+
+
+def test_a_pickled_run_keeps_its_events(run):
+    assert pickle.loads(pickle.dumps(run)).events == run.events

@@ -1,0 +1,81 @@
+"""Mistakes in when-equations and their functions, and what to write instead."""
+
+from __future__ import annotations
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import syntax as s
+from mbdsl.lang.source import span_of
+from mbdsl.lang.unparse import inner, write
+from mbdsl.lang.values import Value
+
+
+def no_discrete(function: str, e: s.Expression, value: Value) -> ModelError:
+    """The error for `pre(x)`, `edge(x)` or `change(x)` of a value that events do not set."""
+    text = write(e)
+    hint = "declare it without a value and set it in a `when`: `discrete Real x(start = 0);`"
+    boolean = not isinstance(value, tuple) and value.boolean
+    if function == "edge" and boolean:
+        hint = f"a `when` acts when its condition becomes true: `when {text} then`"
+    elif function == "change" and boolean:
+        hint = f"a `when` acts when its condition becomes true: `when {{{text}, not {inner(e)}}} then`"
+    elif function == "pre" and not boolean:
+        hint = f"write `{text}`: a `reinit` acts after all values have been read"
+    return ModelError(f"{function}() takes a discrete variable, found `{text}`", span_of(e.at), hint)
+
+
+def never_equal(e: s.Binary) -> ModelError:
+    """The error for `a == b` in the condition of a `when`, of numbers that vary between events."""
+    left, right = write(e.left), write(e.right)
+    return ModelError(
+        f"`{left} {e.operator} {right}` compares numbers that vary between events: it would not act",
+        span_of(e.at),
+        f"write `{left} >= {right}`, or `{left} <= {right}`, which becomes true at the crossing",
+    )
+
+
+def outside_of_when(item: s.Relation) -> ModelError | None:
+    """The error for `reinit(...)` and `terminate(...)` as equations; None for others."""
+    name = write(item.left.function) if isinstance(item.left, s.Call) else ""
+    if item.right is not None or name not in ("reinit", "terminate"):
+        return None
+    return ModelError(
+        f"`{name}` acts at an event: it stands in a `when`",
+        span_of(item.left.at),
+        f"write `when condition then {write(item.left)}; end when;`",
+    )
+
+
+def varying_branches(item: s.If) -> str | None:
+    """What to write instead of an `if` of derivatives or of when-equations whose condition varies; None of others."""
+    first = item.branches[0][1][:1]
+    if item.branches[0][0] is None or not first:
+        return None
+    if isinstance(first[0], s.When):
+        both = f"{inner(item.branches[0][0])} and {inner(first[0].branches[0][0])}"
+        return f"a condition of a `when` may have parts: `when {both} then`"
+    rates = {}
+    for condition, items in item.branches:
+        for each in items:
+            if not isinstance(each, s.Relation) or each.right is None:
+                return None
+            rates.setdefault(write(each.left), []).append((condition, each.right))
+    if any(len(found) != len(item.branches) for found in rates.values()) or item.branches[-1][0] is not None:
+        return "an `if` of equations depends on parameters only: choose the value, `der(x) = if c then a else b;`"
+    written = [
+        f"{left} = {write(s.Choice(tuple((c, e) for c, e in found[:-1] if c is not None), found[-1][1]))};"
+        for left, found in rates.items()
+    ]
+    return f"write `{' '.join(written)}`"
+
+
+def if_at_start(item: s.If) -> ModelError | None:
+    """The error for `if initial() then ...` as an equation; None for others."""
+    condition, items = item.branches[0]
+    if condition is None or write(condition) not in ("initial()", "terminal()"):
+        return None
+    actions = " ".join(f"{write(x.left)} = {write(x.right)};" for x in items if isinstance(x, s.Relation) and x.right)
+    return ModelError(
+        f"`{write(condition)}` is the condition of a `when`; an `if` of equations depends on parameters only",
+        span_of(condition.at),
+        f"write `when {write(condition)} then {actions or '...'} end when;`",
+    )
