@@ -29,7 +29,7 @@ def calls(monkeypatch, text, **options):
     return found, count
 
 
-@pytest.mark.parametrize(("options", "most"), [({"step": 1e-3}, 100), ({"method": "radau9", "tol": 1e-6}, 200)])
+@pytest.mark.parametrize(("options", "most"), [({"step": 1e-3}, 100), ({"method": "radau9", "tol": 1e-6}, 240)])
 def test_the_cost_of_impacts_is_proportional(options, most, monkeypatch):
     """Every impact takes as many evaluations as those before; bisection of its time would take forty more. A run with
     a tolerance is made twice."""
