@@ -107,7 +107,8 @@ TOUCHING = """model Touching "A ball strikes the first of three that touch witho
   Prismatic p[4](each frame_a = ground, frame_b = b);
   Contact c[3](gap = {b[i + 1].x - b[i].x - 0.1 m for i in 1:3}, each e = 1);
 initial equation
-  for i in 1:4 loop b[i].x = i*0.1 m - (if i == 1 then 0.2 m else 0 m); b[i].vx = if i == 1 then 1 m/s else 0 m/s; end for;
+  for i in 1:4 loop b[i].x = i*0.1 m - (if i == 1 then 0.2 m else 0 m);
+    b[i].vx = if i == 1 then 1 m/s else 0 m/s; end for;
 end Touching;"""
 
 
