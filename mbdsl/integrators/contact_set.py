@@ -325,11 +325,11 @@ class ContactSet:
     def _opening(
         self, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, size: float, before: dict[str, float]
     ) -> contact_modes.Modes:
-        """The modes in which closed contacts are open whose reaction has become zero, but for rounding."""
+        """The modes in which contacts are open whose reaction is zero, but for rounding."""
         found = list(modes)
         for i, (k, n) in enumerate(zip(own.which, laws.first, strict=True)):
             was_closed = before[number(self.contacts[k].name, MODE)] == CLOSED
-            if was_closed and laws.G[n, n] * P[n] <= VANISHED * size:
+            if laws.G[n, n] * P[n] <= (VANISHED if was_closed else SAME) * size:  # bodies that touch without pressing
                 found[i] = contact_modes.OPEN
         return tuple(found)
 

@@ -99,3 +99,20 @@ def test_the_last_fixed_step_ends_at_the_stop_time():
     run = mbdsl.simulate(mbdsl.parse(BALL), method="newmark", step=0.5 / 49, stop=0.5, interval=0)
     assert 49 * (0.5 / 49) < 0.5
     assert run.t[-1] == 0.5 and np.diff(run.t).min() > 1e-6
+
+
+TOUCHING = """model Touching "A ball strikes the first of three that touch without pressing"
+  Ground ground(g = 0 m/s2);
+  PointMass b[4](each m = 1 kg);
+  Prismatic p[4](each frame_a = ground, frame_b = b);
+  Contact c[3](gap = {b[i + 1].x - b[i].x - 0.1 m for i in 1:3}, each e = 1);
+initial equation
+  for i in 1:4 loop b[i].x = i*0.1 m - (if i == 1 then 0.2 m else 0 m);
+    b[i].vx = if i == 1 then 1 m/s else 0 m/s; end for;
+end Touching;"""
+
+
+def test_bodies_that_touch_without_pressing_do_not_end_the_run():
+    run = mbdsl.simulate(mbdsl.parse(TOUCHING), method="radau5", tol=1e-6, stop=0.5)
+    assert [run[f"b[{i}].vx"][-1] for i in range(1, 5)] == pytest.approx([0.0, 0.0, 0.0, 1.0], abs=1e-9)
+    assert run["b[4].x"][-1] == pytest.approx(0.4 + 0.3, abs=1e-9)
