@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mbdsl.kernels.arrays import Array
+
 Look = Callable[[float], tuple[bool, Array]]
 
 #: so many evaluations that do not halve the interval, and then the middle is tried: quantities may have corners

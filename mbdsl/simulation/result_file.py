@@ -60,9 +60,10 @@ def about(
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said["options"] = ", ".join(options) or None
     if path is not None:
-        from mbdsl.simulation.stored_events import text_of as text_of_events  # NumPy is not needed for quick commands
+        from mbdsl.simulation import stored_events  # which needs numpy
 
-        said |= {EVENTS: events} if (events := text_of_events(trajectory.find_events())) else {}
+        if events := stored_events.text_of(trajectory.find_events()):
+            said[stored_events.EVENTS] = events
     if path is not None and keeps_extremes(path):
         from mbdsl.simulation.stored_extremes import KEY, text_of
 

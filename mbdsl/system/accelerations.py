@@ -55,7 +55,7 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
 
 
 @lru_cache(maxsize=64)
-def rows_kept(count: int, left_out: tuple[int, ...]) -> NDArray[np.int64]:
+def rows_kept(count: int, left_out: tuple[int, ...]) -> Integers:
     """The numbers below ``count`` that are not among ``left_out``."""
     return np.setdiff1d(np.arange(count), np.array(left_out, int))
 

@@ -379,7 +379,7 @@ class System(CompiledScene):
         return found
 
 
-def _states(system: System) -> NDArray[np.int64]:
+def _states(system: System) -> Integers:
     """A buffer for the states of its switches."""
     return np.zeros(len(system.tables.switches), np.int64)
 

@@ -92,3 +92,10 @@ def test_sliding_of_a_ball_ends_where_a_step_would_end(method):
     assert sticks == pytest.approx(np.hypot(2.5, 1.0) / (0.2 * 9.81 * 3.5), abs=1e-5)
     assert run["b.vx"][-1] == pytest.approx(2.0 - 2.5 / 3.5, abs=1e-4)
     assert run["b.vy"][-1] == pytest.approx(-1.0 / 3.5, abs=1e-4)
+
+
+def test_the_last_fixed_step_ends_at_the_stop_time():
+    """49 steps of 0.5 s/49 miss 0.5 s by rounding: no further step of 6e-17 s may follow, whose reactions are noise."""
+    run = mbdsl.simulate(mbdsl.parse(BALL), method="newmark", step=0.5 / 49, stop=0.5, interval=0)
+    assert 49 * (0.5 / 49) < 0.5
+    assert run.t[-1] == 0.5 and np.diff(run.t).min() > 1e-6

@@ -48,7 +48,7 @@ def test_many_impacts():
     assert found["s.v"][-1] == pytest.approx(1.0, rel=1e-13)
 
 
-@pytest.mark.parametrize("count", [200_000, 1_000_000])
+@pytest.mark.parametrize("count", [200_000, 1_000_000], ids=["fifth", "million"])
 def test_many_samples(count):
     """The last tick is at the end exactly, where the run has its last output; no iterations are added."""
     runs = [

@@ -366,3 +366,35 @@ def test_a_roller_lifts_off_an_eccentric():
     assert found.t[k - 1] - 1e-6 < leaves < found.t[k] + 1e-6
     np.testing.assert_allclose(found["guide.s"][:k], y(100 * found.t[:k]), atol=1e-9)
     np.testing.assert_allclose(found["c.force"][:k], force(100 * found.t[:k]), rtol=1e-4, atol=0.05)
+
+
+BOX = """
+{of}model Box
+  Ground ground;
+  Body b(m = 1 kg, I = {I});
+  FreeMotion free(ground, b.c);
+  BoxContact c(ground, b.c, length = 1 m, width = 1 m, {more}e = 0.4, mu = 0.3);
+initial equation
+  b.x = 0 m; b.y = 0.6 m; b.vx = 1 m/s; b.vy = 0 m/s; b.phi = 0; b.w = 0 rad/s;
+  annotation(experiment(StopTime = 0.7 s));
+end Box;
+"""
+
+
+@pytest.mark.parametrize(
+    ("spatial", "options", "close"),
+    [(False, {"step": 0.01}, 1e-7), (True, {"method": "moreau-jean", "step": 2e-3}, 1e-3)],
+    ids=["plane", "space"],
+)
+def test_a_box_lands_flat_and_slides_to_rest(spatial, options, close):
+    """Each impact takes mu (1 + e) u of its speed, u being that of the fall; on its feet N = m g, and nothing slips."""
+    found = mbdsl.simulate(made(BOX, spatial, more="height = 1 m, n = {0, 1, 0}, " * spatial), **options)
+    u, v, x = np.sqrt(2 * G * 0.1), 1.0, np.sqrt(2 * 0.1 / G)
+    while u > 1e-12:
+        v, u = max(v - 0.3 * 1.4 * u, 0.0), 0.4 * u
+        x += v * 2 * u / G
+    x += v * v / (2 * 0.3 * G)
+    assert found["b.x"][-1] == pytest.approx(x, abs=close)
+    assert found["b.y"][-1] == pytest.approx(0.5, abs=close)
+    assert found["c.force"][-1] == pytest.approx(G, rel=1e-6)
+    assert found["b.vx"][-1] == pytest.approx(0.0, abs=1e-9)

@@ -167,7 +167,7 @@ def test_linear_models_know_open_contacts_and_discrete_variables():
 
 
 def test_studies_know_discrete_variables_and_forces_of_contacts(tmp_path):
-    """F holds -0.7 of the position at the last sample; a force of 2 N presses a body against a stop once it is there."""
+    """F holds -0.7 of the position at the last sample; a growing force presses a body against a stop."""
     given = {"methods": ["hht-si2", "radau5"], "stop": 3.0, "store": tmp_path / "store", "workers": 1}
     sampled = mbdsl.study.convergence(model("sample"), steps=[0.05], tols=[1e-6], signals=["F", "b.ax"], **given).survey
     for row in sampled.rows:

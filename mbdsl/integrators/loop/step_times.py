@@ -95,7 +95,7 @@ def end_of_step(t0, h, run):
         end = end_in_reach(run)
         if reals[S.GRID] > 0.0:
             there = reals[S.START] + floor((t0 + h - reals[S.START]) / reals[S.GRID] + 0.5) * reals[S.GRID]
-            if there < end and abs(t0 + h - there) <= 1e-9 * h:
+            if there < end - 1e-9 * h and abs(t0 + h - there) <= 1e-9 * h:
                 end = there
         t = end if t0 + h >= end - 1e-9 * h else t0 + h
     else:

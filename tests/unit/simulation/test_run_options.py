@@ -33,7 +33,7 @@ def test_type_checkers_see_the_options_of_the_table(module, typed_as, table):
 def test_options_of_sweeps_that_are_options_of_runs_have_their_types():
     types = {x.name: x.type for x in fields(RunOptions)}
     shared = [x for x in fields(SweepOptions) if x.name in types]
-    assert len(shared) == 10 and all(x.type == types[x.name] for x in shared)
+    assert len(shared) == 11 and all(x.type == types[x.name] for x in shared)
 
 
 def test_signatures_show_the_options():
