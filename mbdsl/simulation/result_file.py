@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from mbdsl import results
 from mbdsl.errors import MbdslError
 from mbdsl.lang.display_units import asked, declared_text
-from mbdsl.results.csv_file import EVENTS
 from mbdsl.simulation.result_units import KEY as SHOWN
 from mbdsl.simulation.result_units import check, converted
 from mbdsl.version import __version__

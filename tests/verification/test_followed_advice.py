@@ -860,7 +860,10 @@ CODES = sorted(
 @pytest.mark.parametrize("code", CODES)
 def test_declarations_in_other_advice_are_accepted(code):
     if re.match(r"der\(|when ", code):
-        names = "Boolean on(start = false), set = u > 0, reset = u < 0; discrete Real y; parameter Real high = 1, low = 0; Real x[2];"
+        names = (
+            "Boolean on(start = false), set = u > 0, reset = u < 0; discrete Real y; parameter Real high = 1, low = 0; "
+            "Real x[2];"
+        )
         rest = "" if "der(" in code else "der(x) = {0, 0}/(1 s);"
         assert mbdsl.parse(blocks_followed([code, *filter(None, [rest])], names)).events or "der(" in code
         return
