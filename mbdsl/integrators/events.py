@@ -234,7 +234,8 @@ class Events:
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
         known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
-        at_once = not (known or cut)  # the switch is so close that no step was possible
+        # the switch is so close that no step was possible, or none that its own reactions do not cut again
+        at_once = not known and (not cut or self._cut[-1:] == [t])
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
         if not known and self._stands_still(t):

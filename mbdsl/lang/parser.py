@@ -83,7 +83,7 @@ def _tree(tokens: list[Token], start: str) -> Any:
 
         kept, passed = pass_over(tokens)
         try:
-            if not passed:
+            if len(kept) == len(tokens):
                 raise
             return replace(_fed(kept, start)[1], passed=tuple(passed))
         except UnexpectedToken as problem:

@@ -117,9 +117,17 @@ def test_no_order_is_lost_where_a_particle_leaves_a_dome(method, order):
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(order, abs=0.1)
 
 
-@pytest.mark.parametrize(("method", "within"), [("radau5", 1e-8), ("radau9", 1e-10), ("dop853", 1e-12)])
-def test_fixed_steps_of_high_order_leave_a_dome(method, within):
-    found = mbdsl.simulate(mbdsl.parse(DOME), method=method, step=0.02, stop=1.0, interval=1.0)
+@pytest.mark.parametrize(
+    ("method", "step", "within"),
+    [
+        ("radau5", 0.02, 1e-8),
+        ("radau9", 0.02, 1e-10),
+        ("radau13", 5e-3, 1e-10),  # rounding decides the reaction of a step that ends shortly before the event
+        ("dop853", 0.02, 1e-12),
+    ],
+)
+def test_fixed_steps_of_high_order_leave_a_dome(method, step, within):
+    found = mbdsl.simulate(mbdsl.parse(DOME), method=method, step=step, stop=1.0, interval=1.0)
     (left,) = [x.t for x in found.events if x.kind == "lift-off"]
     assert left == pytest.approx(EDGE_TIME, abs=within)
     end = np.array([found[f"p.{x}"][-1] for x in ("x", "y", "vx", "vy")])

@@ -9,7 +9,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.mistakes import blocks, bodies, frames, members
 from mbdsl.lang.mistakes.frames import Ends
 from mbdsl.lang.mistakes.gears import GEARS
-from mbdsl.lang.mistakes.names import with_unit
+from mbdsl.lang.mistakes.names import CLOCK, with_unit
 from mbdsl.lang.mistakes.values import ZERO, is_zero, opposite, vector
 from mbdsl.lang.modelica_names import has_no_effect
 from mbdsl.lang.unparse import write
@@ -95,6 +95,7 @@ FRAMES = ("FixedTranslation", "FixedRotation", "Parts.Fixed")
 _TEXTS = {
     **blocks.TEXTS,
     "Sensors": _SENSOR,
+    "Clock": CLOCK,
     **dict.fromkeys(("Accelerometer", "Gyroscope", "Gyro", "IMU", "LoadCell"), _MEASURED),
     **dict.fromkeys(("CutForce", "CutTorque", "CutForceAndTorque"), _MEASURED),
     **dict.fromkeys(("Cable", "Pulley", "Tendon", "Wire"), _ROPE),

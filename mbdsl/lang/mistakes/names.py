@@ -15,13 +15,11 @@ from mbdsl.lang.unparse import write
 
 # -- refused: functions, constants and members -----------------------------------------------------------------------
 
-_CLOCKED = (
-    "clocked equations are written `when sample(0 s, 1 ms) then y = u; end when;`, with `pre(y)` for `previous(y)`"
-)
+CLOCK = "clocked equations are written `when sample(0 s, 1 ms) then y = u; end when;`, with `pre(y)` for `previous(y)`"
 _SIGNALS = "signals are named directly: `rod.b.x`, `pin.phi`, `pin.w`"
 #: function -> what to write instead
 FUNCTIONS = {
-    **dict.fromkeys(("Clock", "hold", "previous", "interval", "subSample", "superSample", "shiftSample"), _CLOCKED),
+    **dict.fromkeys(("Clock", "hold", "previous", "interval", "subSample", "superSample", "shiftSample"), CLOCK),
     "reinit": "it is a statement of a `when`: `when condition then reinit(v, -0.8*v); end when;`",
     "delay": "past values are kept by samples, `when sample(0 s, 1 ms) then y1 = u; y2 = pre(y1); end when;`, or by a "
     "state that lags, `der(y) = (u - y)/T`",

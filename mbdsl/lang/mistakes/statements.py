@@ -98,7 +98,8 @@ _LIBRARIES = frozenset(("Modelica", "ModelicaServices", "PlanarMechanics"))
 
 
 def pass_over(tokens: list[Token]) -> tuple[list[Token], list[s.Passed]]:
-    """The tokens without ``within`` and imports of Modelica's packages, and these statements."""
+    """The tokens without ``within`` and imports of Modelica's packages, and these statements; and without the word
+    ``output`` before a declaration, because every variable is one."""
     kept: list[Token] = []
     passed: list[s.Passed] = []
     at = 0
@@ -108,9 +109,17 @@ def pass_over(tokens: list[Token]) -> tuple[list[Token], list[s.Passed]]:
             passed.append(s.Passed(source.text[start:stop].rstrip("; "), at=(source, start, stop)))
             at = end + 1
             continue
-        kept.append(tokens[at])
+        if not _is_output(tokens, at):
+            kept.append(tokens[at])
         at += 1
     return kept, passed
+
+
+def _is_output(tokens: list[Token], at: int) -> bool:
+    """Whether a token is the word in `output Real y`."""
+    if tokens[at].text != "output" or not 0 < at < len(tokens) - 2 or tokens[at - 1].type not in _BEGIN:
+        return False
+    return tokens[at + 1].type == "NAME" and tokens[at + 2].type in ("NAME", "DOT", "LSQB")
 
 
 _BEGIN = frozenset(("SEMICOLON", "PUBLIC", "PROTECTED", "STRING", "NAME"))

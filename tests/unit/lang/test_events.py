@@ -220,3 +220,10 @@ def test_whens_go_with_what_they_name():
         b.remove(u)
     assert b.remove(u, dependents=True) == ("u", "f")
     assert len(b.scene().events.whens) == 1
+
+
+def test_outputs_are_variables():
+    declared = "output Real y = 3*rail.s/(1 m); output Integer n(start = 0);"
+    found = run(declared, "when rail.s > 0.1 m then n = 2; end when;")
+    np.testing.assert_allclose(found["y"], 3 * found["rail.s"], rtol=1e-14)
+    assert found["n"][-1] == 2
