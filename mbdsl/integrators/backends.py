@@ -204,6 +204,7 @@ class External:
     def _ended(self) -> int:
         if self.event_set is not None:
             self.event_set.end(self.time, self._q, self._v, self._left_out)
+            return self.event_set.status or S.DONE  # an assertion may fail there
         return S.DONE
 
     @property

@@ -561,6 +561,7 @@ class MethodRun(RunState):
             if self.time >= self.stop:
                 self._record_end(q, v, lam)
             events.end(self.time, q, v, self.left_out)
+            status = events.status or S.DONE  # an assertion may fail there
         return self._examined(S.RUNNING if status == S.FULL else status)
 
     def _examined(self, status: int) -> int:

@@ -404,6 +404,15 @@ def test_equations_of_one_event_are_sorted_and_circles_are_errors():
         slide(declared, "when time > 1 s then x = x + 1; end when;")
 
 
+@pytest.mark.parametrize("method", ["hht-si2", "radau5"])
+def test_an_assertion_at_the_end(method):
+    """It is checked by `terminal()`, although the run is complete then."""
+    scene = slide("Force f(b.c, fx = 0 N);", 'when terminal() then assert(time < 0.5 s, "late"); end when;')
+    assert mbdsl.simulate(scene, stop=0.4, step=1e-2, method=method).status == "done"
+    with pytest.raises(IntegrationError, match="late"):
+        mbdsl.simulate(scene, stop=0.6, step=1e-2, method=method)
+
+
 def test_arrays_sub_models_and_the_end():
     counter = """model Counter
       parameter Time T = 0.1 s;

@@ -818,6 +818,11 @@ BLOCKS = {
     "Inertia": "(J = 0.5)",
     "ConstantTorque": "(tau_constant = 10)",
     "Rotational.Sources.Torque": "(tau_constant = 10)",
+    "Hysteresis": "(uLow = 0, uHigh = 1)",
+    "OnOffController": "(bandwidth = 0.2, pre_y_start = true)",
+    "ZeroOrderHold": "(samplePeriod = 0.1, startTime = 0.5)",
+    "Discrete.Sampler": "(samplePeriod = 0.1)",
+    "UnitDelay": "(samplePeriod = 0.1, y_start = 2)",
 }
 
 
@@ -839,8 +844,8 @@ def test_blocks_become_variables_states_and_bodies(block):
         mbdsl.parse(f"model M Ground ground; {name} x{BLOCKS[block]}; end M;")
     codes = [code for code in re.findall(r"`([^`]*)`", str(problem.value)) if code.endswith(";")]
     codes += re.findall(r"`(parameter Time [^`]*|Real \w+ = [^`]*)`", str(problem.value))
-    model = mbdsl.parse(blocks_followed(dict.fromkeys(codes)))
-    assert any(re.search(r"\bx", name) for name in (*model.variables, *model.components))
+    model = mbdsl.parse(blocks_followed(dict.fromkeys(codes), "Real reference = 0;"))
+    assert any(re.search(r"\bx", name) for name in (*model.variables, *model.components, *model.events.variables))
 
 
 def test_every_block_is_followed():
@@ -855,7 +860,10 @@ CODES = sorted(
 @pytest.mark.parametrize("code", CODES)
 def test_declarations_in_other_advice_are_accepted(code):
     if re.match(r"der\(|when ", code):
-        names = "Boolean on(start = false); discrete Real y; parameter Real high = 1, low = 0; Real x[2];"
+        names = (
+            "Boolean on(start = false), set = u > 0, reset = u < 0; discrete Real y; parameter Real high = 1, low = 0; "
+            "Real x[2];"
+        )
         rest = "" if "der(" in code else "der(x) = {0, 0}/(1 s);"
         assert mbdsl.parse(blocks_followed([code, *filter(None, [rest])], names)).events or "der(" in code
         return

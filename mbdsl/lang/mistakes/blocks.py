@@ -112,9 +112,9 @@ def _hysteresis(name: str, given: Given, ends: Ends, spatial: bool) -> str:
 
 
 def _on_off(name: str, given: Given, ends: Ends, spatial: bool) -> str:
-    half = f"{_value(given, 'bandwidth', '', 'band')}/2"
+    half, start = f"{_value(given, 'bandwidth', '', 'band')}/2", _value(given, "pre_y_start", "", "false")
     return (
-        f"write `Boolean {name}(start = false);`, and `when u < reference - {half} then {name} = true; elsewhen "
+        f"write `Boolean {name}(start = {start});`, and `when u < reference - {half} then {name} = true; elsewhen "
         f"u > reference + {half} then {name} = false; end when;` {_SECTION}"
     )
 

@@ -64,7 +64,7 @@ _FREEWHEEL = (
     "joint `pin` between its shafts"
 )
 _MASS_WITH_STOP = (
-    "write a Body on a `Prismatic slide(ground, body.c, mu = 0.1, sticks = true);`, and a TranslationalStop of `slide`"
+    "write a Body on a `Prismatic slide(ground, block.c, mu = 0.1, sticks = true);`, and a TranslationalStop of `slide`"
 )
 _SENSOR = (
     "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly; an "
