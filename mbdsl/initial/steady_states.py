@@ -77,13 +77,13 @@ def _newton(J: Array, r: Array, A: Array, a: Array) -> tuple[Array | None, bool]
     steps the one with the smallest accelerations a + A x is taken: that of steady motion.
     """
     try:
-        return np.asarray(-np.linalg.solve(J, r), float), False
+        return np.asarray(-np.linalg.solve(J, r), np.float64), False
     except np.linalg.LinAlgError:
-        step: Array = -np.linalg.lstsq(J, r, rcond=RANK)[0]
+        step: Array = np.asarray(-np.linalg.lstsq(J, r, rcond=RANK)[0], np.float64)
         if np.abs(J @ step + r).max() > DONE * max(1.0, np.abs(J).max()):
             return None, False
     free = null_space(J)
-    return np.asarray(step - free @ np.linalg.lstsq(A @ free, a + A @ step, rcond=RANK)[0], float), True
+    return np.asarray(step - free @ np.linalg.lstsq(A @ free, a + A @ step, rcond=RANK)[0], np.float64), True
 
 
 def _with(v: Array, own: NDArray[np.intp], x: Array) -> Array:
