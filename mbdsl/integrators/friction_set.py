@@ -21,9 +21,9 @@ from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.shared_friction import At, RowsHeld, independent, share
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels.arrays import Array
+from mbdsl.mechanism import contacts
 from mbdsl.mechanism.sticking import DRIVEN, EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
-from mbdsl.mechanism import contacts
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.paradox import paradox
 from mbdsl.system.signals import gradients, values
