@@ -256,7 +256,10 @@ class NamedValues(Declarations):
             If a name or the level is not known.
         """
         reason = s.String(python_values.text(text, "assertion.text"))
-        given = (s.Argument("", self._node(condition, "assertion.condition")), s.Argument("", reason))
+        given: tuple[s.Argument, ...] = (
+            s.Argument("", self._node(condition, "assertion.condition")),
+            s.Argument("", reason),
+        )
         if level != "error":
             given += (s.Argument("", s.Reference((s.Step("AssertionLevel"), s.Step(level)))),)
         call = s.Call(s.Reference((s.Step("assert"),)), given, at=(CallLine(), 0, 0))

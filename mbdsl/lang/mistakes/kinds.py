@@ -63,9 +63,7 @@ _FREEWHEEL = (
     "a freewheel is a torque against one sense: write `Torque lock(pin, tau = 100 N.m.s*max(0, -pin.w));`, with the "
     "joint `pin` between its shafts"
 )
-_MASS_WITH_STOP = (
-    "write a Body on a `Prismatic slide(ground, block.c, mu = 0.1, sticks = true);`, and a TranslationalStop of `slide`"
-)
+_MASS_WITH_STOP = "write a Body on a Prismatic with `mu` and `sticks = true`, and a TranslationalStop of this Prismatic"
 _SENSOR = (
     "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly; an "
     "accelerometer, gyroscope or load cell in the axes of a frame is a Sensor, `Sensor imu(rod.b);`"

@@ -193,7 +193,7 @@ def test_a_type_is_no_remedy_for_a_component():
         ("Modelica.Blocks.Continuous.Derivative x(T = 0.1)", "Real x(start = 0); der(x) = (u - x)/(0.1 s);"),
         (
             "Modelica.Blocks.Discrete.Sampler x(samplePeriod = 0.1)",
-            "discrete Real y; when sample(0 s, 1 ms) then y = u; end when;",
+            "discrete Real x(start = 0); when sample(0 s, 0.1 s) then x = u; end when;",
         ),
     ],
 )
