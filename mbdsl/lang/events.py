@@ -20,6 +20,7 @@ from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.events import INITIAL, TERMINAL, Action, Branch, Clock, Discrete, Events, When
+from mbdsl.mechanism.scene_parts import Component
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
@@ -183,6 +184,10 @@ class EventsOfModel:
                 notes=notes[:5],
             )
         return found
+
+    def refuse_instants(self, components: Iterable[Component]) -> None:
+        """Refuse laws that read `sample()`, `initial()` or `terminal()`: these are true in events only."""
+        mistakes.refuse_instants({INITIAL, TERMINAL, *self._clocks} & self._variables.keys(), components)
 
     def _when(self, item: s.When, scope: Scope) -> When:
         scope = scope.for_signals()

@@ -320,6 +320,7 @@ class Assembly:
             initial = (*initial, *self.states.initial({x.name: x for x in initial}))
         if self._steady is not None:
             check_steady(self._steady, initial, {self.states.value(x) for x in self.states})
+        self.events.refuse_instants(components.values())
         self._doubt_names()
         self._note_passed()
         components = turned_by_joints(components, frames)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mbdsl.errors import ModelError
+from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.lang import syntax as s
 from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import inner, write
 from mbdsl.lang.values import Value
+from mbdsl.mechanism.scene_parts import Component
 
 
 def no_discrete(function: str, e: s.Expression, value: Value) -> ModelError:
@@ -31,6 +35,22 @@ def never_equal(e: s.Binary) -> ModelError:
         span_of(e.at),
         f"write `{left} >= {right}`, or `{left} <= {right}`, which becomes true at the crossing",
     )
+
+
+def refuse_instants(instants: set[str], components: Iterable[Component]) -> None:
+    """Raise an error if a law of a component reads one of ``instants``, leaves such as `initial()`."""
+    for c in components if instants else ():
+        laws = [x for value in c.values.values() for x in (value if isinstance(value, tuple) else (value,))]
+        read = leaves(*(x for x in laws if isinstance(x, Expr)))
+        if found := {str(x.value) for x in read if x.op == "input"} & instants:
+            function = min(found).partition("(")[0]
+            call = "sample(start, period)" if function == "sample" else f"{function}()"
+            raise ModelError(
+                f"a law reads `{call}`, which is true at an event only: it would have no effect",
+                c.span,
+                f"set a variable at the event and read it: `discrete Real x(start = 0);`, `when {call} then x = ...; "
+                "end when;`",
+            )
 
 
 def outside_of_when(item: s.Relation) -> ModelError | None:
@@ -69,9 +89,9 @@ def varying_branches(item: s.If) -> str | None:
 
 
 def if_at_start(item: s.If) -> ModelError | None:
-    """The error for `if initial() then ...` as an equation; None for others."""
+    """The error for `if initial() then ...` or `if sample(...) then ...` as an equation; None for others."""
     condition, items = item.branches[0]
-    if condition is None or write(condition) not in ("initial()", "terminal()"):
+    if not isinstance(condition, s.Call) or write(condition.function) not in ("initial", "terminal", "sample"):
         return None
     actions = " ".join(f"{write(x.left)} = {write(x.right)};" for x in items if isinstance(x, s.Relation) and x.right)
     return ModelError(

@@ -175,6 +175,11 @@ end M;
             "when initial() then n = 3; end when;",
         ),
         (
+            "if sample(0, 0.1) then n = 3; end if;",
+            "if sample(0, 0.1) then n = 3; end if;",
+            "when sample(0, 0.1) then n = 3; end when;",
+        ),
+        (
             "if pin.phi > 1 then der(y) = 1/(1 s); else der(y) = -y/(1 s); end if;",
             "if pin.phi > 1 then der(y) = 1/(1 s); else der(y) = -y/(1 s); end if;",
             "der(y) = if pin.phi > 1 then 1 / 1 s else -(y / 1 s);",
@@ -193,6 +198,18 @@ def test_advice_about_events_is_accepted(wrong, part, right):
     text = wrong.replace(part, right, 1).replace("condition", "time > 1 s")
     text += " n = 1; end when;" if text.endswith("then") else ""
     assert parse(MACHINE.format(text)).events or "der(y)" in right
+
+
+@pytest.mark.parametrize("call", ["sample(0 s, 0.1 s)", "initial()", "terminal()"])
+def test_laws_that_are_true_at_an_event_only_are_refused(call):
+    """Such a law would never act; a variable that a `when` sets does, and conditions may have a name."""
+    law = MACHINE.format("der(y) = if {} then 1/(1 s) else 0/(1 s);")
+    problem = error(law.format(call))
+    assert "it would have no effect" in str(problem) and problem.span.line == law[: law.index("der(y)")].count("\n") + 1
+    written = call if "sample" not in call else "sample(start, period)"
+    assert f"`when {written} then x = ...; end when;`" in problem.hint
+    right = f"when {call} then n = 1; end when; der(y) = if n > 0 then 1/(1 s) else 0/(1 s);"
+    assert parse(MACHINE.format(right)).events
 
 
 def test_advice_about_blocks_with_memory_is_accepted():
