@@ -19,9 +19,10 @@ from mbdsl.mechanism.sticking import SLIDING
 
 if TYPE_CHECKING:
     from mbdsl.integrators.event_set import EventSet
-    from mbdsl.mechanism.events import Action, Branch, Events
+    from mbdsl.mechanism.events import Action, Branch, Clock, Events
 
 Array = NDArray[np.float64]
+ROUNDING = 1e-12  #: difference of the time of an event and of a tick, of times of size 1, that is rounding
 IMPULSES = ("impact", "contact", "reinit")  #: kinds of events at which velocities jump
 
 
@@ -66,9 +67,12 @@ def groups(found: EventSet) -> list[Group]:
     for branch, done in found.ticks_done():
         ticks.setdefault(id(branch), []).append(done)
     own = [
-        Group(kind(b, found.events), b.span, np.sort(np.concatenate([times.get(id(b), []), *ticks.get(id(b), [])])))
+        Group(name, b.span, own)
         for b in found.events.branches
         if any(action.what != "assert" and not (action.what == "set" and action.text) for action in b.actions)
+        for name, own in _by_kind(
+            b, found.events, np.sort(np.concatenate([times.get(id(b), []), *ticks.get(id(b), [])]))
+        )
     ]
     return [group for group in [*own, *_of_numbers(found)] if len(group.times)]
 
@@ -126,7 +130,32 @@ def kind(branch: Branch, events: Events) -> str:
         return min(found, key=("terminate", "reinit").index)
     if events.of_component(branch):
         return "touch"
-    read = {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
-    if read & {clock.name for clock in events.clocks}:
-        return "sample"
-    return "initial" if events.initial in read else "when"
+    return "sample" if _clocks(branch, events) else _other(branch, events)
+
+
+def _by_kind(branch: Branch, events: Events, times: Array) -> Iterator[tuple[str, Array]]:
+    """The times (k,) of a branch, by kinds: with other conditions beside a clock, it acts between its ticks, too."""
+    name = kind(branch, events)
+    if name != "sample" or len(branch.conditions) == 1:
+        yield name, times
+        return
+    at_tick = np.zeros(len(times), bool)
+    for clock in _clocks(branch, events):
+        start, period = float(clock.start), float(clock.period)
+        k = np.round((times - start) / period)
+        at_tick |= (k >= 0) & (np.abs(start + k * period - times) <= ROUNDING * np.maximum(1.0, np.abs(times)))
+    yield name, times[at_tick]
+    yield _other(branch, events), times[~at_tick]
+
+
+def _read(branch: Branch) -> set[str]:
+    return {str(leaf.value) for leaf in leaves(*branch.conditions) if leaf.op == "input"}
+
+
+def _clocks(branch: Branch, events: Events) -> list[Clock]:
+    read = _read(branch)
+    return [clock for clock in events.clocks if clock.name in read]
+
+
+def _other(branch: Branch, events: Events) -> str:
+    return "initial" if events.initial in _read(branch) else "when"

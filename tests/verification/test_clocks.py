@@ -45,6 +45,18 @@ def test_the_time_of_a_step_is_its_length(method):
     assert reached == pytest.approx(0.4 * np.log(26 / 9), abs=1e-3)
 
 
+def test_a_clock_and_a_condition_of_one_when_are_counted_each():
+    """21 ticks, T = 21 between two of them, and the start of `initial()`, whose clock begins later."""
+    both = PLANE.replace("when T > 21 then n = pre(n) + 1; end when;", "")
+    both = both.replace("when sample(0, 30 ms) then", "when {sample(0, 30 ms), T > 21} then n = pre(n) + 1;")
+    run = mbdsl.simulate(mbdsl.parse(both), tol=1e-4)
+    assert run.stats["kinds of events"] == {"sample": 21, "when": 1} and run["n"][-1] == 22
+    (reached,) = (x.t for x in run.events if x.kind == "when")
+    assert reached == pytest.approx(0.4 * np.log(26 / 9), abs=1e-3)
+    later = both.replace("{sample(0, 30 ms), T > 21}", "{initial(), sample(30 ms, 30 ms)}")
+    assert mbdsl.simulate(mbdsl.parse(later), tol=1e-4).stats["kinds of events"] == {"sample": 20, "initial": 1}
+
+
 def test_the_time_of_a_step_is_its_length_in_space():
     run = mbdsl.simulate(mbdsl.parse(SPACE), tol=1e-4, interval=0)
     assert np.abs(run["b.y"] - 0.75 * run.t).max() < 1e-12
