@@ -66,3 +66,9 @@ def test_every_type_and_function_is_in_the_page():
 
     words = set(re.findall(r"[A-Za-z][A-Za-z0-9_]*", (ROOT / "docs" / "language.md").read_text(encoding="utf-8")))
     assert {*TYPES, *FUNCTIONS, *_PLAIN, *_PREFIXED} <= words
+
+
+def test_files_that_the_first_commands_write_are_ignored():
+    """The commands of README.md run in the checkout: what they write is not a change of the project."""
+    ignored = ROOT.joinpath(".gitignore").read_text(encoding="utf-8").splitlines()
+    assert {"/*.csv", "/*.csv.events", "/*.html"} <= set(ignored)
