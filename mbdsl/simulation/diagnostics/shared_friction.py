@@ -26,12 +26,15 @@ def warnings(run: ExaminedRun) -> list[str]:
     trajectory = run.trajectory
     scene, system, left_out = trajectory.scene, trajectory.system, trajectory.left_out
     at_times = list(system.tables.switchable)
-    if set(left_out) <= set(at_times) or not len(trajectory.t):
+    if set(left_out) <= set(at_times):
         return []
     nodes = {c.name: c.friction for c in scene.components.values() if c.friction is not None}
-    if not nodes:
+    if not (nodes and len(trajectory.t)):
         return []
     some = np.unique(np.linspace(0, len(trajectory.t) - 1, MOST).astype(int))
+    some = some[np.isfinite(trajectory.lam[some]).all(axis=1)]
+    if not len(some):
+        return []
     t, q, v, lam = (array[some] for array in (trajectory.t, trajectory.q, trajectory.v, trajectory.lam))
     least = shared_loads.least(system, t, q, lam, left_out)
     others = lam + shared_loads.free(system, t, q, left_out) * (1.0 + np.nanmax(np.abs(lam), initial=0.0))
