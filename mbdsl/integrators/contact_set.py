@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.errors import InitialisationError
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.touching import Touching, UnsolvedContactsError, reduced, senses
 from mbdsl.mechanism.contacts import (
