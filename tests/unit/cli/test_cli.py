@@ -57,6 +57,9 @@ class Trajectory:
     def cut_peaks(self, names):
         return []
 
+    def find_events(self):
+        return []
+
 
 @pytest.fixture
 def simulation(monkeypatch, tmp_path):
