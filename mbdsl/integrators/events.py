@@ -105,7 +105,7 @@ class Restart(NamedTuple):
     longest: float
 
 
-class Events:
+class SwitchEvents:
     """The switches of a run with controlled steps.
 
     Attributes

@@ -19,7 +19,7 @@ from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import OWN, DisplayUnit
-from mbdsl.simulation.code_preparation import Progress as Prepared
+from mbdsl.simulation.code_preparation import PreparationProgress as Prepared
 from mbdsl.simulation.extremes import Extreme, Extremes
 from mbdsl.simulation.progress import Progress, Purpose
 
