@@ -100,8 +100,8 @@ OPTIONS: dict[str, OptionText] = {
     "without": OptionText("", "EFFECT,...", "leave effects out: friction, damping, flexibility, gravity, contact"),
     "contacts": OptionText(
         "",
-        "{rigid,compliant}",
-        "rigid: without the stiffness of contacts and stops that can be rigid; compliant: refuse those without one",
+        "KIND",
+        "rigid: without the stiffness of contacts and stops that can be rigid; or compliant: refuse those without one",
     ),
 }
 
