@@ -45,11 +45,11 @@ def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[i
         own = [k for k in redundant if joint in _joints(system, [k])]
         parts = np.abs(np.linalg.lstsq(J[rest].T, J[own].T, rcond=1e-9)[0]).max(axis=1)
         others = _joints(system, [rest[k] for k in np.flatnonzero(parts > PART * parts.max())])
-        names = ", ".join(_where(system, other) for other in others if other != joint)
+        names = ", ".join(where(system, other) for other in others if other != joint)
         off = float(np.abs(violation[own]).max())
         misfit = f"; its misfit is {off:.2g}" if off > FITS * system.tables.size else ""
         why = f"follows from {names}" if names else "has rows that depend on each other"
-        lines.append(f"{_where(system, joint)} {why}{misfit}")
+        lines.append(f"{where(system, joint)} {why}{misfit}")
     return lines
 
 
@@ -65,7 +65,7 @@ def not_unique(system: System, t: float, q: Array, redundant: Sequence[int]) -> 
     return [f"reactions that are not unique: {few(texts, 12)}"]
 
 
-def _where(system: System, joint: str) -> str:
+def where(system: System, joint: str) -> str:
     """ "Revolute A3 (model.mbd:14)"."""
     component = system.scene.components[joint]
     place = f" ({component.span.file.rsplit('/', 1)[-1]}:{component.span.line})" if component.span else ""

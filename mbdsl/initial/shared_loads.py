@@ -39,6 +39,21 @@ def least(system: System, t: Array, q: Array, lam: Array, left_out: tuple[int, .
     return found
 
 
+def free(system: System, t: Array, q: Array, left_out: tuple[int, ...]) -> Array:
+    """Some multipliers (N, m + p) that cause no constraint force, of norm 1, at N states."""
+    found = np.zeros((len(t), system.m + system.p))
+    for i in range(len(t)):
+        left, weight = _directions(system, t[i], q[i])
+        found[i] = _free(left, weight, left_out)
+        found[i] /= np.linalg.norm(found[i])
+    return found
+
+
+def _free(left: Array, weight: Array, left_out: tuple[int, ...]) -> Array:
+    directions = left[:, len(weight) - len(left_out) :]
+    return directions @ np.random.default_rng(1).normal(size=directions.shape[1]) / weight
+
+
 def _directions(system: System, t: float, q: Array) -> tuple[Array, Array]:
     """Left singular vectors of the rows (as columns), largest first, and the weights of their multipliers: the size of
     the mechanism for forces, 1 for torques."""
@@ -59,8 +74,7 @@ def undetermined(system: System, t: float, q: Array, left_out: tuple[int, ...]) 
     near = pose_nearby(system, t, q) if system.m else None
     q = q if near is None else near
     left, weight = _directions(system, t, q)
-    free = left[:, len(weight) - len(left_out) :]
-    some = free @ np.random.default_rng(1).normal(size=free.shape[1]) / weight
+    some = _free(left, weight, left_out)
     some[at_times] = 0.0
     nodes, names, sizes = [], [], []
     for c in system.scene.components.values():

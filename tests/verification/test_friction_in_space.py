@@ -225,5 +225,34 @@ def test_friction_that_is_not_determined_is_named():
     assert not once.stats["redundant"] and not of_friction(once)
 
 
+@pytest.mark.parametrize("before", [True, False])
+@pytest.mark.parametrize("g", [0, 9.81])
+@pytest.mark.parametrize("spatial", [True, False])
+def test_a_clutch_between_shafts_that_have_bearings_is_named(spatial, g, before):
+    """The bearings hold both shafts, so that nothing presses the clutch: its friction is not that of a clutch."""
+    bearings = "Revolute a(ground, fly.c); Revolute b(ground, load.c);"
+    clutch = "\nRevolute clutch(fly.c, load.c, mu = 0.3, radius = 0.1 m);\n"
+    joints = clutch + bearings if before else bearings + clutch
+    inertia = "{0.1, 0.1, 0.1}" if spatial else "0.1"
+    text = f"""{"spatial " * spatial}model Shafts
+      Ground ground(g = {g});
+      Body fly(m = 1, I = {inertia}); Body load(m = 1, I = {inertia});
+      {joints}
+    initial equation
+      a.w = 10 rad/s; b.w = 0 rad/s;
+    end Shafts;"""
+    scene = mbdsl.parse(text, "shafts.mbd")
+    line = text[: text.index("Revolute clutch")].count("\n") + 1
+    run = mbdsl.simulate(scene, step=1e-2, stop=0.1)
+    assert len(of_friction(run)) == 1
+    assert f"friction of Revolute clutch (shafts.mbd:{line}) is not determined" in of_friction(run)[0]
+    assert "in a Torque" in of_friction(run)[0]
+    law = "Torque clutch(fly.c, load.c, tau = -3 N.m*tanh((load.w - fly.w)/(0.1 rad/s)));"
+    if not spatial:  # what the warning says to write: 3 N.m until both have the same speed
+        run = mbdsl.simulate(mbdsl.parse(text.replace(clutch, law)), step=1e-3, stop=0.1)
+        assert not of_friction(run)
+        assert run["load.w"][-1] == pytest.approx(3 / 0.1 * 0.1, rel=1e-6)
+
+
 def of_friction(trajectory):
     return [w for w in trajectory.stats["warnings"] if w.startswith("friction of")]
