@@ -162,9 +162,8 @@ class _Writer:
         found |= values
         found |= kind.derive({**found}) if isinstance(kind, JointKind) else {}
         given = [key for key in kind.law_parameters if found[key] is not None]
-        formulas = signals.ComponentFormulas(
-            kind, c.name, found.__getitem__, lambda port, key: self._leaf(ports[port], key)
-        )
+        value, leaf = found.__getitem__, lambda port, key: self._leaf(ports[port], key)
+        formulas = signals.ComponentFormulas(kind, c.name, value, leaf)
         rows = kind.velocity_rows if isinstance(kind, JointKind) and c.velocity_constraints else ()
         return Component(
             c.name, kind, found, ports, signals.names(kind, given, False), c.span, c.doc,
