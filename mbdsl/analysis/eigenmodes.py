@@ -42,7 +42,7 @@ from mbdsl.system.signals import gradients
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
-    from mbdsl.plotting.figures import Table
+    from mbdsl.plotting.figures import TextTable
     from mbdsl.viewing.mode_animation import ModeAnimation
 
 
@@ -251,7 +251,7 @@ class Modes(Sequence[Mode]):
             rows.append((str(k), *numbers, few(parts, 4) + mark))
         return rows
 
-    def table(self) -> Table:
+    def table(self) -> TextTable:
         """Return frequencies, damping ratios and the bodies that move.
 
         Returns
@@ -259,10 +259,10 @@ class Modes(Sequence[Mode]):
         Table
             One row per mode.
         """
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
 
         unit = self.scene.display.of("Hz").symbol
-        return Table("", ("#", f"f [{unit}]", f"damped [{unit}]", "damping", "moving bodies"), self._rows())
+        return TextTable("", ("#", f"f [{unit}]", f"damped [{unit}]", "damping", "moving bodies"), self._rows())
 
     def __str__(self) -> str:
         unit = self.scene.display.of("Hz").symbol

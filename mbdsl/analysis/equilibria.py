@@ -32,7 +32,7 @@ from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import UnitsOfSignals, count, few
 from mbdsl.numerics.saddle_point import Array
-from mbdsl.simulation.steady_start import AtRest
+from mbdsl.simulation.steady_start import PointsAtRest
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.statics.equilibrium_search import prepared, searched
 from mbdsl.system import System
@@ -107,7 +107,7 @@ class Equilibrium:
         stats |= {"stability": self.stability, "redundant": self.redundant}
         q, lam = self.q[None], self.lam[None]
         v = np.zeros_like(q) if self.v is None else self.v[None]
-        return AtRest(self.system, np.array([self.t]), q, v, lam, stats, (), self.left_out)
+        return PointsAtRest(self.system, np.array([self.t]), q, v, lam, stats, (), self.left_out)
 
     def show(self, path: str | PathLike | None = None) -> EquilibriumPicture:
         """Draw the equilibrium over the initial positions, with forces and reactions as arrows.
@@ -132,7 +132,7 @@ class Equilibrium:
         start = None
         if self.start is not None:
             q, lam = self.start[None], np.zeros((1, len(self.lam)))
-            start = AtRest(self.system, np.array([self.t]), q, np.zeros_like(q), lam, {"status": "done"})
+            start = PointsAtRest(self.system, np.array([self.t]), q, np.zeros_like(q), lam, {"status": "done"})
         picture = EquilibriumPicture(self.trajectory, start, self.stability)
         if path is not None:
             picture.save(path)
@@ -202,11 +202,11 @@ class Equilibrium:
         return f"<Equilibrium of {self._head()}>"
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
         from mbdsl.plotting.html_tables import fragment
 
         rows = [(name, f"{value:.6g}", unit) for name, value, unit in rounded(self._values(), self.scene.display)]
-        found = Table("", ("signal", "value", "unit"), rows)
+        found = TextTable("", ("signal", "value", "unit"), rows)
         return fragment(self._head(), (), [found], [f"note: {text}" for text in self.notes])
 
 

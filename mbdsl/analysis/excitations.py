@@ -38,7 +38,7 @@ class Excitation(NamedTuple):
     place: int = 0
 
 
-class Columns(NamedTuple):
+class ExcitationColumns(NamedTuple):
     """What excitations w (i,) contribute to the equations.
 
     Forces (n, i) w; the values (h, i) w of the released constraints of positions, (g, i) w of those of velocities.
@@ -119,7 +119,7 @@ def _parameters(c: Component) -> tuple[str, ...]:
     return ()
 
 
-def columns(system: System, found: Sequence[Excitation], t: float, q: Array, v: Array, lam: Array) -> Columns:
+def columns(system: System, found: Sequence[Excitation], t: float, q: Array, v: Array, lam: Array) -> ExcitationColumns:
     """The columns of excitations at a state."""
     scene, tables = system.scene, system.tables
     inputs = [e.name for e in found if e.sort == INPUT]
@@ -146,4 +146,4 @@ def columns(system: System, found: Sequence[Excitation], t: float, q: Array, v: 
                 own = rates.setdefault(tables.velocity_rows[c.name] - system.m + i, np.zeros(len(found)))
                 own[[k for k, e in enumerate(found) if e.sort == INPUT]] -= row
     velocities = np.array([*rates.values()]).reshape(len(rates), len(found))
-    return Columns(Released(tuple(places.values()), tuple(rates)), forces, positions, velocities)
+    return ExcitationColumns(Released(tuple(places.values()), tuple(rates)), forces, positions, velocities)

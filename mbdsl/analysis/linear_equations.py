@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbdsl.analysis.eigenvalues import Projected, projected
-from mbdsl.analysis.excitations import INPUT, Columns, Excitation
+from mbdsl.analysis.excitations import INPUT, Excitation, ExcitationColumns
 from mbdsl.analysis.input_forces import signal_derivatives
 from mbdsl.analysis.named_basis import AtRest, Named
 from mbdsl.analysis.operating_points import OperatingPoint
@@ -35,7 +35,7 @@ HELD = 1e-6  #: part of a released constraint that the other constraints hold, f
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class LinearRows:
     """Quantities as linear functions of the states (k, r), and of excitations and their two rates (3, k, i)."""
 
     x: Array
@@ -43,11 +43,11 @@ class Rows:
 
     __array_ufunc__ = None  # a matrix of numpy leaves the product to __rmatmul__
 
-    def __rmatmul__(self, matrix: Array) -> Rows:
-        return Rows(matrix @ self.x, matrix @ self.u)
+    def __rmatmul__(self, matrix: Array) -> LinearRows:
+        return LinearRows(matrix @ self.x, matrix @ self.u)
 
-    def __add__(self, other: Rows) -> Rows:
-        return Rows(self.x + other.x, self.u + other.u)
+    def __add__(self, other: LinearRows) -> LinearRows:
+        return LinearRows(self.x + other.x, self.u + other.u)
 
 
 class LinearEquations:
@@ -62,7 +62,7 @@ class LinearEquations:
         What the entries of x are.
     """
 
-    def __init__(self, point: OperatingPoint, excitations: Sequence[Excitation], columns: Columns) -> None:
+    def __init__(self, point: OperatingPoint, excitations: Sequence[Excitation], columns: ExcitationColumns) -> None:
         system, t, q, v, a, lam = point.system, point.t, point.q, point.v, point.a, point.lam
         at_rest = AtRest.suits(system, v, a)
         released = columns.released
@@ -83,7 +83,7 @@ class LinearEquations:
         left.u[0] -= columns.forces
         kept = np.delete(np.arange(U.shape[1]), point.left_out)
         r, i = len(self.A), columns.forces.shape[1]
-        self.dlam = Rows(np.zeros((U.shape[1], r)), np.zeros((3, U.shape[1], i)))
+        self.dlam = LinearRows(np.zeros((U.shape[1], r)), np.zeros((3, U.shape[1], i)))
         if len(kept):
             scale = system.tables.scale[:, None]
             right = -np.hstack([left.x, *left.u]) / scale
@@ -101,9 +101,9 @@ class LinearEquations:
             self.A, self.B = self.A[np.ix_(own, own)], self.B[:, own]
             for name in ("dq", "dv", "da", "dlam"):
                 found = getattr(self, name)
-                setattr(self, name, Rows(found.x[:, own], found.u))
+                setattr(self, name, LinearRows(found.x[:, own], found.u))
 
-    def _check_released(self, J: Array, columns: Columns) -> None:
+    def _check_released(self, J: Array, columns: ExcitationColumns) -> None:
         """Raise an error if other constraints hold what a driver moves."""
         basis, (positions, velocities) = self.basis, columns.released
         r = basis.Z.shape[1] - len(positions)
@@ -119,7 +119,9 @@ class LinearEquations:
                     hint="remove a redundant constraint; `mbdsl check` lists them",
                 )
 
-    def _solve(self, basis: Named, found: Projected, columns: Columns) -> tuple[Rows, Rows, Rows]:
+    def _solve(
+        self, basis: Named, found: Projected, columns: ExcitationColumns
+    ) -> tuple[LinearRows, LinearRows, LinearRows]:
         """A and B from the projected equations; the coordinates y, the speeds s and s', with the given ones."""
         h, g, i = len(columns.released.positions), len(columns.released.velocities), columns.forces.shape[1]
         r, d = basis.T.shape[0] - h, basis.T.shape[1] - h - g
@@ -131,13 +133,13 @@ class LinearEquations:
                     "a coordinate without mass can move, and has no equation of motion",
                     hint="give every body that moves a mass and a moment of inertia",
                 )
-        y = Rows(np.eye(r + h, r + d), np.zeros((3, r + h, i)))
-        speeds, changes = (Rows(np.zeros((d + h + g, r + d)), np.zeros((3, d + h + g, i))) for _ in range(2))
+        y = LinearRows(np.eye(r + h, r + d), np.zeros((3, r + h, i)))
+        speeds, changes = (LinearRows(np.zeros((d + h + g, r + d)), np.zeros((3, d + h + g, i))) for _ in range(2))
         speeds.x[:d, r:] = np.eye(d)
         y.u[0, r:] = speeds.u[1, d : d + h] = changes.u[2, d : d + h] = columns.positions
         speeds.u[0, d + h :] = changes.u[1, d + h :] = columns.velocities
         y.x[r:] = 0.0
-        right = found.K @ y + found.D @ speeds + found.M[:, d:] @ Rows(changes.x[d:], changes.u[:, d:])
+        right = found.K @ y + found.D @ speeds + found.M[:, d:] @ LinearRows(changes.x[d:], changes.u[:, d:])
         right.u[0] -= found.L.T @ columns.forces
         solved = -np.linalg.solve(M, np.hstack([right.x, *right.u]))
         changes.x[:d] = solved[:, : r + d]
@@ -147,21 +149,21 @@ class LinearEquations:
         self.B = np.concatenate([rates.u[:, :r], changes.u[:, :d]], axis=1)
         return y, speeds, changes
 
-    def _acceleration(self, first: int, key: str) -> tuple[Rows, float]:
+    def _acceleration(self, first: int, key: str) -> tuple[LinearRows, float]:
         """A world acceleration of the body in space with this first coordinate, and its value."""
         a, at = self.point.a, IN_SPACE.index(key)
         if at < 3:
-            return Rows(self.da.x[first + at], self.da.u[:, first + at]), float(a[first + at])
+            return LinearRows(self.da.x[first + at], self.da.u[:, first + at]), float(a[first + at])
         own = slice(first + 3, first + 6)
         R = rotation_arrays.matrices(self.point.q[None, own])[0][at - 3]
         x = self.da.x[own] + np.cross(self.dq.x[own].T, a[own]).T
         u = self.da.u[:, own] + np.cross(self.dq.u[:, own], a[own], axisa=1, axisc=1)
-        return Rows(R @ x, R @ u), float(R @ a[own])
+        return LinearRows(R @ x, R @ u), float(R @ a[own])
 
     def outputs(self, known: AskedSignals, names: Sequence[str]) -> tuple[Array, Array, Array]:
         """C (o, r), D (3, o, i) and values (o,) of signals."""
         point, system, i = self.point, self.system, len(self.excitations)
-        found, y0 = Rows(np.zeros((len(names), len(self.A))), np.zeros((3, len(names), i))), np.zeros(len(names))
+        found, y0 = LinearRows(np.zeros((len(names), len(self.A))), np.zeros((3, len(names), i))), np.zeros(len(names))
         plain = [k for k, name in enumerate(names) if name in known.formulas]
         roots = [known.formulas[names[k]][0] for k in plain]
         of = [k for k, e in enumerate(self.excitations) if e.sort == INPUT]
@@ -181,6 +183,6 @@ class LinearEquations:
                 row, y0[k] = self._acceleration(first, key)
             else:
                 j = first + list(ACCELERATIONS).index(key)
-                row, y0[k] = Rows(self.da.x[j], self.da.u[:, j]), point.a[j]
+                row, y0[k] = LinearRows(self.da.x[j], self.da.u[:, j]), point.a[j]
             found.x[k], found.u[:, k] = row.x, row.u
         return found.x, found.u, y0

@@ -23,7 +23,7 @@ from mbdsl.system.signals import gradients
 _RATES = {**RATE, "z": "vz"}
 
 
-class Quantity(NamedTuple):
+class BasisQuantity(NamedTuple):
     """A coordinate or a speed: its name and its SI unit ("" for a pure number)."""
 
     name: str
@@ -83,57 +83,59 @@ class Named(Moving):
         self.T, self.T1 = f[:, None] * self.T / g, f[:, None] * self.T1 / g
         self.S, self.S1 = f[:, None] * self.S / f, f[:, None] * self.S1 / f
 
-    def _quantities(self) -> tuple[list[Quantity], list[Quantity], Array]:
+    def _quantities(self) -> tuple[list[BasisQuantity], list[BasisQuantity], Array]:
         """Coordinates, their rates, and the SI value of a unit of each coordinate."""
         known = self._known()
         found, rates = [], []
         for target in self.targets:
             found.append(known[target])
-            rates.append(known.get(der(target), Quantity(f"der({known[target].name})", f"{known[target].unit}/s")))
+            rates.append(known.get(der(target), BasisQuantity(f"der({known[target].name})", f"{known[target].unit}/s")))
         beams = self._beams()
         chosen = [beams[k] for k in self.turned]
         found += [x for x, _ in chosen]
-        rates += [Quantity(f"der({x.name})", f"{x.unit or '1'}/s") for x, _ in chosen]
+        rates += [BasisQuantity(f"der({x.name})", f"{x.unit or '1'}/s") for x, _ in chosen]
         return found, rates, np.array([1.0] * len(self.targets) + [f for _, f in chosen])
 
-    def _known(self) -> dict[Expr, Quantity]:
+    def _known(self) -> dict[Expr, BasisQuantity]:
         """Signals of joints, then of bodies, by their expressions."""
         scene = self.system.scene
-        names, found = SignalNames(scene), dict[Expr, Quantity]()
+        names, found = SignalNames(scene), dict[Expr, BasisQuantity]()
         for c in scene.components.values():
             if isinstance(c.kind, JointKind):
                 signals = scene.signals_of(c)
                 for key, expression in signals.items():
                     name, rate = f"{c.name}.{key}", key.replace("phi", "w", 1)
-                    found.setdefault(expression, Quantity(name, names.unit(name)))
+                    found.setdefault(expression, BasisQuantity(name, names.unit(name)))
                     if expression.op == "angle" and rate in signals:  # in space: equal by constraints
-                        found.setdefault(der(expression), Quantity(f"{c.name}.{rate}", names.unit(f"{c.name}.{rate}")))
+                        found.setdefault(
+                            der(expression), BasisQuantity(f"{c.name}.{rate}", names.unit(f"{c.name}.{rate}"))
+                        )
         for body in scene.bodies():
             own = named_coordinates(body)
             for key in (*own, *(_RATES[key] for key in own)):
                 name = f"{body.name}.{key}"
-                found.setdefault(coordinate(f"{body.name}.c", key), Quantity(name, names.unit(name)))
+                found.setdefault(coordinate(f"{body.name}.c", key), BasisQuantity(name, names.unit(name)))
         for state in scene.states():
-            found[coordinate(f"{state.name}.c", "x")] = Quantity(f"integral of {state.name}", "")
-            found[coordinate(f"{state.name}.c", "vx")] = Quantity(state.name, names.unit(state.name))
+            found[coordinate(f"{state.name}.c", "x")] = BasisQuantity(f"integral of {state.name}", "")
+            found[coordinate(f"{state.name}.c", "vx")] = BasisQuantity(state.name, names.unit(state.name))
         return found
 
-    def _beams(self) -> list[tuple[Quantity, float]]:
+    def _beams(self) -> list[tuple[BasisQuantity, float]]:
         """Rows of :meth:`_of_beams`, or in space of :meth:`_of_rotations`, and the SI value of a unit of each."""
         if self.system.scene.spatial:
             first = {d + 3: name for name, d in self.system.tables.coordinates.items()}
             spun = [first[int(d)] for d in self.system.tables.rotations[:, 0]]
-            return [(Quantity(f"{name}.c:r{i}", "rad"), 1.0) for name in spun for i in "xyz"]
+            return [(BasisQuantity(f"{name}.c:r{i}", "rad"), 1.0) for name in spun for i in "xyz"]
         elastic, pose = [], []
         for name in self.bends:
             body, d = self.system.tables.models[name], self.system.tables.coordinates[name]
             floating = not body.rigid(np.zeros(body.n))[3:].any()
             for k in range(3 if floating else 0, body.n):
                 text = f"{name}.q[{k + 1}]" if floating else f"{name}.c:q[{k + 1}]"
-                elastic.append((Quantity(text, ""), 1.0 / float(self.scale[d + k])))
+                elastic.append((BasisQuantity(text, ""), 1.0 / float(self.scale[d + k])))
             length = 1.0 / float(self.scale[d])
-            pose += [(Quantity(f"{name}.c:x", "m"), length), (Quantity(f"{name}.c:y", "m"), length)]
-            pose.append((Quantity(f"{name}.phi", "rad"), 1.0))
+            pose += [(BasisQuantity(f"{name}.c:x", "m"), length), (BasisQuantity(f"{name}.c:y", "m"), length)]
+            pose.append((BasisQuantity(f"{name}.phi", "rad"), 1.0))
         return elastic + pose
 
 

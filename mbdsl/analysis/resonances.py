@@ -22,7 +22,7 @@ WIDTHS = np.array([0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0
 AROUND = 10.0 ** -np.arange(1.0, 6.5, 0.5)
 
 
-class Extreme(NamedTuple):
+class ResponseExtreme(NamedTuple):
     """A resonance or an antiresonance: its frequency [Hz] and whether it is one of the amplitude's maxima."""
 
     f: float
@@ -77,7 +77,7 @@ def _distinct(f: Array, low: float, high: float) -> Array:
     return np.asarray(f[kept])
 
 
-def extremes(f: Array, size: Array, of: Callable[[Array], Array], poles: Sequence[complex]) -> list[Extreme]:
+def extremes(f: Array, size: Array, of: Callable[[Array], Array], poles: Sequence[complex]) -> list[ResponseExtreme]:
     """The resonances and antiresonances of one response, by ascending frequency.
 
     Parameters
@@ -96,9 +96,9 @@ def extremes(f: Array, size: Array, of: Callable[[Array], Array], poles: Sequenc
     for k, highest in _turns(size):
         inside = [x for x in infinite if f[k - 1] < x < f[k + 1]] if highest else []
         if inside and _grows(of, inside[0]):
-            found.append(Extreme(inside[0], True, True))
+            found.append(ResponseExtreme(inside[0], True, True))
             continue
-        found.append(Extreme(_refined(of, f[k - 1], f[k + 1], highest), highest))
+        found.append(ResponseExtreme(_refined(of, f[k - 1], f[k + 1], highest), highest))
     return found
 
 

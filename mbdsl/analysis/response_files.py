@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from mbdsl.analysis import response_tables
 from mbdsl.messages import cell
 from mbdsl.plotting import pages, signal_plots, table_files
-from mbdsl.plotting.figures import Figure, Page, Table
+from mbdsl.plotting.figures import Figure, Page, TextTable
 from mbdsl.storage.output_files import suffix_of, write_text
 
 if TYPE_CHECKING:
@@ -32,13 +32,13 @@ def save(response: Response, path: str | PathLike) -> None:
         table_files.write(path, _tables(response), [], response._head(), response.notes)
     elif suffix == ".html":
         shown = response.plot()
-        items: list[Figure | Table] = [*shown.panels, *_tables(response)]
+        items: list[Figure | TextTable] = [*shown.panels, *_tables(response)]
         pages.write(Page(shown.title, shown.notes, items, looks=shown.looks), path)
     else:
         response.plot().save(path)
 
 
-def _tables(response: Response) -> list[Table]:
+def _tables(response: Response) -> list[TextTable]:
     pairs = [(j, k) for j in range(len(response.outputs)) for k in range(len(response.inputs))]
     return [response.table(), response_tables.values(response, pairs)]
 

@@ -19,7 +19,7 @@ from mbdsl.messages import DisplayUnit, few
 from mbdsl.system import System
 
 if TYPE_CHECKING:
-    from mbdsl.plotting.figures import Table
+    from mbdsl.plotting.figures import TextTable
     from mbdsl.plotting.signal_plots import Plot
 
 
@@ -193,7 +193,7 @@ class Response:
                 found[f"{output} / {name} phase"] = phase[:, j, k]
         return found
 
-    def table(self) -> Table:
+    def table(self) -> TextTable:
         """Return the resonances and antiresonances.
 
         Returns

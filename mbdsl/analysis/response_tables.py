@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbdsl.messages import count, few
-from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.plotting.figures import Figure, Series, TextTable
 from mbdsl.plotting.series_styles import OTHERS
 from mbdsl.plotting.signal_panels import ASPECTS, FLAT, labelled, look
 from mbdsl.plotting.signal_plots import Plot
@@ -84,7 +84,7 @@ def _degrees(phase: float) -> str:
     return "" if np.isnan(phase) else f"{round(float(np.degrees(phase)), 9) + 0.0:.4g}"
 
 
-def peaks(response: Response) -> Table:
+def peaks(response: Response) -> TextTable:
     """The resonances and antiresonances as a table."""
     hertz, rows = _hertz(response), []
     f = f"f [{hertz.symbol}]"
@@ -94,7 +94,7 @@ def peaks(response: Response) -> Table:
         unit = response.shown(response.outputs.index(peak.output), response.inputs.index(peak.input))
         cells = f"{peak.frequency / hertz.factor:.6g}", _size(peak, unit.factor), _degrees(peak.phase)
         rows.append((peak.output, peak.input, what, *cells, *_mode_cells(response, peak)))
-    return Table("Resonances", heads, rows)
+    return TextTable("Resonances", heads, rows)
 
 
 def shown_frequencies(response: Response) -> list[float]:
@@ -105,7 +105,7 @@ def shown_frequencies(response: Response) -> list[float]:
     return [low, *(x for x in found if low * (1.0 + 1e-9) < x < high * (1.0 - 1e-9)), high]
 
 
-def values(response: Response, pairs: Sequence[tuple[int, int]]) -> Table:
+def values(response: Response, pairs: Sequence[tuple[int, int]]) -> TextTable:
     """Amplitudes and phases at round frequencies."""
     f = shown_frequencies(response)
     H = response.at_frequency(f)
@@ -118,7 +118,7 @@ def values(response: Response, pairs: Sequence[tuple[int, int]]) -> Table:
         size = np.abs(H[:, j, k]) / response.shown(j, k).factor
         columns.append([f"{x:.5g}" for x in size])
         columns.append([_degrees(p) if x else "-" for x, p in zip(size, phase[:, j, k], strict=True)])
-    return Table("Values", heads, list(zip(*columns, strict=True)))
+    return TextTable("Values", heads, list(zip(*columns, strict=True)))
 
 
 def _along(response: Response, f: Sequence[float]) -> np.ndarray:

@@ -155,7 +155,7 @@ class Body(Protocol):
         """The largest rotation (N,) [rad] that the theory assumes to be small; zeros if it assumes none to be."""
 
 
-class Undeformed:
+class UndeformedModel:
     """The members that a model has by default, of a body that does not deform and has no couplings."""
 
     n: int

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose, Undeformed
+from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose, UndeformedModel
 
 #: coordinates -> the directions of the rigid-body motions
 _DIRECTIONS = {n: np.eye(n, 3) for n in (2, 3)}
@@ -14,7 +14,7 @@ for _directions in _DIRECTIONS.values():
     _directions.flags.writeable = False
 
 
-class Rigid(Undeformed):
+class Rigid(UndeformedModel):
     """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle.
 
     Bodies with the same values share one model: it has no state.

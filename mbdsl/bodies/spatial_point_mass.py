@@ -8,10 +8,10 @@ import numpy as np
 
 from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
 from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
-from mbdsl.bodies.contract import Array, Described, Pose, Undeformed
+from mbdsl.bodies.contract import Array, Described, Pose, UndeformedModel
 
 
-class SpatialPoint(Undeformed):
+class SpatialPoint(UndeformedModel):
     """A point mass with its position as coordinates."""
 
     n = 3

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbdsl.bodies.contract import SPATIAL_POSITIONS as POSITIONS
 from mbdsl.bodies.contract import SPATIAL_VELOCITIES as VELOCITIES
-from mbdsl.bodies.contract import Array, Described, Pose, Undeformed
+from mbdsl.bodies.contract import Array, Described, Pose, UndeformedModel
 from mbdsl.bodies.spatial_rigid_body_kernels import POINT, ROTATION_SIZE
 from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
 
@@ -19,7 +19,7 @@ THIN = 1e-12
 KEPT = 5000
 
 
-class SpatialRigid(Undeformed):
+class SpatialRigid(UndeformedModel):
     """A rigid body with the position x of its centre of mass and the rotation vector of its attitude R.
 
     A pose has 12 entries: the position s of a frame, and its axes x, y, z, in the body's axes.

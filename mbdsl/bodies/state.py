@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.contract import Array, Described, Pose, Undeformed
+from mbdsl.bodies.contract import Array, Described, Pose, UndeformedModel
 
 
-class State(Undeformed):
+class State(UndeformedModel):
     """A state x, with its integral s as the coordinate. It has neither weight nor energy."""
 
     n = 1

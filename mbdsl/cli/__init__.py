@@ -148,9 +148,9 @@ def _run(argv: list[str]) -> int:
     if rest:
         raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=_long_form(rest[0], args))
     if getattr(args, "contacts", None):
-        from mbdsl.elements.declaration import CONTACTS
+        from mbdsl.lang.experiment import check_effects
 
-        args.without = (*args.without, CONTACTS[args.contacts])
+        args.without = check_effects(args.without, args.contacts)
     from mbdsl.cli import _values as values
     from mbdsl.lang.library import imports_allowed
     from mbdsl.lang.load import model_chosen

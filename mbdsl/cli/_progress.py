@@ -14,7 +14,7 @@ from mbdsl.messages import visible, width
 from mbdsl.plotting.terminal_text import USUAL, columns
 
 if TYPE_CHECKING:
-    from mbdsl.simulation.code_preparation import Progress as Prepared
+    from mbdsl.simulation.code_preparation import PreparationProgress as Prepared
     from mbdsl.simulation.progress import Progress
     from mbdsl.studies.runner import StudyProgress
 

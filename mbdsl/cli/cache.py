@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from mbdsl.storage.cache_folder import Choice, Entry
+    from mbdsl.storage.cache_folder import CachedFiles, ChosenFolder
 
 #: content of the cache -> the beginning of the names of its files
 CONTENTS = {"step loops": "mbdsl_method_", "equations": "mbdsl_emitted_"}
@@ -63,16 +63,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _size(entries: Sequence[Entry]) -> str:
+def _size(entries: Sequence[CachedFiles]) -> str:
     return f"{_entries(len(entries))}, {sum(entry.size for entry in entries) / 1e6:.1f} MB"
 
 
-def _folder(entry: Entry, root: Path) -> str:
+def _folder(entry: CachedFiles, root: Path) -> str:
     """The folder of a version that an entry is in."""
     return entry.files[0].relative_to(root).parts[0]
 
 
-def _clear(choice: Choice) -> None:
+def _clear(choice: ChosenFolder) -> None:
     from mbdsl.storage import cache_folder
 
     if choice.fault:

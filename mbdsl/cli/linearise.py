@@ -14,7 +14,7 @@ from mbdsl.storage.output_files import suffix_of, write_text, writing
 
 if TYPE_CHECKING:
     from mbdsl.analysis.linearisation import Linearisation
-    from mbdsl.plotting.figures import Table
+    from mbdsl.plotting.figures import TextTable
 
 TABLES = (".md", ".tex")
 SUFFIXES = (".json", ".mat", ".npz", *TABLES)
@@ -76,12 +76,12 @@ def write(found: Linearisation, path: str) -> None:
             savemat(stream, cells)
 
 
-def _tables(found: Linearisation) -> list[Table]:
+def _tables(found: Linearisation) -> list[TextTable]:
     """Vectors with units and values, and the matrices with the names of rows and columns, as tables for files."""
     import numpy as np
 
     from mbdsl.analysis.linear_tables import clean
-    from mbdsl.plotting.figures import Table
+    from mbdsl.plotting.figures import TextTable
 
     vectors = (
         ("x", found.states, found.state_units, found.x0),
@@ -94,7 +94,7 @@ def _tables(found: Linearisation) -> list[Table]:
             (f"{letter}{k}", name, "" if np.isnan(x) else f"{x:.10g}", unit)
             for k, (name, unit, x) in enumerate(zip(names, units, now, strict=True), 1)
         ]
-        tables.append(Table(f"Vector {letter}", ("", "name", "value", "unit"), rows))
+        tables.append(TextTable(f"Vector {letter}", ("", "name", "value", "unit"), rows))
     rates = [f"{name}'" for name in found.states]
     matrices = (
         ("A", found.A, rates, found.states),
@@ -104,7 +104,7 @@ def _tables(found: Linearisation) -> list[Table]:
     )
     for letter, matrix, left, above in matrices:
         rows = [(name, *(f"{x:.10g}" for x in row)) for name, row in zip(left, clean(matrix), strict=True)]
-        tables.append(Table(f"Matrix {letter}", ("", *above), rows if above else []))
+        tables.append(TextTable(f"Matrix {letter}", ("", *above), rows if above else []))
     return tables
 
 

@@ -16,7 +16,7 @@ from mbdsl.messages import count
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mbdsl.simulation.code_preparation import Code
+    from mbdsl.simulation.code_preparation import EmittedModule
 
 REMEDY = "set MBDSL_CACHE_DIR to the absolute path of a folder with free space that only you can write into"
 
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _prepare(found: Sequence[Code], args: argparse.Namespace) -> None:
+def _prepare(found: Sequence[EmittedModule], args: argparse.Namespace) -> None:
     from time import perf_counter
 
     from mbdsl.simulation import code_preparation
@@ -66,7 +66,7 @@ def _prepare(found: Sequence[Code], args: argparse.Namespace) -> None:
     began, missing = perf_counter(), sum(not code.is_ready for code in found)
     line = None if args.quiet else Preparation(sys.stderr)
 
-    def done(code: Code, seconds: float) -> None:
+    def done(code: EmittedModule, seconds: float) -> None:
         if line:
             line.close()
             print(f"{code.what}: {seconds:.1f} s", flush=True)

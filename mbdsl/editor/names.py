@@ -240,7 +240,7 @@ class NameIndex:
                 self._name(step.at, Symbol(e.OF_KIND, step.name, owner=before.kind.name))
         return found
 
-    def _first(self, step: s.Step, alone: bool, place: _Place) -> Entity | OfKind | None:
+    def _first(self, step: s.NamePart, alone: bool, place: _Place) -> Entity | OfKind | None:
         if step.name in place.loops:
             self._name(step.at, place.loops[step.name])
             return None

@@ -128,7 +128,7 @@ class Disc:
 
 
 @dataclass(frozen=True)
-class Span:
+class RopeSpan:
     """The rope between two discs: its straight length, its directions where it leaves a and arrives at b, and g."""
 
     a: Disc
@@ -204,7 +204,7 @@ class Path:
         first, last = values["drums"]
         radii = (first, *inner, last)
         self.discs = [Disc(at, r, spatial) for at, r in zip(frames, radii, strict=True)]
-        self.spans = [Span(a, b) for a, b in pairwise(self.discs)]
+        self.spans = [RopeSpan(a, b) for a, b in pairwise(self.discs)]
         between = zip(self.discs[1:-1], self.spans, self.spans[1:], values["wound"], strict=False)
         wraps = [disc.wrapped(before.arriving, after.leaving, n) for disc, before, after, n in between]
         #: by how much the rope is wrapped around the disc at the beginning of each span but the first

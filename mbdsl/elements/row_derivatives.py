@@ -19,7 +19,7 @@ from mbdsl.expressions.symbolic import Expr, call, const, coordinate, expr, is_c
 PORTS = ("frame_a", "frame_b")
 
 
-class Names:
+class RowNames:
     """The meaning of names in formulas of a kind: parameters and laws are leaves of their names."""
 
     def __init__(self, kind: PairKind, laws: Sequence[str] = ()) -> None:
@@ -39,7 +39,7 @@ class Names:
 
 def rows(kind: PairKind) -> list[Expr]:
     """The rows of a kind as expressions over frames with the names of its ports."""
-    return [formulas.evaluate(x, Names(kind)) for x in kind.held.formulas]
+    return [formulas.evaluate(x, RowNames(kind)) for x in kind.held.formulas]
 
 
 #: a function of coordinates in rows -> its arguments and its derivatives with respect to them
@@ -53,7 +53,7 @@ def functions(kind: PairKind) -> tuple[Links, list[Expr]]:
     order: list[Expr] = []
     count = 0
     for k, (_, signals) in enumerate(getattr(kind, "functions", ()), 1):
-        arguments = [Names(kind).value(name) for name in signals]
+        arguments = [RowNames(kind).value(name) for name in signals]
         slopes = [symbolic.input_signal(f"slope[{count + i}]") for i in range(1, len(signals) + 1)]
         law, count = symbolic.input_signal(f"law[{k}]"), count + len(signals)
         links[law] = list(zip(arguments, slopes, strict=True))
@@ -166,7 +166,7 @@ def reactions(kind: JointKind) -> Mapping[str, Expr]:
     keys = ("fx", "fy", "fz", "tx", "ty", "tz") if kind.spatial else ("fx", "fy", "tau")
     links, _ = functions(kind)
     gradients = [by_motions(row, kind.spatial, links, PORTS[1:]) for row in rows(kind)]
-    laws = Names(kind, kind.law_parameters)
+    laws = RowNames(kind, kind.law_parameters)
     gradients += [by_rates(formulas.evaluate(x, laws), kind.spatial, PORTS[1:]) for x in kind.velocity_rows]
     found = {}
     for key, column in zip(keys, zip(*gradients, strict=True), strict=True):

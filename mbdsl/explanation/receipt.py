@@ -87,16 +87,16 @@ class Receipt:
 
     def _repr_html_(self) -> str:
         from mbdsl.explanation.receipt_text import as_written, before, cells, few_kernels, of_step, solved_for, split
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
         from mbdsl.plotting.html_tables import fragment
 
         head, *rows = cells(self)
         code = [(e.effect, few_kernels(e.kernels)) for e in self.entries if e.kernels]
         tables = [
-            Table("", head, rows, of_step(self)),
-            Table("Code", ("effect", "functions"), code),
-            Table("Before the first step", ("", ""), [split(line) for line in before(self)]),
-            Table("Outputs, computed on access", ("signal", "computation"), self.outputs),
+            TextTable("", head, rows, of_step(self)),
+            TextTable("Code", ("effect", "functions"), code),
+            TextTable("Before the first step", ("", ""), [split(line) for line in before(self)]),
+            TextTable("Outputs, computed on access", ("signal", "computation"), self.outputs),
         ]
         return fragment(f"{self.scene.name}: {as_written(self)}", [f"solved for: {solved_for(self)}"], tables)
 

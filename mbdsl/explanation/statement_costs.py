@@ -11,7 +11,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.part_run import PartRun
-from mbdsl.system.emit import FACTORS, Line, load_repeated
+from mbdsl.system.emit import FACTORS, CodeLine, load_repeated
 
 #: duration of the measurement of one statement and of one run [s]
 PATIENCE, RUN_PATIENCE = 0.01, 0.2
@@ -51,7 +51,7 @@ def _run(p: PartRun) -> tuple[float, float, float]:
     return least, int(done[S.ITERATIONS]) / steps, matrices / steps
 
 
-def _lines(p: PartRun) -> Iterator[tuple[Line, float, bool]]:
+def _lines(p: PartRun) -> Iterator[tuple[CodeLine, float, bool]]:
     """Every statement of the part's code with its time, and whether it belongs to ``tangent``."""
     t, run = p.system.tables, p.integration
     assert isinstance(run, MethodRun)

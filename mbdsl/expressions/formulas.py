@@ -24,7 +24,7 @@ _OPERATORS: dict[type[ast.operator], Callable[[Expr, Expr], Expr]] = {
 }
 
 
-class Names(Protocol):
+class FormulaNames(Protocol):
     """The meaning of the names in a formula."""
 
     def value(self, name: str) -> Expr | float:
@@ -37,7 +37,7 @@ class Names(Protocol):
         """``frame_a.x``: a coordinate of a frame."""
 
 
-def evaluate(formula: str, names: Names) -> Expr:
+def evaluate(formula: str, names: FormulaNames) -> Expr:
     """The expression that ``formula`` describes.
 
     Parameters
@@ -57,11 +57,11 @@ def evaluate(formula: str, names: Names) -> Expr:
 
 
 @cache
-def _read(formula: str) -> Callable[[Names], Expr]:
+def _read(formula: str) -> Callable[[FormulaNames], Expr]:
     return _compiled(ast.parse(formula.replace("^", "**"), mode="eval").body)
 
 
-def _compiled(node: ast.expr) -> Callable[[Names], Expr]:
+def _compiled(node: ast.expr) -> Callable[[FormulaNames], Expr]:
     """The function that evaluates a syntax tree."""
     match node:
         case ast.Constant(value=int() | float() as number):

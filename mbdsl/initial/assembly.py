@@ -9,7 +9,7 @@ import numpy as np
 from mbdsl.errors import InitialisationError
 from mbdsl.initial import telescopes, upside_down
 from mbdsl.initial.dependent_rows import without_units
-from mbdsl.initial.in_plane import InPlane
+from mbdsl.initial.in_plane import PlanarUnknowns
 from mbdsl.initial.least_steps import misses, stack, stacked
 from mbdsl.initial.mirrored_poses import unmirrored
 from mbdsl.initial.placement import place
@@ -35,7 +35,7 @@ class Pose:
         return self.shape.expand(self.y)
 
 
-class Assembly:
+class PoseAssembly:
     """The assembly of the poses of a task."""
 
     def __init__(self, task: Task, graph: MechanismGraph) -> None:
@@ -51,7 +51,7 @@ class Assembly:
             return [AsIs(system, placed)]
         as_is = AsIs(system, placed)
         if system.scene.spatial:
-            in_plane = InPlane(system, placed)
+            in_plane = PlanarUnknowns(system, placed)
             return [in_plane, as_is] if self._flat(in_plane) else [as_is]
         return [Undeformed(system, placed), as_is] if system.tables.flexible else [as_is]
 
@@ -59,7 +59,7 @@ class Assembly:
         """The pose near the placement, or the one that is meant where the model decides nothing, with notes."""
         placed = first.expand(first.start)
         pose, legs = self._reaching(self._pose(first))
-        if not isinstance(pose.shape, AsIs | InPlane):
+        if not isinstance(pose.shape, AsIs | PlanarUnknowns):
             return pose, (legs, ())
         pose, upright = self._upright(pose)
         turned = tuple(upside_down.turned(self.system, self.graph, placed, pose.q))
@@ -71,7 +71,7 @@ class Assembly:
         y = nearest_pose(self.task, shape)
         if not system.scene.spatial:
             return Pose(shape, y)
-        if isinstance(shape, InPlane):
+        if isinstance(shape, PlanarUnknowns):
             shape.count_turns(y)
         q = unmirrored(system, self.t, shape.expand(y), lambda q: nearest_pose(self.task, AsIs(system, q)))
         return Pose(AsIs(system, q), q)
@@ -108,7 +108,7 @@ class Assembly:
     def _reaching(self, pose: Pose) -> tuple[Pose, tuple[str, ...]]:
         """The pose, or that in which telescopic legs without initial values are not turned round, with notes."""
         system, t = self.system, self.t
-        legs = telescopes.positions(system) if isinstance(pose.shape, AsIs | InPlane) else {}
+        legs = telescopes.positions(system) if isinstance(pose.shape, AsIs | PlanarUnknowns) else {}
         before = telescopes.values_at(system, legs, t, pose.q) if legs else np.empty(0)
         if not (before < 0.0).any():
             return pose, ()
@@ -124,7 +124,7 @@ class Assembly:
         each = zip(legs, before, after, strict=True)
         return found, tuple(telescopes.TAKEN.format(name, new, old) for name, old, new in each if old < 0.0)
 
-    def _flat(self, shape: InPlane) -> bool:
+    def _flat(self, shape: PlanarUnknowns) -> bool:
         """Whether constraints and initial values are those of a mechanism in the plane, at its guess."""
         system, t, given = self.system, self.t, self.task.given
         q = shape.expand(shape.start)

@@ -13,7 +13,7 @@ import numpy as np
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import is_velocity_level
-from mbdsl.initial.assembly import Assembly, Notes
+from mbdsl.initial.assembly import Notes, PoseAssembly
 from mbdsl.initial.dependent_rows import redundant_rows, without_units
 from mbdsl.initial.least_steps import stack
 from mbdsl.initial.mass_check import singular_mass
@@ -171,7 +171,7 @@ def _assembled(
     """q and v, and notes about what was turned round; flexible bodies deform only if necessary."""
     system, t = task.system, task.t
     velocity_level = [x for x in system.scene.initial if is_velocity_level(x.target)]
-    assembly = Assembly(task, graph)
+    assembly = PoseAssembly(task, graph)
     for shape in assembly.shapes(_positions(system)):
         try:
             pose, notes = assembly.meant(shape)
@@ -206,7 +206,7 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
             "leave contacts out by `--without contact`, or give the stop a stiffness `k`",
         )
     positions = _positions(system)
-    assembly = Assembly(Task(system, t, for_assembly(system.scene, positions), metric or Metric(system, {})), graph)
+    assembly = PoseAssembly(Task(system, t, for_assembly(system.scene, positions), metric or Metric(system, {})), graph)
     for shape in assembly.shapes(positions):
         try:
             q = assembly.meant(shape)[0].q

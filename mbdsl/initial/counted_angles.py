@@ -15,7 +15,7 @@ from mbdsl.expressions.symbolic import Expr
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component, Frame, Scene
 from mbdsl.mechanism.scene_parts import SpatialFrame
-from mbdsl.mechanism.signals import Formulas
+from mbdsl.mechanism.signals import ComponentFormulas
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.signals import gradients, values
 from mbdsl.system.system import System
@@ -134,6 +134,6 @@ def _as_joint(system: System, t: float, q: Array, x: _Angle, joint: _Angle, know
 
 def _by_formula(system: System, c, key: str, t: float, q: Array) -> float:
     """The angle at the start that follows from those of the frames."""
-    formulas = Formulas(c.kind, c.name, c.values.get, lambda port, name: named(c.ports[port], name))
+    formulas = ComponentFormulas(c.kind, c.name, c.values.get, lambda port, name: named(c.ports[port], name))
     root = evaluate(c.kind.first_angles[key], formulas)
     return float(values(system, [root], np.array([t]), q[None], np.zeros((1, system.n)))[0][0])

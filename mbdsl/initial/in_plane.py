@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 ZERO = 1e-9
 
 
-class InPlane:
+class PlanarUnknowns:
     """y contains x and y of each body, its rotation about the z axis of the world from its guess, and all states."""
 
     def __init__(self, system: System, q: Array) -> None:

@@ -59,7 +59,7 @@ def _motions(kind: JointKind) -> tuple[_Motion, ...]:
     return _Motion(kind.placing.along, "x"), _Motion(kind.placing.angle, "rz")
 
 
-class _Held(NamedTuple):
+class _JoinedBody(NamedTuple):
     """A body at a joint: the joint, whether the body is on its frame_b, the frame on the other body, the own frame."""
 
     joint: Component
@@ -119,7 +119,7 @@ class _Placed:
         return self.said.get(self.scene.signal_of(body, key)) if near else None
 
     def _by_joint(
-        self, held: _Held, attitude: Pose | None, phi: float | None, driven: float | None
+        self, held: _JoinedBody, attitude: Pose | None, phi: float | None, driven: float | None
     ) -> tuple[Pose, float]:
         """The pose of a body at which the frames of its joint fit, and its angle about z with turns."""
         joint, forward, other, own = held
@@ -181,17 +181,17 @@ class _Placed:
             found = SpatialPose.of_axes(turned_successively([x or 0.0 for x in angles]))
         return found
 
-    def _aimed(self, held: _Held, x: float, y: float) -> float | None:
+    def _aimed(self, held: _JoinedBody, x: float, y: float) -> float | None:
         """The angle at which a body with a known centre of mass points at its joint, in the plane of x and y."""
         (sx, sy), place = self._on_body(held.own)[:2], self._frame(held.other)
         dx, dy = place[0] - x, place[1] - y
         return atan2(dy, dx) - atan2(sy, sx) if hypot(sx, sy) * hypot(dx, dy) > 0.0 else None
 
-    def _held(self, joint: str, body: str) -> _Held:
+    def _held(self, joint: str, body: str) -> _JoinedBody:
         component = self.scene.components[joint]
         a, b = (component.ports[port] for port in ("frame_a", "frame_b"))
         forward = self.scene.frames[b].body == body
-        return _Held(component, forward, a, b) if forward else _Held(component, forward, b, a)
+        return _JoinedBody(component, forward, a, b) if forward else _JoinedBody(component, forward, b, a)
 
     def _turned(self, phi: float) -> Pose:
         return SpatialPose.turn(phi) if self.scene.spatial else PlanarPose.turn(phi)

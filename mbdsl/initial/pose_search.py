@@ -14,7 +14,7 @@ import numpy as np
 
 from mbdsl.initial.contradictions import inconsistent
 from mbdsl.initial.dependent_rows import without_units
-from mbdsl.initial.in_plane import InPlane
+from mbdsl.initial.in_plane import PlanarUnknowns
 from mbdsl.initial.least_steps import constrained, damped, misses, stack, stacked
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
@@ -24,7 +24,7 @@ from mbdsl.numerics.saddle_point import scaled
 from mbdsl.system.signals import Matrix
 from mbdsl.system.system import System
 
-Shape = AsIs | InPlane | Undeformed
+Shape = AsIs | PlanarUnknowns | Undeformed
 
 ATTEMPTS, STEPS, DAMPED = 6, 160, 80  #: attempts; steps of each; of them, those that are damped if necessary
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]

@@ -9,7 +9,7 @@ import numpy as np
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.contradictions import inconsistent
 from mbdsl.initial.dependent_rows import without_units
-from mbdsl.initial.in_plane import InPlane
+from mbdsl.initial.in_plane import PlanarUnknowns
 from mbdsl.initial.least_steps import constrained, stack, stacked, velocity_residual
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
@@ -19,14 +19,14 @@ from mbdsl.numerics.saddle_point import dense, least_squares, scaled
 from mbdsl.system.signals import Matrix
 from mbdsl.system.system import System
 
-Shape = AsIs | InPlane | Undeformed
+Shape = AsIs | PlanarUnknowns | Undeformed
 
 FIRST_OF_ALL = 1e-6  #: weight of rest while given velocities are met as well as possible
 KEPT = 1e-9  #: change of a given velocity, relative to the largest, that is rounding
 LIGHTEST = 1e-6  #: least effective mass of a given velocity, relative to the largest
 
 
-class _Wanted(NamedTuple):
+class _WantedVelocity(NamedTuple):
     """Velocities with the values that they should have."""
 
     items: list[InitialValue]
@@ -46,7 +46,7 @@ def velocities(
     InitialisationError
         If no velocities satisfy the constraints and fixed values; it names them.
     """
-    fixed, soft = (_Wanted(x, np.array([i.value for i in x])) for x in _parted(given))
+    fixed, soft = (_WantedVelocity(x, np.array([i.value for i in x])) for x in _parted(given))
     pose = _Pose(system, t, q, y, shape, metric)
     if not soft.items or len(soft.items) >= len(y):
         return pose.nearest_rates(fixed, soft)
@@ -54,8 +54,8 @@ def velocities(
     reached = stack(system, soft.items, t, q, v)[0]
     size = np.abs([*soft.values, *reached]).max(initial=0.0)
     reached = np.where(np.abs(reached - soft.values) <= KEPT * size, soft.values, reached)
-    every = _Wanted([*fixed.items, *soft.items], np.append(fixed.values, reached))
-    return pose.nearest_rates(every, _Wanted([], np.empty(0)))
+    every = _WantedVelocity([*fixed.items, *soft.items], np.append(fixed.values, reached))
+    return pose.nearest_rates(every, _WantedVelocity([], np.empty(0)))
 
 
 def _parted(given: list[InitialValue]) -> tuple[list[InitialValue], list[InitialValue]]:
@@ -69,7 +69,7 @@ class _Pose:
         self.system, self.t, self.q, self.y, self.shape, self.metric = system, t, q, y, shape, metric
         self.scale = shape.scale
 
-    def nearest_rates(self, fixed: _Wanted, soft: _Wanted, rest: float = 1.0) -> Array:
+    def nearest_rates(self, fixed: _WantedVelocity, soft: _WantedVelocity, rest: float = 1.0) -> Array:
         """Velocities (n,) with ``fixed`` values, nearest to ``soft`` values and, with the weight ``rest``, to rest."""
         system, t, q, y, shape, scale = self.system, self.t, self.q, self.y, self.shape, self.scale
         w = np.zeros(len(y))
@@ -108,13 +108,13 @@ class _Pose:
                 break
         return self._checked(w, fixed, asked)
 
-    def _constraints(self, v: Array, fixed: _Wanted) -> tuple[Matrix, Array]:
+    def _constraints(self, v: Array, fixed: _WantedVelocity) -> tuple[Matrix, Array]:
         """Jacobian with respect to v, and residual, of the constraints and of fixed values."""
         value, _q, d_v = stack(self.system, fixed.items, self.t, self.q, v)
         r = np.concatenate([velocity_residual(self.system, self.t, self.q, v), value - fixed.values])
         return stacked(self.system.velocity_jacobian(self.t, self.q, v), d_v), r
 
-    def _as_given(self, v: Array, fixed: _Wanted, soft_v: Matrix, r_s: Array) -> Array:
+    def _as_given(self, v: Array, fixed: _WantedVelocity, soft_v: Matrix, r_s: Array) -> Array:
         """The rates w nearest to all given values, without the constraints."""
         value, _q, d_v = stack(self.system, fixed.items, self.t, self.q, v)
         J, r = stacked(soft_v, d_v), np.concatenate([r_s, value - fixed.values])
@@ -129,7 +129,7 @@ class _Pose:
             hint="give initial values that lead to another pose; a rolling disc, for example, must not lie flat",
         )
 
-    def _checked(self, w: Array, fixed: _Wanted, asked: float) -> Array:
+    def _checked(self, w: Array, fixed: _WantedVelocity, asked: float) -> Array:
         """The velocities (n,) of the rates w, if they satisfy the constraints and fixed values."""
         v = self.shape.rates(self.y, w / self.scale, self.q)
         J, r_c = self._constraints(v, fixed)

@@ -155,10 +155,10 @@ class External:
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent initial state, and the redundant constraints that are left out."""
         span = self._given["start"], self._given["stop"]
-        from mbdsl.system.peaks_in_time import Kept
+        from mbdsl.system.peaks_in_time import Replayed
 
         zones = self.system.time_zones(*span, longest=span[1] - span[0])
-        given = {**self._given, "breaks": Kept(self.system.time_events(*span)), "zones": zones}
+        given = {**self._given, "breaks": Replayed(self.system.time_events(*span)), "zones": zones}
         if self.event_set is not None:
             q, v, lam = self.begun = self._act_at_start(q, v, left_out)
             left_out = self.event_set.all_left_out(left_out)

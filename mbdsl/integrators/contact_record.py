@@ -36,7 +36,7 @@ SLIP = 1e-9  #: speed of slip that has no direction, relative to the size of the
 OF_FRICTION = (COEFFICIENT, SLIDING, HELD, ALONG, ALONG_2)
 
 
-class Step(NamedTuple):
+class ContactStep(NamedTuple):
     """The contacts (numbers) that are closed in a step, their coefficients of friction, and for their rows (r,) the
     velocities before and behind it, and the impulses; ``slow``: the speed of a gap that counts as rest."""
 
@@ -69,7 +69,7 @@ class ContactRecord:
         found = [values[number(c.name, HELD)] if c.slips else 0.0 for c in self.contacts]
         return np.where(np.array(found) != 0.0, STICK, OPEN).astype(np.int64)
 
-    def enter(self, t: float, step: Step) -> None:
+    def enter(self, t: float, step: ContactStep) -> None:
         """Enter a step that ends at time t."""
         self.multipliers[:] = 0.0
         if self.events is None:

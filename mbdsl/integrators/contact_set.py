@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators.friction_set import FrictionSet
-from mbdsl.integrators.touching import Touching, reduced, senses
+from mbdsl.integrators.touching import Touching, UnsolvedContactsError, reduced, senses
 from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
@@ -62,10 +62,6 @@ VANISHED = 1e-7  #: acceleration by a reaction, relative to the largest of gaps 
 DEPENDS = 1e-10  #: relative pivot below which a row depends on others
 #: speed of slip that counts as rest: this part of the size of the mechanism over the run, and of its largest velocity
 SLIP_OF_SIZE, SLIP_OF_SPEED = 1e-9, 1e-10
-
-
-class UnsolvedContactsError(InitialisationError):
-    """No impulses or reactions satisfy the laws of the contacts."""
 
 
 class ContactSet:

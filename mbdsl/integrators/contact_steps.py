@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
-from mbdsl.integrators.contact_record import ContactRecord, Step
+from mbdsl.integrators.contact_record import ContactRecord, ContactStep
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.contacts import FRICTION
 from mbdsl.numerics.contact_modes import OPEN, STICK, Contacts, Modes
@@ -44,7 +44,7 @@ OF_SINGULAR = "a body without mass or inertia moves freely, or the pose is singu
 DIVERGES = "the iteration for the forces of a step does not converge"
 
 
-class Start(NamedTuple):
+class StepStart(NamedTuple):
     """The start of a step of length h."""
 
     t: float
@@ -53,7 +53,7 @@ class Start(NamedTuple):
     h: float
 
 
-class Linear(NamedTuple):
+class StepEquations(NamedTuple):
     """The equations of a step with n coordinates and k constraints, and the inverse (n + k, n + k) of their matrix."""
 
     A: Array  #: M + C
@@ -63,7 +63,7 @@ class Linear(NamedTuple):
     inverse: Array
 
 
-class Touching(NamedTuple):
+class ClosedContacts(NamedTuple):
     """Contacts (numbers) that are closed in a step, and their rows: W (r, n), with their velocities u (r,) before; and
     the speed that counts as rest."""
 
@@ -74,7 +74,7 @@ class Touching(NamedTuple):
     slow: float
 
 
-class Solution(NamedTuple):
+class StepSolution(NamedTuple):
     """x = [dv; h dlam] for s and c, and the impulses P (r,) and modes of the contacts."""
 
     s: Array
@@ -160,7 +160,7 @@ class ContactSteps:
         IntegrationError
             If the equations have no solution, or an iteration does not converge.
         """
-        system, far, start = self.system, self.theta * h, Start(t, q, v, h)
+        system, far, start = self.system, self.theta * h, StepStart(t, q, v, h)
         f, phi, rate = self._at(t + far, system.moved(q, far * v), v)
         if not np.isfinite(f).all():
             raise IntegrationError(NOT_FINITE, hint="try a shorter step")
@@ -170,7 +170,7 @@ class ContactSteps:
         s, c = h * f, -rate[self.kept]
         fastest = self._largest(v) + self._largest(linear.inverse[: system.n] @ np.concatenate([s, c]))
         W, slow = matrix[[system.n + row for row in rows], : system.n], REST * fastest * system.tables.size
-        touching = Touching(which, rows, W, rate[rows], slow)
+        touching = ClosedContacts(which, rows, W, rate[rows], slow)
         found = self._struck(linear, touching, s, c)
         if len(self.kept) and (changed := self._constrained(start, linear, found)) is not None:
             linear, c = changed
@@ -181,15 +181,15 @@ class ContactSteps:
         self._keep(t + h, touching, found)
         return q, v
 
-    def _keep(self, t: float, touching: Touching, found: Solution) -> None:
+    def _keep(self, t: float, touching: ClosedContacts, found: StepSolution) -> None:
         """Enter what the contacts did in the step to time t, and remember it for the next step."""
         which, rows, W, u, slow = touching
         behind = u + W @ found.x[: self.system.n]
-        self.record.enter(t, Step(which, self._friction(which), u, behind, found.P, found.modes, slow))
+        self.record.enter(t, ContactStep(which, self._friction(which), u, behind, found.P, found.modes, slow))
         self.P[:], self.modes[:] = 0.0, OPEN
         self.P[rows], self.modes[which] = found.P, found.modes
 
-    def _end(self, start: Start, x: Array) -> tuple[Array, Array]:
+    def _end(self, start: StepStart, x: Array) -> tuple[Array, Array]:
         dv = x[: self.system.n]
         return self.system.moved(start.q, start.h * (start.v + self.theta * dv)), start.v + dv
 
@@ -208,7 +208,7 @@ class ContactSteps:
         self.problem.counts["evaluations"] += 1
         return work[L.FORCE, :n].copy(), work[L.FORCE, n : n + m].copy(), rate
 
-    def _linear(self, t: float, h: float) -> tuple[Array, Linear]:
+    def _linear(self, t: float, h: float) -> tuple[Array, StepEquations]:
         """The matrix of M and all rows (n + m + p, n + m + p) at the last evaluated state, and the equations of a
         step."""
         system, n, far = self.system, self.system.n, self.theta * h
@@ -218,7 +218,7 @@ class ContactSteps:
         self.problem.counts["matrix_evaluations"] += 1
         if self._balance is None:
             self._balance = balance(system, matrix.diagonal()[:n], J)
-        return matrix, Linear(A, C, U, J, self._inverse(A, U, J))
+        return matrix, StepEquations(A, C, U, J, self._inverse(A, U, J))
 
     def _inverse(self, A: Array, U: Array, J: Array) -> Array:
         n, d = self.system.n, self._balance
@@ -235,8 +235,8 @@ class ContactSteps:
         return found
 
     def _forced(
-        self, start: Start, linear: Linear, touching: Touching, found: Solution, c: Array
-    ) -> tuple[Linear, Solution]:
+        self, start: StepStart, linear: StepEquations, touching: ClosedContacts, found: StepSolution, c: Array
+    ) -> tuple[StepEquations, StepSolution]:
         """The equations and the solution with the forces of the step's own motion, from a solution with others."""
         (t, q, v, h), n = start, self.system.n
         at, lam = t + self.theta * h, None
@@ -266,7 +266,9 @@ class ContactSteps:
     def _largest(self, x: Array) -> float:
         return float(np.abs(x * self.scale).max(initial=0.0))
 
-    def _constrained(self, start: Start, linear: Linear, first: Solution) -> tuple[Linear, Array] | None:
+    def _constrained(
+        self, start: StepStart, linear: StepEquations, first: StepSolution
+    ) -> tuple[StepEquations, Array] | None:
         """The equations with the rows J of the constraints at the end of the step, which a first solution shows, and
         their right-hand side c; None if they do not change."""
         n, t = self.system.n, start.t + start.h
@@ -276,10 +278,10 @@ class ContactSteps:
             return None
         return self._with_rows(linear, J), J @ first.x[:n] - rate[self.kept]
 
-    def _with_rows(self, linear: Linear, J: Array) -> Linear:
+    def _with_rows(self, linear: StepEquations, J: Array) -> StepEquations:
         return linear._replace(J=J, inverse=self._inverse(linear.A, linear.U, J))
 
-    def _projected(self, start: Start, linear: Linear, found: Solution) -> tuple[Array, Array]:
+    def _projected(self, start: StepStart, linear: StepEquations, found: StepSolution) -> tuple[Array, Array]:
         """q and v at the end of the step, on the constraints."""
         n, m, t = self.system.n, self.system.m, start.t + start.h
         q, v = self._end(start, found.x)
@@ -298,21 +300,21 @@ class ContactSteps:
 
     # -- contacts ------------------------------------------------------------------------------------------------------
 
-    def _struck(self, linear: Linear, touching: Touching, s: Array, c: Array) -> Solution:
+    def _struck(self, linear: StepEquations, touching: ClosedContacts, s: Array, c: Array) -> StepSolution:
         """The solution for s (n,) and c (k,), with the impulses of the contacts."""
         x = linear.inverse @ np.concatenate([s, c])
         if not len(touching.which):
-            return Solution(s, x, np.zeros(0), ())
+            return StepSolution(s, x, np.zeros(0), ())
         n, W = self.system.n, touching.W
         X = linear.inverse[:, :n] @ W.T
         P, modes = self._impulses(touching, W @ X[:n], touching.u + W @ x[:n])
-        return Solution(s, x + X @ P, P, modes)
+        return StepSolution(s, x + X @ P, P, modes)
 
     def _friction(self, which: Rows) -> Array:
         """Coefficients of friction in a step: static ones of contacts that stuck in the step before."""
         return np.where(self.modes[which] == STICK, self.mu_s[which], self.mu[which])
 
-    def _impulses(self, touching: Touching, G: Array, free: Array) -> tuple[Array, Modes]:
+    def _impulses(self, touching: ClosedContacts, G: Array, free: Array) -> tuple[Array, Modes]:
         """Impulses and modes; ``free``: the velocities that the forces alone give."""
         which, rows, _, u, slow = touching
         laws = Contacts(G, tuple(len(self.rows[i]) for i in which), self._friction(which))

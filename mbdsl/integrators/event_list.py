@@ -40,7 +40,7 @@ class Happened(NamedTuple):
         return "" if self.span is None else f"{self.span.file}:{self.span.line}"
 
 
-class Group(NamedTuple):
+class EventGroup(NamedTuple):
     """The events of one kind, place and component: times (k,) [s], ascending."""
 
     kind: str
@@ -57,7 +57,7 @@ def place(span: Span | None) -> str:
     return f"`{span.text.strip()}`" if own else f"line {span.file}:{span.line}"
 
 
-def groups(found: EventSet) -> list[Group]:
+def groups(found: EventSet) -> list[EventGroup]:
     """The events so far, by what has acted."""
     times: dict[int, list[float]] = {}
     for event in found.acted:
@@ -67,7 +67,7 @@ def groups(found: EventSet) -> list[Group]:
     for branch, done in found.ticks_done():
         ticks.setdefault(id(branch), []).append(done)
     own = [
-        Group(name, b.span, own)
+        EventGroup(name, b.span, own)
         for b in found.events.branches
         if any(action.what != "assert" and not (action.what == "set" and action.text) for action in b.actions)
         for name, own in _by_kind(
@@ -77,13 +77,13 @@ def groups(found: EventSet) -> list[Group]:
     return [group for group in [*own, *_of_numbers(found)] if len(group.times)]
 
 
-def happened(found: list[Group]) -> list[Happened]:
+def happened(found: list[EventGroup]) -> list[Happened]:
     """All events of groups, in the order of time."""
     every = [Happened(t, group.kind, group.span, group.name) for group in found for t in group.times.tolist()]
     return sorted(every, key=lambda x: x.t)
 
 
-def times(found: list[Group], impulses: bool = False) -> Array:
+def times(found: list[EventGroup], impulses: bool = False) -> Array:
     """The times (k,) of the events of groups [s], ascending; only of those at which velocities jump, if asked."""
     chosen = [group.times for group in found if not impulses or group.kind in IMPULSES]
     return np.unique(np.concatenate(chosen)) if chosen else np.empty(0)
@@ -96,11 +96,11 @@ def warned(found: EventSet) -> Iterator[tuple[Action, Array]]:
         yield action, times[np.diff(rows[:, found.names.index(action.target)], prepend=0.0) > 0.0]
 
 
-def _of_numbers(found: EventSet) -> Iterator[Group]:
+def _of_numbers(found: EventSet) -> Iterator[EventGroup]:
     """The warnings of assertions, and the events of rigid contacts and of joints that stick."""
     scene = found.system.scene
     for action, false in warned(found):
-        yield Group("warning", action.span, false)
+        yield EventGroup("warning", action.span, false)
     if not (scene.contacts or scene.sticking):
         return
     times, rows = found.table()
@@ -109,17 +109,17 @@ def _of_numbers(found: EventSet) -> Iterator[Group]:
         struck, mode = (column[number(contact.name, x)] for x in (COUNT, MODE))
         struck = np.diff(struck) > 0.0
         closed = mode != OPEN
-        yield Group("impact", contact.span, times[1:][struck], contact.name)
-        yield Group("contact", contact.span, times[1:][closed[1:] & ~closed[:-1]], contact.name)
-        yield Group("lift-off", contact.span, times[1:][closed[:-1] & ~closed[1:]], contact.name)
+        yield EventGroup("impact", contact.span, times[1:][struck], contact.name)
+        yield EventGroup("contact", contact.span, times[1:][closed[1:] & ~closed[:-1]], contact.name)
+        yield EventGroup("lift-off", contact.span, times[1:][closed[:-1] & ~closed[1:]], contact.name)
         if contact.slips:
             sticks = column[number(contact.name, HELD)] != 0.0
-            yield Group("stick", contact.span, times[1:][sticks[1:] & ~sticks[:-1]], contact.name)
-            yield Group("slip", contact.span, times[1:][sticks[:-1] & ~sticks[1:] & closed[1:]], contact.name)
+            yield EventGroup("stick", contact.span, times[1:][sticks[1:] & ~sticks[:-1]], contact.name)
+            yield EventGroup("slip", contact.span, times[1:][sticks[:-1] & ~sticks[1:] & closed[1:]], contact.name)
     for joint in scene.sticking:
         held = np.diff((column[number(joint.name, SLIDING)] == 0.0).astype(float))
-        yield Group("stick", joint.span, times[1:][held > 0.0], joint.name)
-        yield Group("slip", joint.span, times[1:][held < 0.0], joint.name)
+        yield EventGroup("stick", joint.span, times[1:][held > 0.0], joint.name)
+        yield EventGroup("slip", joint.span, times[1:][held < 0.0], joint.name)
 
 
 def kind(branch: Branch, events: Events) -> str:

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators import declared
-from mbdsl.integrators.contact_set import UnsolvedContactsError
 from mbdsl.integrators.event_set import EventSet, ReinitError
 from mbdsl.integrators.final_slide import End, final_slide
 from mbdsl.integrators.friction_set import At, UndecidedFrictionError
@@ -34,6 +33,7 @@ from mbdsl.integrators.loop.step_times import at_stop
 from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF, TURNING
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
+from mbdsl.integrators.touching import UnsolvedContactsError
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.first_change import first_change
 from mbdsl.system import System
@@ -105,7 +105,7 @@ class Restart(NamedTuple):
     longest: float
 
 
-class Events:
+class SwitchEvents:
     """The switches of a run with controlled steps.
 
     Attributes

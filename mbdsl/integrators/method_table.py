@@ -39,11 +39,11 @@ class Methods(dict[str, Method]):
         return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
         from mbdsl.plotting.html_tables import fragment
 
         note = "mbdsl.methods()[name] has the parameters and the source of a method"
-        return fragment(count(len(self), "integration method"), (), [Table("", COLUMNS, self._rows())], [note])
+        return fragment(count(len(self), "integration method"), (), [TextTable("", COLUMNS, self._rows())], [note])
 
 
 def methods() -> Methods:

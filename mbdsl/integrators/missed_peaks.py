@@ -28,7 +28,7 @@ BATCH, NUMBERS = 4096, 400_000
 SHORTEST = 1e-8
 
 
-class Peak(NamedTuple):
+class MissedPeak(NamedTuple):
     """A peak of an expression at ``time``, within the step from ``start`` to ``end``; steps of ``h`` show it; [s]."""
 
     root: Expr
@@ -67,14 +67,14 @@ class Overlooked:
         if self._run.integers[S.NOTES] > 0:
             self._search()
 
-    def peak(self) -> Peak | None:
+    def peak(self) -> MissedPeak | None:
         """The first peak so far that the ends of its step do not show."""
         run = self._run
         self.finish()
         if not run.missed:
             return None
         number, *times = run.missed
-        return Peak(run.system.tables.values[int(number)], *times)
+        return MissedPeak(run.system.tables.values[int(number)], *times)
 
     def _search(self) -> None:
         """Search the steps recorded; the end of the last one is kept as the start of the next."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mbdsl.compilation import code_cache
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import declared, input_jumps, modules
-from mbdsl.integrators.events import PRECISE, Events, Restart
+from mbdsl.integrators.events import PRECISE, Restart, SwitchEvents
 from mbdsl.integrators.loop import linear_solve, step_control
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
@@ -116,7 +116,7 @@ class MethodRun(RunState):
 
     def _stop_at_events(self) -> None:
         """Prepare switches, zones and the bounds of the step size, for a run with a tolerance."""
-        self.events = Events(self, self.change_inputs)
+        self.events = SwitchEvents(self, self.change_inputs)
         self.landings = Landings(self, self.events.blame, self.events.set)
         self.standstill = Standstill(self)
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mbdsl.integrators.events import Events
+from mbdsl.integrators.events import SwitchEvents
 from mbdsl.integrators.loop import driver, linear_solve, newton, step_control, thinned_records
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
@@ -68,7 +68,7 @@ def checked(run: RunState, kept: Mapping[str, Any], rows: int) -> dict[str, Any]
     return made
 
 
-def checked_events(events: Events, kept: Mapping[str, Any]) -> dict[str, Any]:
+def checked_events(events: SwitchEvents, kept: Mapping[str, Any]) -> dict[str, Any]:
     """The attributes of the saved state of the ``events`` of a run.
 
     Raises

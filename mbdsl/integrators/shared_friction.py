@@ -15,7 +15,7 @@ import numpy as np
 
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.sticking import Sticking
-from mbdsl.numerics.friction_shares import Limits, largest_reserve
+from mbdsl.numerics.friction_shares import FrictionLimits, largest_reserve
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system import System
 from mbdsl.system.signals import values
@@ -73,7 +73,7 @@ def share(system: System, at: At, joints: Joints, held: RowsHeld, lam: Array) ->
     stay at rest."""
     place = {row: i for i, row in enumerate(held.rows)}
     own = [[place[row] for row in rows] for _, rows in joints]
-    limits = Limits(own, np.array([x.mu_s for x, _ in joints]), *_normals(system, at, joints, held.Z, lam))
+    limits = FrictionLimits(own, np.array([x.mu_s for x, _ in joints]), *_normals(system, at, joints, held.Z, lam))
     most = np.maximum(limits.mu * limits.N, TINY)
     weight = np.empty((len(place), 1))
     for k, which in enumerate(own):

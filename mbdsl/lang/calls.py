@@ -38,7 +38,7 @@ class GivenSpan(Span):
     call: Span | None = None
 
 
-class Given(Source):
+class GivenText(Source):
     """A text that a program gives for the argument ``what``."""
 
     def __init__(self, what: str, text: str) -> None:

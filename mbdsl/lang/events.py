@@ -19,7 +19,7 @@ from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.events import INITIAL, TERMINAL, Action, Branch, Clock, Discrete, Events, When
+from mbdsl.mechanism.events import INITIAL, TERMINAL, Action, Branch, Clock, Discrete, Events, WhenEquation
 from mbdsl.mechanism.scene_parts import Component
 from mbdsl.messages import did_you_mean
 
@@ -156,12 +156,12 @@ class EventsOfModel:
         """Enter an assertion whose condition varies: it is checked at the start, and where it becomes false."""
         self._assertions.append((item, scope))
 
-    def _assertion(self, item: s.Relation, scope: Scope) -> When:
+    def _assertion(self, item: s.Relation, scope: Scope) -> WhenEquation:
         action = self._call(item, scope.for_signals())
         at_start = symbolic.expr(self._truth(INITIAL).value)  # type: ignore[arg-type]
         assert action.value is not None
         holds = action.value if action.what == "assert" else action.value.args[0]
-        return When((Branch((symbolic.call("not", holds), at_start), (action,), action.span),))
+        return WhenEquation((Branch((symbolic.call("not", holds), at_start), (action,), action.span),))
 
     def finished(self, at_rest: Collection[str]) -> Events:
         """The events of the model, checked; ``at_rest`` are the frames that do not move."""
@@ -189,7 +189,7 @@ class EventsOfModel:
         """Refuse laws that read `sample()`, `initial()` or `terminal()`: these are true in events only."""
         mistakes.refuse_instants({INITIAL, TERMINAL, *self._clocks} & self._variables.keys(), components)
 
-    def _when(self, item: s.When, scope: Scope) -> When:
+    def _when(self, item: s.When, scope: Scope) -> WhenEquation:
         scope = scope.for_signals()
         branches = []
         for condition, items in item.branches:
@@ -206,7 +206,7 @@ class EventsOfModel:
                 message = "`when` needs the event that noEvent() leaves out"
                 raise ModelError(message, span_of(condition.at), "write the condition without it")
             branches.append(Branch(conditions, tuple(self._actions(items, scope)), span_of(condition.at)))
-        return When(tuple(branches))
+        return WhenEquation(tuple(branches))
 
     def _refuse_equality(self, condition: s.Expression, scope: Scope) -> None:
         """Refuse `a == b` of values that move: they are never equal for a time, and it would never act."""
@@ -349,7 +349,7 @@ class EventsOfModel:
         number = self._fitted(target, value, name, given[1])
         return Action("reinit", name, number, target.value, span=span)
 
-    def _single(self, whens: tuple[When, ...]) -> None:
+    def _single(self, whens: tuple[WhenEquation, ...]) -> None:
         """Check that no variable is set by two when-equations."""
         by: dict[str, tuple[int, Action]] = {}
         for k, when in enumerate(whens):

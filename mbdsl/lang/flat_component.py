@@ -81,7 +81,7 @@ class FlatComponent:
         self._values: dict | None = None
         self._frames: dict[str, Frame] | None = None
         self._laws: dict[str, Expr] = {}
-        self._formulas: signals.Formulas | None = None
+        self._formulas: signals.ComponentFormulas | None = None
         self._signal_names: tuple[str, ...] | None = None
         self._path: Path | None = None
         self.drawn: list[tuple[tuple[s.Argument, ...], Names]] = []  #: annotations with shapes
@@ -258,18 +258,18 @@ class FlatComponent:
         return of_variant(variant, self.kind.spatial).KIND if variant else self.kind
 
     @property
-    def formulas(self) -> signals.Formulas:
+    def formulas(self) -> signals.ComponentFormulas:
         """The formulas of its kind."""
         if self._formulas is None:
-            self._formulas = signals.Formulas(self.own_kind, self.name, self._given, self._coordinate)
+            self._formulas = signals.ComponentFormulas(self.own_kind, self.name, self._given, self._coordinate)
         return self._formulas
 
-    def _formulas_at(self, port: str) -> signals.Formulas:
+    def _formulas_at(self, port: str) -> signals.ComponentFormulas:
         """The same; at frame_b of a component along a path, those of its last span."""
         if not self.kind.computed or port == "frame_a":
             return self.formulas
         given = {**self.values, **self.path.of_span(len(self.path.spans) - 1)}
-        return signals.Formulas(self.kind, self.name, given.get, self._coordinate)
+        return signals.ComponentFormulas(self.kind, self.name, given.get, self._coordinate)
 
     def _given(self, name: str) -> object:
         if name in self.kind.computed:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
 
 
-def element(scope: Scope, value: tuple, step: s.Step, owner: str) -> Value:
+def element(scope: Scope, value: tuple, step: s.NamePart, owner: str) -> Value:
     """The element of a value, or an array of elements."""
     chosen = positions(scope, step, values.shape(value), owner, "value")
 
@@ -31,7 +31,7 @@ def element(scope: Scope, value: tuple, step: s.Step, owner: str) -> Value:
     return take(value, chosen)
 
 
-def positions(scope: Scope, step: s.Step, shape: tuple[int, ...], owner: str, what: str) -> list[list[int] | int]:
+def positions(scope: Scope, step: s.NamePart, shape: tuple[int, ...], owner: str, what: str) -> list[list[int] | int]:
     """Indices as numbers, 1-based; lists where a range or `:` was given."""
     if len(step.indices) > len(shape) or (what == "component" and len(step.indices) != len(shape)):
         raise ModelError(

@@ -15,7 +15,7 @@ from mbdsl.lang.mistakes import doubts
 from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, placed, span_of
-from mbdsl.lang.states import State, States, derivative, per_second
+from mbdsl.lang.states import DeclaredState, States, derivative, per_second
 from mbdsl.lang.units import NUMBER, Dimension, Unit
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
@@ -155,7 +155,7 @@ class InitialValues:
                         label = state.name
                     yield self._initial_value(label, t, v, item.mode == "fixed", item.at, item.value), item.at
 
-    def _rates_of(self, item: s.Initial, scope: Scope) -> list[State]:
+    def _rates_of(self, item: s.Initial, scope: Scope) -> list[DeclaredState]:
         """The states of an initial equation ``der(x) = ...``; [] of others."""
         if not self.states or (inner := derivative(item.target)) is None:
             return []
@@ -163,7 +163,7 @@ class InitialValues:
         states = [self.states.of(x) for x in (found if isinstance(found, tuple) else (found,))]
         return [x for x in states if x is not None]
 
-    def _give_rates(self, states: list[State], value: Value, item: s.Initial) -> None:
+    def _give_rates(self, states: list[DeclaredState], value: Value, item: s.Initial) -> None:
         given = value if isinstance(value, tuple) else (value,) * len(states)
         if len(given) != len(states):
             raise ModelError(f"found an array of {len(given)} for {len(states)} states", span_of(item.value.at))

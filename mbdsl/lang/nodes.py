@@ -79,7 +79,7 @@ class Nodes:
         if given is None or not given.name or given.value is None or given.modifiers or given.indices:
             hint = "write `initial(state = steady);`, or `initial equation` before initial values"
             raise SyntaxProblem("found `initial(`, expected the state at the start", span_of(at), hint)
-        state = s.Initial("state", s.Reference((s.Step(given.name),), at=given.at), given.value, at=at)
+        state = s.Initial("state", s.Reference((s.NamePart(given.name),), at=given.at), given.value, at=at)
         return "initials", [state, *(p for p in parts[4:] if not isinstance(p, Token))]
 
     def extends(self, parts: list) -> s.Extends:
@@ -236,8 +236,8 @@ class Nodes:
     def everything(self, parts: list) -> s.Everything:
         return s.Everything(at=_at(parts[0]))
 
-    def step(self, parts: list) -> s.Step:
-        return s.Step(parts[0].text, tuple(parts[1]) if len(parts) > 1 else (), at=_at(parts[0]))
+    def step(self, parts: list) -> s.NamePart:
+        return s.NamePart(parts[0].text, tuple(parts[1]) if len(parts) > 1 else (), at=_at(parts[0]))
 
     def subscripts(self, parts: list) -> _Indices:
         found = [p for p in parts if isinstance(p, s.Expression)]
@@ -245,7 +245,7 @@ class Nodes:
         return _Indices(found)
 
     def reference(self, parts: list) -> s.Reference:
-        steps = tuple(p for p in parts if isinstance(p, s.Step))
+        steps = tuple(p for p in parts if isinstance(p, s.NamePart))
         inner = [e for step in steps for e in step.indices]
         depth = _deep(*inner) if inner else 1
         return s.Reference(steps, at=cover(steps[0].at, steps[-1].at), depth=depth)

@@ -10,7 +10,7 @@ from mbdsl.elements.kind import Kind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import syntax as s
-from mbdsl.lang.calls import Given
+from mbdsl.lang.calls import GivenText
 from mbdsl.lang.lexer import KEYWORDS
 from mbdsl.lang.parser import read_expression
 from mbdsl.lang.values import Quantity
@@ -29,9 +29,9 @@ def expression(value: Any, what: str, name_of: NameOf = no_name) -> s.Expression
     if isinstance(value, s.Expression):
         return value
     if (name := name_of(value)) is not None:
-        return read_expression(Given(what, name))
+        return read_expression(GivenText(what, name))
     if isinstance(value, str):
-        return read_expression(Given(what, value))
+        return read_expression(GivenText(what, value))
     if isinstance(value, Expr):
         return s.Literal(Quantity(value))
     if hasattr(value, "tolist"):  # numpy's scalars and arrays
@@ -42,7 +42,9 @@ def expression(value: Any, what: str, name_of: NameOf = no_name) -> s.Expression
         return s.Number(value)
     if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray):
         shown = _shown(value)
-        return s.ArrayNode(tuple(expression(v, what, name_of) for v in value), at=(Given(what, shown), 0, len(shown)))
+        return s.ArrayNode(
+            tuple(expression(v, what, name_of) for v in value), at=(GivenText(what, shown), 0, len(shown))
+        )
     hint = 'a text has its unit: `"30 deg"`'
     raise UsageError(f"`{what}`: found {_shown(value)}, expected a number, a text or a sequence", hint=hint)
 

@@ -14,7 +14,7 @@ from mbdsl.lang.mistakes import joint_laws
 from mbdsl.lang.paths import spans
 from mbdsl.lang.source import placed, span_of
 from mbdsl.mechanism.scene import Component
-from mbdsl.mechanism.signals import Formulas
+from mbdsl.mechanism.signals import ComponentFormulas
 
 
 def components_of(part: FlatComponent) -> list[Component]:
@@ -25,7 +25,7 @@ def components_of(part: FlatComponent) -> list[Component]:
 
 
 def latches_of(part: FlatComponent) -> Iterable[tuple[str, Expr, Expr]]:
-    """The numbers of a component that events set, as of :meth:`mbdsl.mechanism.signals.Formulas.latches`."""
+    """The numbers of a component that events set, as of :meth:`mbdsl.mechanism.signals.ComponentFormulas.latches`."""
     return part.formulas.latches() if part.own_kind.latches else ()
 
 
@@ -55,7 +55,7 @@ def _component(part: FlatComponent) -> Component:
     )
 
 
-def _contact(part: FlatComponent, own: Formulas) -> Component:
+def _contact(part: FlatComponent, own: ComponentFormulas) -> Component:
     """A rigid contact that a component consists of; its signals are those of the component."""
     kind = own.kind
     assert isinstance(kind, JointKind)

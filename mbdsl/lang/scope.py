@@ -211,7 +211,7 @@ class Scope(Names):
                 entity = self._index(entity, step, so_far)
         return entity
 
-    def _first(self, step: s.Step, reference: s.Reference) -> Entity:
+    def _first(self, step: s.NamePart, reference: s.Reference) -> Entity:
         name = step.name
         if name in self.locals:
             return self.locals[name]
@@ -241,7 +241,7 @@ class Scope(Names):
             return None
         return owner.own(name)
 
-    def _step(self, entity: Entity, step: s.Step, owner: str) -> Entity:
+    def _step(self, entity: Entity, step: s.NamePart, owner: str) -> Entity:
         name = step.name
         if isinstance(entity, FlatComponent):
             return self._of_part(entity, step, owner)
@@ -288,7 +288,7 @@ class Scope(Names):
         kind = "a table" if isinstance(entity, TableMember) else "a value"
         raise ModelError(f"`{owner}` is {kind}, it has no `{name}`", span_of(step.at))
 
-    def _of_part(self, part: FlatComponent, step: s.Step, owner: str) -> Entity:
+    def _of_part(self, part: FlatComponent, step: s.NamePart, owner: str) -> Entity:
         name = step.name
         if name in part.signal_names():
             return SignalEntity(f"{part.name}.{name}", lambda: part.signal(name))
@@ -318,7 +318,7 @@ class Scope(Names):
             return None
         return f"in space it has `{name}`: write `spatial model` at the beginning of the model"
 
-    def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
+    def _index(self, entity: Entity, step: s.NamePart, owner: str) -> Entity:
         if isinstance(entity, ComponentArray):
             return entity.select(positions(self, step, entity.sizes, owner, "component"), owner, step.at)
         if isinstance(entity, Slot):
@@ -388,5 +388,5 @@ def _varies(value: Value) -> bool:
     return any(_varies(v) for v in value) if isinstance(value, tuple) else value.varying
 
 
-def _no_value(found: Entity | None, step: s.Step) -> bool:
+def _no_value(found: Entity | None, step: s.NamePart) -> bool:
     return isinstance(found, FlatComponent | Namespace | ComponentArray) and not step.indices

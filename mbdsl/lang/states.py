@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(eq=False)
-class State:
+class DeclaredState:
     """A state: its start, the size of its values, and its equation with the scope of its names."""
 
     name: str
@@ -86,12 +86,12 @@ class States:
 
     def __init__(self, spatial: bool) -> None:
         self._spatial = spatial
-        self._states: dict[str, State] = {}  # by their frames
+        self._states: dict[str, DeclaredState] = {}  # by their frames
 
     def __bool__(self) -> bool:
         return bool(self._states)
 
-    def __iter__(self) -> Iterator[State]:
+    def __iter__(self) -> Iterator[DeclaredState]:
         return iter(self._states.values())
 
     def make(self, name: str, start: Value, nominal: Value | None, fixed: bool | None, slot: Slot) -> Value:
@@ -108,17 +108,17 @@ class States:
             size = argument_checks.number(values.numeric(nominal, what), what)
             if not size > 0.0:
                 raise ModelError(f"{what} is {size:g}, it must be positive")
-        state = State(name, start, size, fixed, slot.doc, slot.at, slot.unit)
+        state = DeclaredState(name, start, size, fixed, slot.doc, slot.at, slot.unit)
         self._states[state.frame] = state
         return Quantity(self.value(state), start.dimension or units.NUMBER)
 
-    def value(self, state: State) -> symbolic.Expr:
+    def value(self, state: DeclaredState) -> symbolic.Expr:
         """The expression for the value of a state."""
         if self._spatial:
             return spatial_coordinates.named(state.frame, "vx")
         return symbolic.coordinate(state.frame, "vx")
 
-    def of(self, value: Value | symbolic.Expr) -> State | None:
+    def of(self, value: Value | symbolic.Expr) -> DeclaredState | None:
         """The state that a value is; None for other values."""
         leaf = value if isinstance(value, symbolic.Expr) else getattr(value, "value", None)
         if isinstance(leaf, symbolic.Expr) and leaf.op == "coordinate" and leaf.value[1] == "vx":  # type: ignore[index]
@@ -144,7 +144,7 @@ class States:
                 )
             state.equation, state.scope, state.index = item, scope, k if whole else 0
 
-    def rate(self, state: State) -> Quantity:
+    def rate(self, state: DeclaredState) -> Quantity:
         """The right-hand side of the equation of a state."""
         if state.law is None:
             if state.equation is None or state.scope is None:
@@ -162,7 +162,7 @@ class States:
                     state.law = self._fitted(state, found, e)
         return state.law
 
-    def _fitted(self, state: State, found: Value, e: s.Expression) -> Quantity:
+    def _fitted(self, state: DeclaredState, found: Value, e: s.Expression) -> Quantity:
         """The derivative of a state, checked."""
         what = f"der({state.name})"
         if state.index:

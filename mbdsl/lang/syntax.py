@@ -105,7 +105,7 @@ class Everything(Expression):
 
 
 @node
-class Step(Node):
+class NamePart(Node):
     """One name of a reference with its indices."""
 
     name: str
@@ -116,7 +116,7 @@ class Step(Node):
 class Reference(Expression):
     """``arm.link[3].b``"""
 
-    steps: tuple[Step, ...]
+    steps: tuple[NamePart, ...]
 
 
 @node

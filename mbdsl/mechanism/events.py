@@ -69,7 +69,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class When:
+class WhenEquation:
     """`when ... elsewhen ... end when`: at an event, the first branch whose condition becomes true."""
 
     branches: tuple[Branch, ...]
@@ -86,7 +86,7 @@ class Events:
 
     variables: dict[str, Discrete] = field(default_factory=dict)
     clocks: tuple[Clock, ...] = ()
-    whens: tuple[When, ...] = ()
+    whens: tuple[WhenEquation, ...] = ()
 
     initial, terminal = INITIAL, TERMINAL  #: names of the truth of ``initial()`` and of ``terminal()``
 
@@ -96,12 +96,12 @@ class Events:
     def latching(self, found: Iterable[tuple[str, Expr, Expr, Span | None]]) -> Events:
         """These events, before which numbers of components are set, (name, condition, value, place of the component):
         where the condition becomes true, and at the start."""
-        variables, whens = dict[str, Discrete](), list[When]()
+        variables, whens = dict[str, Discrete](), list[WhenEquation]()
         for name, condition, value, span in found:
             variables |= {x: Discrete(x) for x in (INITIAL, name)}
             at_start = call("ne", input_signal(INITIAL), 0.0)
             action = Action("set", name, value, span=span)
-            whens.append(When((Branch((condition, at_start), (action,), span),)))
+            whens.append(WhenEquation((Branch((condition, at_start), (action,), span),)))
         return Events(variables | self.variables, self.clocks, (*whens, *self.whens)) if whens else self
 
     def of_component(self, branch: Branch) -> bool:

@@ -17,7 +17,7 @@ from mbdsl.mechanism.scene_parts import (
     Frame,
     Load,
 )
-from mbdsl.mechanism.signals import Formulas
+from mbdsl.mechanism.signals import ComponentFormulas
 from mbdsl.mechanism.sticking import Sticking
 from mbdsl.messages import did_you_mean
 
@@ -189,18 +189,18 @@ class SceneSignals:
         """
         return wrenches.in_axes(force, torque, lambda key: self._moved(self._coordinate(frame, key)))
 
-    def _formulas(self, c: Component) -> Formulas:
+    def _formulas(self, c: Component) -> ComponentFormulas:
         found = self._formulas_alone(c)
         if found.sticks:
             found.share(self.sticking)
         return found
 
-    def _formulas_alone(self, c: Component) -> Formulas:
+    def _formulas_alone(self, c: Component) -> ComponentFormulas:
         def frame_coordinate(port: str, key: str) -> Expr:
             # of frames that drivers move: as in laws, so that a law contains the nodes of the signals that it uses
             return self._moved(self._coordinate(f"{c.name}.c" if port == "c" else c.ports[port], key))
 
-        return Formulas(c.kind, c.name, c.values.__getitem__, frame_coordinate)
+        return ComponentFormulas(c.kind, c.name, c.values.__getitem__, frame_coordinate)
 
     def _coordinate(self, frame: str, key: str) -> Expr:
         if self.spatial:

@@ -10,7 +10,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.messages import OWN, UnitsOfSignals, few, visible
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.plotting.html_tables import fragment
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def _divided(v: Any, factor: float) -> Any:
     return v / factor if isinstance(v, (int, float)) and not isinstance(v, bool) else None
 
 
-def tables(scene: Scene) -> list[Table]:
+def tables(scene: Scene) -> list[TextTable]:
     """The scene as tables: components, parameters, inputs, initial values.
 
     Returns
@@ -78,23 +78,23 @@ def tables(scene: Scene) -> list[Table]:
         return _short(value(found, rounded)), shown
 
     return [
-        Table("", ("component", "kind", "frames", "values", "description"), rows),
-        Table(
+        TextTable("", ("component", "kind", "frames", "values", "description"), rows),
+        TextTable(
             "Parameters",
             ("name", "value", "unit", "description"),
             [(p.name, *number(p.name, p.value, p.unit), p.doc) for p in scene.parameters.values()],
         ),
-        Table(
+        TextTable(
             "Inputs",
             ("name", "start", "unit", "description"),
             [(x.name, *number(x.name, x.start, x.unit), x.doc) for x in scene.inputs.values()],
         ),
-        Table(
+        TextTable(
             "Variables",
             ("name", "value", "unit", "description"),
             [(name, _short(text(e)), *scene.descriptions.get(name, ("", ""))) for name, e in scene.variables.items()],
         ),
-        Table(
+        TextTable(
             "Initial values",
             ("signal", "value", "unit", ""),
             [("state", "steady", "", "")] * scene.steady
@@ -158,6 +158,6 @@ def of_graph(graph: MechanismGraph) -> str:
         (e.name, e.component.kind.name, ", ".join(e.component.ports.values()), str(e.rows or ""))
         for e in (*graph.joints, *graph.forces)
     ]
-    found = [Table("", ("body", "kind", "coordinates"), bodies)]
-    found.append(Table("", ("joint or force", "kind", "frames", "rows"), edges))
+    found = [TextTable("", ("body", "kind", "coordinates"), bodies)]
+    found.append(TextTable("", ("joint or force", "kind", "frames", "rows"), edges))
     return fragment(head, lines, found, [w.render() for w in graph.warnings])

@@ -22,7 +22,7 @@ OF_CONTACTS = ("force", "friction", "active", "impacts", "impulse", "sliding")
 _WORD = re.compile(r"[A-Za-z_]\w*").findall
 
 
-class Formulas:
+class ComponentFormulas:
     """The formulas of one component; every signal is evaluated once.
 
     In a force, a law replaces the signal of its name (``force``). In a joint, a law prescribes the measured signal
@@ -52,7 +52,7 @@ class Formulas:
         self.kind, self.name, self.given, self.coordinate = kind, name, value, coordinate
         self._found: dict[str, Expr] = {}
         self._sticking: Sticking | None = None
-        self._contacts: dict[int, Formulas] | None = None
+        self._contacts: dict[int, ComponentFormulas] | None = None
 
     def signal(self, name: str) -> Expr:
         """One signal.
@@ -159,7 +159,7 @@ class Formulas:
         return tuple(names.drag(k) for k in range(len(self.kind.friction_rows)))
 
     @property
-    def contacts(self) -> dict[int, Formulas]:
+    def contacts(self) -> dict[int, ComponentFormulas]:
         """The rigid contacts that it consists of, by their numbers in formulas."""
         if self._contacts is None:
             touching = enumerate(self.kind.contacts, 1)
@@ -167,16 +167,16 @@ class Formulas:
             self._contacts = {i: self._contact(x) for i, x in there.items()}
         return self._contacts
 
-    def _contact(self, touch: Touch) -> Formulas:
+    def _contact(self, touch: Touch) -> ComponentFormulas:
         kind = find("Contact", self.kind.spatial)
         assert kind is not None
         own = {x: self.given(x) if self.kind.parameter(x) is not None else 0.0 for x in ("mu", "mu_s")}
         own |= {x: self.given(x) for x in ("e", "impacts")} | {"gap": formulas.evaluate(touch.gap, self)}
         if own["mu_s"]:
             own |= {x: formulas.evaluate(y, self) for x, y in zip(("slip", "slip_2"), touch.slips, strict=False)}
-        return Formulas(kind, f"{self.name}.{touch.key}", own.get, self.coordinate)
+        return ComponentFormulas(kind, f"{self.name}.{touch.key}", own.get, self.coordinate)
 
-    def drag(self, k: int, names: formulas.Names | None = None) -> Expr:
+    def drag(self, k: int, names: formulas.FormulaNames | None = None) -> Expr:
         """The k-th of the joint's ``friction_rows``, from 0, with the friction of one that is held."""
         assert isinstance(self.kind, JointKind)
         rows = self.kind.friction_rows
@@ -249,7 +249,7 @@ class Formulas:
 class _Sliding:
     """The names of a joint that sticks, while it slides."""
 
-    def __init__(self, others: Formulas) -> None:
+    def __init__(self, others: ComponentFormulas) -> None:
         self.others, self.value, self.coordinate = others, others.value, others.coordinate
 
     def element(self, name: str, index: int) -> Expr | float:
@@ -260,7 +260,7 @@ class _Sliding:
 
 
 class _LawsFirst:
-    def __init__(self, others: Formulas) -> None:
+    def __init__(self, others: ComponentFormulas) -> None:
         self.others, self.element, self.coordinate = others, others.element, others.coordinate
 
     def value(self, name: str) -> Expr | float:

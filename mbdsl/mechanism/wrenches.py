@@ -18,7 +18,7 @@ from mbdsl.expressions import formulas
 from mbdsl.expressions.frame_derivatives import by_motion, by_rate, frames_in
 from mbdsl.expressions.symbolic import Expr, call, const, multiplier
 from mbdsl.mechanism import contacts
-from mbdsl.mechanism.signals import Formulas
+from mbdsl.mechanism.signals import ComponentFormulas
 
 #: components of the wrench on a port or a frame, and their units
 UNITS = {"fx": "N", "fy": "N", "tau": "N.m"}
@@ -32,7 +32,7 @@ def units(spatial: bool) -> dict[str, str]:
     return UNITS_IN_SPACE if spatial else UNITS
 
 
-def on_port(f: Formulas, port: str) -> tuple[Vector, Vector]:
+def on_port(f: ComponentFormulas, port: str) -> tuple[Vector, Vector]:
     """Force and torque of an element on one of its ports, at its origin in world axes: (2), (1), in space (3), (3)."""
     assert isinstance(f.kind, PairKind)
     if f.contacts:
@@ -53,7 +53,7 @@ def on_port(f: Formulas, port: str) -> tuple[Vector, Vector]:
     return found[: len(force)], found[len(force) :]
 
 
-def _of_contacts(f: Formulas, port: str) -> tuple[Vector, Vector]:
+def _of_contacts(f: ComponentFormulas, port: str) -> tuple[Vector, Vector]:
     """What the rigid contacts of a component exert on one of its ports."""
     frame, n = f.coordinate(port, "x").value[0], 3 if f.kind.spatial else 2
     found = [const(0.0)] * (6 if f.kind.spatial else 3)
@@ -76,12 +76,12 @@ def of_contact(
     return found
 
 
-def _rubs(f: Formulas) -> bool:
+def _rubs(f: ComponentFormulas) -> bool:
     """Whether a joint has friction."""
     return isinstance(f.kind, JointKind) and bool(f.kind.friction and f.given("mu_s"))
 
 
-def _on_frame_b(f: Formulas) -> tuple[Vector, Vector]:
+def _on_frame_b(f: ComponentFormulas) -> tuple[Vector, Vector]:
     """The reactions of a joint, and what a formula says that an element exerts."""
     kind = f.kind
     assert isinstance(kind, PairKind)
@@ -96,7 +96,7 @@ def _on_frame_b(f: Formulas) -> tuple[Vector, Vector]:
     return [found[key] for key in keys[:n]], [found[key] for key in keys[n:]]
 
 
-def _gradient(f: Formulas, signal: str, port: str) -> list[Expr]:
+def _gradient(f: ComponentFormulas, signal: str, port: str) -> list[Expr]:
     """The derivatives of a signal with respect to the motion of the frame at a port."""
     frame = f.coordinate(port, "x").value[0]
     return by_motion(f.signal(signal), frame, f.kind.spatial)

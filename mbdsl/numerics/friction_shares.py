@@ -24,7 +24,7 @@ LESS = 0.01  #: part of friction that is taken away where contacts begin to slid
 LIGHT = 0.1  #: part of the largest normal force for which friction of the others is kept in reserve
 
 
-class Limits(NamedTuple):
+class FrictionLimits(NamedTuple):
     """Friction of joints: their places among the rows, mu_s (k,), N (k,) with its derivatives by y (k, d), and R (k,),
     by default N."""
 
@@ -40,7 +40,7 @@ class Limits(NamedTuple):
         return [i for i, own in enumerate(self.own) if own and not np.linalg.norm(F[own]) <= most[i]]
 
 
-def largest_reserve(F: Array, Z: Array, limits: Limits) -> Array | None:
+def largest_reserve(F: Array, Z: Array, limits: FrictionLimits) -> Array | None:
     """y (d,) of the largest reserve of friction F + Z y; None if some joint has none."""
     from scipy.optimize import linprog
 
@@ -120,5 +120,5 @@ def _all_rest(contacts: Contacts, b: Array, modes: Modes, held: list[int]) -> Ar
     sticks = [mode == STICK and contacts.sizes[i] > 1 for i, mode in enumerate(modes)]
     own = [[*range(n + 1, n + contacts.sizes[i])] if sticks[i] else [] for i, n in enumerate(N)]
     mu = np.array([contacts.limit(i) if x else 1.0 for i, x in enumerate(sticks)])
-    y = largest_reserve(F, Z, Limits(own, mu, F[N], Z[N], np.maximum(F[N], LIGHT * F[N].max())))
+    y = largest_reserve(F, Z, FrictionLimits(own, mu, F[N], Z[N], np.maximum(F[N], LIGHT * F[N].max())))
     return None if y is None else C @ (most * (F + Z @ y))

@@ -142,7 +142,7 @@ class Bars:
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A table of texts; columns of numbers are aligned to the right.
 
     Attributes
@@ -181,6 +181,6 @@ class Page:
 
     title: str
     paragraphs: Sequence[str] = ()
-    items: Sequence[Figure | Bars | Table] = field(default_factory=tuple)
+    items: Sequence[Figure | Bars | TextTable] = field(default_factory=tuple)
     fine_print: Sequence[tuple[str, str]] = ()
     looks: Mapping[str, Look] = field(default_factory=dict)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 
 MOST = 40  #: rows of a table that are shown without scrolling
 LIMIT = 400  #: rows of a table that are shown at all
@@ -26,7 +26,7 @@ GREY = "opacity: .75"
 
 
 def fragment(
-    title: str, paragraphs: Sequence[str] = (), tables: Sequence[Table] = (), notes: Sequence[str] = ()
+    title: str, paragraphs: Sequence[str] = (), tables: Sequence[TextTable] = (), notes: Sequence[str] = ()
 ) -> str:
     """A title, sentences below it, tables, and notes at the end.
 
@@ -57,7 +57,7 @@ def preformatted(text: str) -> str:
     return f'<pre style="margin: 2px 0; white-space: pre">{escape(text)}</pre>'
 
 
-def table(t: Table) -> str:
+def table(t: TextTable) -> str:
     """A table without its empty columns; numbers are aligned to the right, and a long table scrolls.
 
     Parameters
@@ -83,7 +83,7 @@ def table(t: Table) -> str:
     return f'<div style="overflow-x: auto">{title}{found}{notes}</div>'
 
 
-def as_html(table: Table, right: str, left: str = "", named: bool = False) -> Iterator[str]:
+def as_html(table: TextTable, right: str, left: str = "", named: bool = False) -> Iterator[str]:
     """The head and the rows of a table in HTML.
 
     Parameters
@@ -111,7 +111,7 @@ def as_html(table: Table, right: str, left: str = "", named: bool = False) -> It
     yield "</tbody>"
 
 
-def without_empty(table: Table) -> Table:
+def without_empty(table: TextTable) -> TextTable:
     """The table with rows of the same length, without columns whose cells are all empty."""
     n = len(table.columns)
     rows = [[*map(str, row), *[""] * (n - len(row))] for row in table.rows]
@@ -119,7 +119,7 @@ def without_empty(table: Table) -> Table:
     return replace(table, columns=[str(table.columns[k]) for k in kept], rows=[[row[k] for k in kept] for row in rows])
 
 
-def numeric_columns(table: Table) -> list[bool]:
+def numeric_columns(table: TextTable) -> list[bool]:
     """Which columns contain more numbers than words: their cells are aligned to the right."""
     found = []
     for k in range(len(table.columns)):

@@ -9,7 +9,7 @@ from mbdsl.plotting import bars, svg
 from mbdsl.plotting.documents import asset, data_script, document
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figure_layout import PlotArea, lay_out, looks_of
-from mbdsl.plotting.figures import Bars, Figure, Page, Table
+from mbdsl.plotting.figures import Bars, Figure, Page, TextTable
 from mbdsl.plotting.html_tables import as_html
 from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.storage.output_files import write_text
@@ -51,7 +51,7 @@ def height(page: Page, width: float) -> int:
     return round(90 + (width - 40) / svg.WIDTH * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
 
 
-def fragments(items: Sequence[Figure | Bars | Table], given: Mapping[str, Look]) -> tuple[str, list[str]]:
+def fragments(items: Sequence[Figure | Bars | TextTable], given: Mapping[str, Look]) -> tuple[str, list[str]]:
     """Figures and tables as parts of a page.
 
     Parameters
@@ -154,7 +154,7 @@ def _outcomes(frame: PlotArea) -> Iterator[str]:
     yield "</ul>"
 
 
-def _table(table: Table) -> Iterator[str]:
+def _table(table: TextTable) -> Iterator[str]:
     yield f'<div class="table">\n<div class="scroll"><table>\n<caption>{escape(table.title)}</caption>'
     yield from as_html(table, ' class="number"', named=True)
     yield "</table></div>"

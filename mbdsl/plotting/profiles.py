@@ -18,7 +18,7 @@ from mbdsl.errors import UsageError
 from mbdsl.messages import OWN, UnitsOfSignals, did_you_mean, few
 from mbdsl.plotting import signal_plots, table_files
 from mbdsl.plotting.curves import SignalCurve
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.plotting.signal_panels import Horizontal, labelled, panels
 from mbdsl.plotting.signal_plots import Plot
 from mbdsl.storage import output_files
@@ -121,7 +121,7 @@ class Profile(Plot):
             return
         columns = self._columns()
         rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
-        table = Table("", list(columns), [[f"{x:.6g}" for x in row] for row in rows])
+        table = TextTable("", list(columns), [[f"{x:.6g}" for x in row] for row in rows])
         records = [dict(zip(columns, row, strict=True)) for row in rows]
         table_files.write(path, [table], records, self._head(), self.notes)
 

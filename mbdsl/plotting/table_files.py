@@ -11,7 +11,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 
 from mbdsl.messages import cell, visible, width
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.plotting.html_tables import numeric_columns, without_empty
 from mbdsl.storage.output_files import suffix_of, write_text
 
@@ -63,7 +63,7 @@ _GREEK = {
 
 def write(
     path: str | os.PathLike,
-    tables: Sequence[Table],
+    tables: Sequence[TextTable],
     records: Sequence[Mapping],
     title: str = "",
     notes: Sequence[str] = (),
@@ -112,7 +112,7 @@ def _cell(x: object) -> object:
     return cell(visible(x, line=True)) if isinstance(x, str) else x
 
 
-def as_markdown(tables: Sequence[Table], title: str = "", notes: Sequence[str] = ()) -> str:
+def as_markdown(tables: Sequence[TextTable], title: str = "", notes: Sequence[str] = ()) -> str:
     """Tables in Markdown (pipe tables), with columns that are aligned in the text, too."""
     parts = [f"# {_marked(title)}"] if title else []
     for table in tables:
@@ -143,7 +143,7 @@ def _marked(text: str) -> str:
     return found
 
 
-def as_latex(tables: Sequence[Table], title: str = "", notes: Sequence[str] = ()) -> str:
+def as_latex(tables: Sequence[TextTable], title: str = "", notes: Sequence[str] = ()) -> str:
     """Tables in LaTeX, for \\input: ``tabular``, which needs no package, or ``longtable`` for long ones."""
     long = any(len(table.rows) > LONG for table in tables)
     parts = [f"% {_ascii(title)}"] if title else []
@@ -154,7 +154,7 @@ def as_latex(tables: Sequence[Table], title: str = "", notes: Sequence[str] = ()
     return "\n\n".join(parts) + "\n"
 
 
-def _tabular(table: Table) -> Iterable[str]:
+def _tabular(table: TextTable) -> Iterable[str]:
     right = numeric_columns(table)
     head, rows = table.columns, table.rows
     kind = "longtable" if len(rows) > LONG else "tabular"

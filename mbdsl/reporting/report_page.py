@@ -12,7 +12,7 @@ from mbdsl.explanation.receipt_text import cells, head, remarks
 from mbdsl.messages import count, duration
 from mbdsl.plotting.documents import asset, document, frame, sheet
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.figures import Figure, Table
+from mbdsl.plotting.figures import Figure, TextTable
 from mbdsl.plotting.pages import fine_print, fragments
 from mbdsl.reporting import run_figures
 from mbdsl.reporting.findings import Findings
@@ -36,7 +36,7 @@ class Section:
 
     key: str
     title: str
-    content: list[str | Figure | Table] = field(default_factory=list)
+    content: list[str | Figure | TextTable] = field(default_factory=list)
 
 
 def page(report: Findings) -> str:
@@ -141,7 +141,7 @@ def _model(report: Findings) -> Section:
         )
     rows = list(run_figures.rows_of_parameters(report.trajectory))
     if rows:
-        found.content.append(Table("Parameters", ("name", "value", "unit", "description"), rows))
+        found.content.append(TextTable("Parameters", ("name", "value", "unit", "description"), rows))
     left_out = list(report.trajectory.scene.without)
     if left_out:
         found.content.append(_paragraph(f"Left out on request: {', '.join(left_out)}."))
@@ -162,7 +162,7 @@ def _effects(report: Findings) -> Section:
         found.content += [_paragraph(line) for line in head(report.receipt)]
         plain = [line for line in lines if line.startswith("a step")]
         rest = "\n".join(line for line in lines if line not in plain)
-        found.content += [Table("", names, rows), *map(_paragraph, plain), f"<pre>{escape(rest)}</pre>"]
+        found.content += [TextTable("", names, rows), *map(_paragraph, plain), f"<pre>{escape(rest)}</pre>"]
     return found
 
 
@@ -183,11 +183,11 @@ def _run(report: Findings) -> Section:
         sizes = ", ".join(f"{key} = {solved[key]}" for key in ("n", "m", "p"))
         rows.append(("unknowns as solved", f"{sizes}, parts = {solved.get('parts', 1)}"))
     rows += [(f"time to {key}", duration(value)) for key, value in stats.get("seconds", {}).items() if value]
-    found = Section("run", "Run", [Table("", ("quantity", "value"), rows)] if rows else [])
+    found = Section("run", "Run", [TextTable("", ("quantity", "value"), rows)] if rows else [])
     moved = report.trajectory.moved
     if moved:
         cells = [(m.name, *m.shown(report.trajectory.display).texts(9)) for m in moved]
-        found.content.append(Table("Initial values that were guessed", ("name", "guess", "found"), cells))
+        found.content.append(TextTable("Initial values that were guessed", ("name", "guess", "found"), cells))
     return found
 
 
@@ -214,7 +214,7 @@ def _modes(report: Findings, frames: list[str]) -> Section:
     ]
     columns = ("mode", f"frequency [{hertz.symbol}]", f"damped [{hertz.symbol}]", "damping ratio", "moving bodies", "")
     if rows:
-        found.content.append(Table("", columns, rows))
+        found.content.append(TextTable("", columns, rows))
         frames.append(modes.animate().html)
         found.content.append(f'<div class="frame">{frame(frames[-1], "animation of the eigenmodes")}</div>')
         found.content.append(f'<div class="modes">{"".join(mode_pictures(modes, MOST_MODES))}</div>')

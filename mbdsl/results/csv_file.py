@@ -93,7 +93,7 @@ def _about(path: Path) -> dict[str, str | float | bool]:
     """What the files beside the results say."""
     said = dict[str, str | float | bool](complete=not os.path.exists(_beside(path, INCOMPLETE)))
     events = _beside(path, EVENTS)
-    if events.is_file():
+    if os.path.isfile(events):  # not where its name would be too long
         size, _, text = events.read_text(encoding="utf-8").partition("\n")
         if size == str(os.path.getsize(path)):
             said[EVENTS] = text

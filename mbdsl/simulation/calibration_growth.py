@@ -152,5 +152,5 @@ class AmplifiedRounding(ABC):
         for run in trial.kept.integrations:
             if (events := getattr(run, "events", None)) is not None and events.times:
                 sums = np.append(0.0, np.cumsum(events.rounding)) / speed
-                found = np.maximum(found, sums[np.searchsorted(events.times, trial.t, side="right")])
+                found = np.maximum(found, sums[np.searchsorted(events.times, trial.t)])
         return found

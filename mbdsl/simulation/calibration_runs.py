@@ -54,7 +54,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Found:
+class Calibrated:
     """The error estimate of a result (None: unknown), the horizon up to which the tolerance is kept (None: to the end),
     and the reason why it is not kept longer."""
 

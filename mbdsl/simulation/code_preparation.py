@@ -1,7 +1,7 @@
 """Compilation of machine code before it is needed: for images, for continuous integration, and after an update.
 
-A :class:`Code` is one emitted module: the step loop of a method, or the equations of a structure. ``prepare`` compiles
-those that are not in the cache folder, each in its own process and several at a time.
+A :class:`EmittedModule` is the step loop of a method, or the equations of a structure. ``prepare`` compiles those that
+are not in the cache folder, each in its own process and several at a time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PAUSE = 0.05  #: seconds between two checks of the other processes
 
 
 @dataclass(frozen=True)
-class Code:
+class EmittedModule:
     """One emitted module: its description, its name in the cache, and how it is made here and in another process."""
 
     what: str
@@ -38,7 +38,7 @@ class Code:
 
 
 @dataclass(frozen=True)
-class Progress:
+class PreparationProgress:
     """Number of modules that are ready, of all, the modules that are being compiled, and seconds since the start."""
 
     done: int
@@ -47,10 +47,10 @@ class Progress:
     seconds: float
 
 
-def loop_code(method: str) -> Code:
+def loop_code(method: str) -> EmittedModule:
     """The step loop of a method."""
     module = modules()[method]
-    return Code(
+    return EmittedModule(
         f"step loop of {method if module.METHOD.chosen else 'models without degrees of freedom'}",
         compiled_loop.loop_name(method),
         lambda: compiled_loop.compiled(method, module),
@@ -63,10 +63,10 @@ def main(method: str) -> None:
     compiled_loop.compiled(method, modules()[method])
 
 
-def structure_code(system: System, sets: int, whose: str) -> Code:
+def structure_code(system: System, sets: int, whose: str) -> EmittedModule:
     """The equations of a structure, for methods with ``sets`` sets of multipliers."""
     kind = {1: "index 3", 2: "index 2", 3: "additive index 2"}.get(sets, f"{sets} sets of multipliers")
-    return Code(
+    return EmittedModule(
         f"equations of {whose}, {kind}",
         system.module_name(sets),
         lambda: system.kernels(sets),
@@ -74,7 +74,7 @@ def structure_code(system: System, sets: int, whose: str) -> Code:
     )
 
 
-def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> list[Code]:
+def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> list[EmittedModule]:
     """The code of methods (default: all), and of models.
 
     Parameters
@@ -97,7 +97,7 @@ def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> l
     for whose, system in _systems(scenes):
         found += [structure_code(system, sets, whose) for sets in numbers]
     found += [structure_code(system, 1, whose) for whose, system in _assembled(scenes)]
-    found.append(Code("bounds of laws", paths.NAME, paths.kernels, lambda: None))
+    found.append(EmittedModule("bounds of laws", paths.NAME, paths.kernels, lambda: None))
     return list({code.name: code for code in found}.values())
 
 
@@ -122,7 +122,10 @@ def _assembled(scenes: Iterable[tuple[str, Scene]]) -> Iterator[tuple[str, Syste
 
 
 def prepare(
-    given: Sequence[Code], jobs: int, tell: Callable[[Progress], None], done: Callable[[Code, float], None]
+    given: Sequence[EmittedModule],
+    jobs: int,
+    tell: Callable[[PreparationProgress], None],
+    done: Callable[[EmittedModule, float], None],
 ) -> None:
     """Compile the code that is not ready.
 
@@ -143,7 +146,7 @@ def prepare(
     """
     began = time.perf_counter()
     waiting = [code for code in given if not code.is_ready]
-    running: list[tuple[Code, subprocess.Popen, float]] = []
+    running: list[tuple[EmittedModule, subprocess.Popen, float]] = []
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
@@ -156,7 +159,7 @@ def prepare(
                     done(code, time.perf_counter() - now)
             what = ", ".join(code.what for code, _, _ in running)
             ready = len(given) - len(waiting) - len(running)
-            tell(Progress(ready, len(given), what, time.perf_counter() - began))
+            tell(PreparationProgress(ready, len(given), what, time.perf_counter() - began))
             time.sleep(PAUSE)
             for entry in [entry for entry in running if entry[1].poll() is not None]:
                 running.remove(entry)
@@ -168,7 +171,7 @@ def prepare(
             process.wait()
 
 
-def _here(code: Code) -> None:
+def _here(code: EmittedModule) -> None:
     """Compile in this process if another process could not, so that the error is reported."""
     if not code.is_ready:
         code.here()

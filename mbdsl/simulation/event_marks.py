@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from mbdsl.integrators.event_list import Group, place
+from mbdsl.integrators.event_list import EventGroup, place
 
 #: ticks of clocks that are marked: more of them are left out, because they are a grid
 TICKS = 20
@@ -22,7 +22,7 @@ class Mark(NamedTuple):
     text: str
 
 
-def marks(groups: Iterable[Group], start: float, stop: float) -> tuple[list[Mark], int]:
+def marks(groups: Iterable[EventGroup], start: float, stop: float) -> tuple[list[Mark], int]:
     """Marks between two times [s] in the order of time, and the number of ticks that are not marked."""
     found, left_out = list[Mark](), 0
     apart = APART * (stop - start)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbdsl.integrators.event_list import Group, kind
+from mbdsl.integrators.event_list import EventGroup, kind
 from mbdsl.integrators.event_set import EventSet
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import sticking
@@ -137,7 +137,7 @@ def _past_the_rest(a: list[Event], i: int, b: list[Event], j: int, near: float) 
     return None
 
 
-def apart(t: Array, one: Iterable[Group], other: Iterable[Group], near: float) -> Array:
+def apart(t: Array, one: Iterable[EventGroup], other: Iterable[EventGroup], near: float) -> Array:
     """The difference (N,) of the two times of an event of two runs, at times t (N,) between them; 0 elsewhere [s].
 
     Times within ``near`` [s] of an event belong to it. The k-th events of one kind and place are the same; ticks of
@@ -153,7 +153,7 @@ def apart(t: Array, one: Iterable[Group], other: Iterable[Group], near: float) -
     return between(t, np.concatenate(pairs))
 
 
-def _source(group: Group) -> tuple[str, str, int]:
+def _source(group: EventGroup) -> tuple[str, str, int]:
     return group.kind, group.name, 0 if group.span is None else group.span.line
 
 

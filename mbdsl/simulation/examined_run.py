@@ -12,7 +12,7 @@ from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from mbdsl.simulation.checkpoint import Keeper
-    from mbdsl.simulation.steady_start import AtRest
+    from mbdsl.simulation.steady_start import PointsAtRest
     from mbdsl.simulation.streaming import Stream
 
 
@@ -22,7 +22,7 @@ class ExaminedRun:
 
     options: RunOptions
     motion: MechanismRun
-    rest: AtRest | None = None  #: the equilibrium at which the run starts
+    rest: PointsAtRest | None = None  #: the equilibrium at which the run starts
     stream: Stream | None = None  #: what takes the rows of a streamed run
     keeper: Keeper | None = None  #: what writes the checkpoints of the run
     at_start: list[str] = field(default_factory=list)  #: the warnings before the first step

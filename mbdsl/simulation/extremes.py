@@ -18,11 +18,11 @@ from mbdsl.messages import OWN, UnitsOfSignals, count, few, shortened
 from mbdsl.numerics.blas_threads import with_one_thread
 from mbdsl.numerics.quadrature import weights
 from mbdsl.simulation.state_signals import StateSignals
-from mbdsl.simulation.step_ranges import Range, joined, ranges
+from mbdsl.simulation.step_ranges import StepRange, joined, ranges
 from mbdsl.simulation.steps import Steps
 
 if TYPE_CHECKING:
-    from mbdsl.plotting.figures import Table
+    from mbdsl.plotting.figures import TextTable
 
 STEPS, OUTPUTS = "steps", "outputs"  #: what extremes are those of
 FOLDED, LEAST_FOLDED = 400_000, 4000  #: quantity of values of signals that are folded at once; least number of steps
@@ -66,7 +66,7 @@ class Gathered:
         self._signals = signals
         names = [*signals.defaults, *signals.elastic] if asked is None else signals.select(asked)
         # of quaternions and counted angles, values depend on all earlier steps
-        self.ranges = {name: Range() for name in names if name != "time" and not _continued(signals, name)}
+        self.ranges = {name: StepRange() for name in names if name != "time" and not _continued(signals, name)}
 
     def state(self) -> dict[str, list[float]]:
         """The ranges as plain values, for a checkpoint."""
@@ -88,7 +88,7 @@ class Gathered:
         found = cls(signals, [])
         for name, numbers in state.items():
             low, low_at, high, high_at, integral, square, span, finite = map(float, numbers)
-            found.ranges[name] = Range(low, low_at, high, high_at, integral, square, span, bool(finite))
+            found.ranges[name] = StepRange(low, low_at, high, high_at, integral, square, span, bool(finite))
         return found
 
     def add(self, steps: Steps) -> None:
@@ -159,7 +159,7 @@ class Extremes(Mapping[str, Extreme]):
         """
         return [*(f"{name}: {said}" for name, said in self._descriptions.items()), *remarks(self.values())]
 
-    def table(self, note: str = "") -> Table:
+    def table(self, note: str = "") -> TextTable:
         """Return the extremes as a table, in the units in which values are displayed.
 
         Parameters
@@ -171,9 +171,9 @@ class Extremes(Mapping[str, Extreme]):
         -------
         Table
         """
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
 
-        return Table("", head(self.display), [cells(x, self.display) for x in self.values()], note)
+        return TextTable("", head(self.display), [cells(x, self.display) for x in self.values()], note)
 
 
 def head(display: UnitsOfSignals) -> tuple[str, ...]:
@@ -222,7 +222,7 @@ def lines(found: Iterable[Extreme], display: UnitsOfSignals = OWN) -> list[str]:
     return shown
 
 
-def _extreme(found: Range, signal: str, unit: str, of: str) -> Extreme:
+def _extreme(found: StepRange, signal: str, unit: str, of: str) -> Extreme:
     """The result; nan if there is no finite value."""
     if found.least > found.largest:
         return Extreme(signal, unit, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, of)
@@ -239,10 +239,10 @@ def extremes(shown: StateSignals, names: Iterable[str]) -> Extremes:
     """Extremes of signals over the time of a trajectory, of all steps as far as they are known."""
     names, steps, t = [name for name in names if name != "time"], shown.steps, shown.t
     if not len(t):
-        return Extremes(_extreme(Range(), name, shown.unit(name), OUTPUTS) for name in names)
+        return Extremes(_extreme(StepRange(), name, shown.unit(name), OUTPUTS) for name in names)
     first, last = float(t[0] if shown._since is None else shown._since), float(t[-1])
     near = 1e-9 * (last - first)
-    known: dict[str, Range] = {}
+    known: dict[str, StepRange] = {}
     since = np.inf
     if steps is not None and steps.ends.t[0] < last - near:
         since = max(float(steps.ends.t[0]), first)
@@ -254,10 +254,10 @@ def extremes(shown: StateSignals, names: Iterable[str]) -> Extremes:
     return Extremes(_of(shown, name, known.get(name), since, since <= first + near) for name in names)
 
 
-def _of(shown: StateSignals, name: str, known: Range | None, since: float, whole: bool) -> Extreme:
+def _of(shown: StateSignals, name: str, known: StepRange | None, since: float, whole: bool) -> Extreme:
     """The extreme of a signal from its range over the steps since a time, of the ``whole`` run or not, and outputs."""
     t, x, unit = shown.t, shown._signal(name), shown.unit(name)
-    found, of = Range(), STEPS
+    found, of = StepRange(), STEPS
     earlier = None if shown.gathered is None or not shown._from_start else shown.gathered.ranges.get(name)
     if known is not None:
         found.join(known)

@@ -20,7 +20,7 @@ from mbdsl.system.system import System
 STEP = 1e-30  #: of complex steps, which are exact
 
 
-class States(Protocol):
+class MotionStates(Protocol):
     """What is needed of N states: those of a Trajectory."""
 
     system: System
@@ -40,7 +40,7 @@ class States(Protocol):
         """Values (N,) of expressions."""
 
 
-def acceleration(states: States, body: str, pose: Pose) -> Array:
+def acceleration(states: MotionStates, body: str, pose: Pose) -> Array:
     """The acceleration of a frame at ``pose`` on a body, in world axes.
 
     Parameters
@@ -94,7 +94,7 @@ def _in_space(pose: Pose, q: Array, v: Array, a: Array) -> Array:
     return a[:, :3] + np.einsum("nij,nj->ni", rotation_arrays.matrices(q[:, 3:6]), turned)
 
 
-def accelerometer(states: States, sensor: Component) -> dict[str, Array]:
+def accelerometer(states: MotionStates, sensor: Component) -> dict[str, Array]:
     """The specific force (N,) [m/s2] at the frame of a sensor in its own axes, as signals: R^T (a - g)."""
     scene, name = states.scene, sensor.ports["frame"]
     frame = scene.frames[name]
@@ -105,7 +105,7 @@ def accelerometer(states: States, sensor: Component) -> dict[str, Array]:
     return {f"{sensor.name}.a{i}": (felt * axes[k]).sum(axis=1) for k, i in enumerate("xyz"[:n])}
 
 
-def axes_of(states: States, frame: str) -> list[Array]:
+def axes_of(states: MotionStates, frame: str) -> list[Array]:
     """The axes of a frame in world axes, each (N, 2) or (N, 3)."""
 
     def coordinate(key: str) -> Array:

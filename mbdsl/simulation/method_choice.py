@@ -22,11 +22,11 @@ import numpy as np
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.options import check_options
-from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial
+from mbdsl.simulation.calibration_runs import COSTLY, Calibrated, Trial
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.part_run import KINEMATIC
 from mbdsl.simulation.plan import Plan, constrained
-from mbdsl.simulation.tolerance_calibration import Ladder
+from mbdsl.simulation.tolerance_calibration import CalibrationLadder
 from mbdsl.system.peaks_along_motion import OnTheWay
 
 #: the methods, and the cost [us] of having to load or compile the code of the others
@@ -60,11 +60,11 @@ class Cost(NamedTuple):
 
 
 @dataclass
-class Candidate:
+class CalibratedMethod:
     """A method with its calibration runs; costs in microseconds."""
 
     method: str
-    ladder: Ladder
+    ladder: CalibrationLadder
     unknowns: int  #: of all parts that the method solves
     start: float
     spent: float = 0.0
@@ -120,7 +120,7 @@ class Candidate:
         return min((x.error for x in [*self.ladder.trials, *self.ladder.failed] if x.done), default=np.inf)
 
 
-class Choice:
+class MethodChoice:
     """The calibration runs of the candidates.
 
     Attributes
@@ -140,10 +140,12 @@ class Choice:
             if method == "dop853" and friction:
                 start *= OF_REACTIONS
             plan = replace(motion.plan, method=method, options=check_options(method, {}, limited))
-            self._candidates.append(Candidate(method, Ladder(motion, tol, integrate, plan), solved, start))
+            self._candidates.append(
+                CalibratedMethod(method, CalibrationLadder(motion, tol, integrate, plan), solved, start)
+            )
         self._loaded = {motion.plan.method}
 
-    def run(self) -> tuple[int, Found]:
+    def run(self) -> tuple[int, Calibrated]:
         """Make runs until one is within the tolerance, or none can be; the status and the estimate of the result."""
         problem: InitialisationError | None = None
         while left := [x for x in self._candidates if not x.out]:
@@ -164,14 +166,14 @@ class Choice:
             raise problem
         return self._end(min(tried, key=lambda x: x.least_error))
 
-    def _end(self, one: Candidate) -> tuple[int, Found]:
+    def _end(self, one: CalibratedMethod) -> tuple[int, Calibrated]:
         ladder, others = one.ladder, [x for x in self._candidates if x is not one]
         status, found = ladder.stopped() if ladder.interrupted else ladder.finish()
         ladder.motion.trial_steps += sum(x.ladder.steps for x in others)
         self.text = self._reason(one, others)
         return status, found
 
-    def _reason(self, one: Candidate, others: list[Candidate]) -> str:
+    def _reason(self, one: CalibratedMethod, others: list[CalibratedMethod]) -> str:
         tried = [x for x in others if x.spent > 0.0]
         if not tried:
             return f"{one.method}, the first method, is cheap enough: no other was tried"

@@ -59,7 +59,7 @@ F = TypeVar("F", bound=Callable)
 ANY, POSITIVE, NOT_NEGATIVE, TOLERANCE = "any", "above 0", "of 0 or more", "between 0 and 1"
 
 
-class Option(NamedTuple):
+class OptionText(NamedTuple):
     """What is known of an option besides its name, type and default."""
 
     unit: str = ""  #: unit of its number, which may also be given as a text with a unit; "" if it is no number
@@ -70,36 +70,38 @@ class Option(NamedTuple):
 
 
 #: option -> what is known of it; the others have no number, and no common form on the command line
-OPTIONS: dict[str, Option] = {
-    "method": Option(
+OPTIONS: dict[str, OptionText] = {
+    "method": OptionText(
         "", "NAME", "integrator, or a Python file that defines one (NAME.py); default: the model's, else hht-si2"
     ),
-    "step": Option("s", "H", "fixed step size, no longer than the run; default: the model's", POSITIVE),
-    "tol": Option(
+    "step": OptionText("s", "H", "fixed step size, no longer than the run; default: the model's", POSITIVE),
+    "tol": OptionText(
         "1",
         "TOL",
         "error-controlled steps, to this tolerance; default without a step: the model's, else 1e-4 (methods of high "
         "order and backends: 1e-6)",
         TOLERANCE,
     ),
-    "accuracy": Option("1", "E", "find method and step for this relative error of positions and velocities", TOLERANCE),
-    "budget": Option(
+    "accuracy": OptionText(
+        "1", "E", "find method and step for this relative error of positions and velocities", TOLERANCE
+    ),
+    "budget": OptionText(
         "s",
         "T",
         "time budget of --verify, or of the check of --accuracy; default: ten times the run, at least 10 s "
         "(--accuracy: twice that)",
         POSITIVE,
     ),
-    "start": Option("s", "T0", "start time; default: the model's, else 0"),
-    "stop": Option("s", "T", "stop time, hit exactly; default: the model's"),
-    "interval": Option("s", "DT", "output interval; default (stop - start)/500; 0 writes every step", NOT_NEGATIVE),
-    "force": Option(text="allow parameters known to fail on constrained models"),
-    "general": Option(text="solve the unreduced equations with general code, for comparison"),
-    "without": Option("", "EFFECT,...", "leave effects out: friction, damping, flexibility, gravity, contact"),
-    "contacts": Option(
+    "start": OptionText("s", "T0", "start time; default: the model's, else 0"),
+    "stop": OptionText("s", "T", "stop time, hit exactly; default: the model's"),
+    "interval": OptionText("s", "DT", "output interval; default (stop - start)/500; 0 writes every step", NOT_NEGATIVE),
+    "force": OptionText(text="allow parameters known to fail on constrained models"),
+    "general": OptionText(text="solve the unreduced equations with general code, for comparison"),
+    "without": OptionText("", "EFFECT,...", "leave effects out: friction, damping, flexibility, gravity, contact"),
+    "contacts": OptionText(
         "",
-        "{rigid,compliant}",
-        "rigid: without the stiffness of contacts and stops that can be rigid; compliant: refuse those without one",
+        "KIND",
+        "rigid: without the stiffness of contacts and stops that can be rigid; or compliant: refuse those without one",
     ),
 }
 
@@ -247,7 +249,7 @@ REPEATED = tuple("method step tol start stop interval options times force genera
 
 def unit_of(option: Field) -> str:
     """The unit of an option that is a number; "" of others."""
-    return option.metadata.get("unit") or OPTIONS.get(option.name, Option()).unit
+    return option.metadata.get("unit") or OPTIONS.get(option.name, OptionText()).unit
 
 
 def converted(table: type, given: Mapping[str, Any]) -> dict[str, Any]:

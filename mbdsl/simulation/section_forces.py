@@ -28,7 +28,7 @@ from mbdsl.mechanism import sections
 from mbdsl.mechanism.energies import gravity
 from mbdsl.mechanism.scene import Component
 from mbdsl.mechanism.scene_parts import SpatialFrame
-from mbdsl.simulation.frame_accelerations import States, acceleration
+from mbdsl.simulation.frame_accelerations import MotionStates, acceleration
 
 POINTS = 3  #: of Gauss, in each interval: exact for a rigid rod, and for cubic functions of beams times a lever
 MOST_INTERVALS = 16  #: of a beam with more elements, an interval is several elements
@@ -36,7 +36,7 @@ SAME = 1e-9  #: distance of sections that are one, over the length
 ON_AXIS = 1e-4  #: distance of a point from the axis that counts as an error of the constraints, over the length
 
 
-class Load(NamedTuple):
+class AppliedLoad(NamedTuple):
     """What an element exerts: force (N, 2) or (N, 3) and moment (N, 3) about a place, the origin of its frame."""
 
     element: str
@@ -59,7 +59,7 @@ class Sections:
         A rod or beam.
     """
 
-    def __init__(self, states: States, body: Component) -> None:
+    def __init__(self, states: MotionStates, body: Component) -> None:
         self.states, self.body = states, body
         self.n = 3 if states.scene.spatial else 2
         self.length = float(body.values["length"])
@@ -67,12 +67,12 @@ class Sections:
         self._known: dict[float, dict[str, Array]] = {}
 
     @cached_property
-    def loads(self) -> list[Load]:
+    def loads(self) -> list[AppliedLoad]:
         """The loads of all joints and forces on the body, in the order of the model."""
         scene = self.states.scene
         return [self._load(x) for x in scene.loads({k for k, f in scene.frames.items() if f.body == self.body.name})]
 
-    def _load(self, load: scenes.Load) -> Load:
+    def _load(self, load: scenes.Load) -> AppliedLoad:
         scene, n = self.states.scene, self.n
         keys = [scene.signal(f"{load.frame}.{i}") for i in "xyz"[:n]]
         values = np.column_stack(self.states.evaluate([*load.force, *keys, *load.torque, *load.point]))
@@ -80,7 +80,7 @@ class Sections:
         moment = values[:, 6:9] if n == 3 else _about_z(values[:, 4])
         frame = scene.frames[load.frame].x
         x, known = self._contact(values[:, -n:], frame) if load.point else (frame, True)
-        return Load(load.element, frame, x, known, force, moment, place)
+        return AppliedLoad(load.element, frame, x, known, force, moment, place)
 
     def _contact(self, point: Array, frame: float) -> tuple[Array, Array]:
         """Where a point (N, 2) or (N, 3) is along the axis, and whether what slides there loads the body there."""
@@ -139,7 +139,7 @@ class Sections:
         c, s = np.cos(phi), np.sin(phi)
         return [np.column_stack([c, s]), np.column_stack([-s, c])]
 
-    def _unknown(self, load: Load, x: float) -> UsageError:
+    def _unknown(self, load: AppliedLoad, x: float) -> UsageError:
         body, why = self.body.name, "off its axis"
         if self.body.deforms:
             why = "which deforms as if the load acted at frame_a"
@@ -163,7 +163,7 @@ class Sections:
         return dict(zip(sections.UNITS, (c * fx + s * fy, c * fy - s * fx, m), strict=True))
 
 
-def of_frame(states: States, name: str) -> dict[str, Array]:
+def of_frame(states: MotionStates, name: str) -> dict[str, Array]:
     """The signals (N,) of the section at a frame of a rod or beam."""
     scene = states.scene
     frame = scene.frames[scene.aliases.get(name, name)]

@@ -120,10 +120,10 @@ class Signals(Mapping[str, SignalInfo]):
         return "\n".join(f"{name:{first}}  {unit:{second}}  {doc}".rstrip() for name, unit, doc in rows)
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
         from mbdsl.plotting.html_tables import fragment
 
-        return fragment(f"{self.model}: {count(len(self), 'signal')}", (), [Table("", COLUMNS, self._rows())])
+        return fragment(f"{self.model}: {count(len(self), 'signal')}", (), [TextTable("", COLUMNS, self._rows())])
 
 
 def signals(trajectory: Trajectory) -> Signals:
@@ -135,7 +135,7 @@ def signals(trajectory: Trajectory) -> Signals:
 
 def of_trajectory(trajectory: Trajectory) -> str:
     """A trajectory as HTML: its run, and the ranges of the coordinates and velocities of its bodies."""
-    from mbdsl.plotting.figures import Table
+    from mbdsl.plotting.figures import TextTable
     from mbdsl.plotting.html_tables import fragment
 
     stats, t = trajectory.stats, trajectory.t
@@ -152,7 +152,7 @@ def of_trajectory(trajectory: Trajectory) -> str:
     notes += [trajectory.message] if trajectory.message and not warned else []
     notes += [f"warning: {text}" for text in stats.get("warnings", ())]
     rows = [_range(trajectory, name) for name in names[:MOST]] if len(t) else []
-    table = Table("", ("signal", "unit", "start", "end", "least", "largest"), rows)
+    table = TextTable("", ("signal", "unit", "start", "end", "least", "largest"), rows)
     return fragment(f"{trajectory.scene.name}: {said}", [", ".join(run)] if run else (), [table], notes)
 
 

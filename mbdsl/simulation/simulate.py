@@ -18,7 +18,7 @@ from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation import diagnostics
-from mbdsl.simulation.calibration_runs import COSTLY, Found
+from mbdsl.simulation.calibration_runs import COSTLY, Calibrated
 from mbdsl.simulation.checkpoint import Keeper, of_run
 from mbdsl.simulation.event_counts import of_events
 from mbdsl.simulation.examined_run import ExaminedRun
@@ -27,7 +27,7 @@ from mbdsl.simulation.failure_messages import failure
 from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import MechanismRun
-from mbdsl.simulation.method_choice import Choice
+from mbdsl.simulation.method_choice import MethodChoice
 from mbdsl.simulation.plan import Plan, check_rounding, plan, width
 from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.result_checks import check_bending, check_left_out, check_lines_of_centres, inaccurate
@@ -153,7 +153,7 @@ def _prepared(
     return run
 
 
-def _integrated(run: ExaminedRun, settings: Plan, clock: Stopwatch, heard: Sequence[int]) -> tuple[int, Found]:
+def _integrated(run: ExaminedRun, settings: Plan, clock: Stopwatch, heard: Sequence[int]) -> tuple[int, Calibrated]:
     """Make the run, or the runs of a tolerance; the status and the error estimate of the result."""
     motion = run.motion
 
@@ -168,9 +168,9 @@ def _integrated(run: ExaminedRun, settings: Plan, clock: Stopwatch, heard: Seque
         clock.lap("compile")
 
     if settings.tol is None or not motion.parts or settings.stop == settings.start:
-        status, found = integrate(), Found()
+        status, found = integrate(), Calibrated()
     elif settings.open:
-        choice = Choice(motion, settings.tol, integrate, switch)
+        choice = MethodChoice(motion, settings.tol, integrate, switch)
         status, found = choice.run()
         run.chosen = choice.text
     else:
@@ -183,7 +183,7 @@ def _examine(
     run: ExaminedRun,
     settings: Plan,
     status: int,
-    found: Found,
+    found: Calibrated,
     clock: Stopwatch,
     inspect: Callable[[MechanismRun], None] | None,
 ) -> None:
@@ -288,7 +288,7 @@ def _integrate(run: ExaminedRun, before: Sequence[int] = (), most: float = math.
 
 
 def _collect(
-    run: ExaminedRun, tol: float | None, found: Found, status: int, seconds: dict[str, float]
+    run: ExaminedRun, tol: float | None, found: Calibrated, status: int, seconds: dict[str, float]
 ) -> tuple[Trajectory, list[tuple[NDArray, NDArray]]]:
     """The trajectory, and q and v of every part."""
     motion, stream = run.motion, run.stream

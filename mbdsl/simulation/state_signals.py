@@ -13,7 +13,7 @@ from mbdsl.errors import MbdslError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.initial import shared_loads
 from mbdsl.initial.consistent import Moved
-from mbdsl.integrators.event_list import Group
+from mbdsl.integrators.event_list import EventGroup
 from mbdsl.kernels.arrays import Array
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.mechanism.scene import ENERGIES, Scene
@@ -54,7 +54,7 @@ class StateSignals:
         self._whole: tuple[StateSignals, slice] | None = None
         #: returns the motion between outputs, :class:`mbdsl.simulation.steps.Steps`, if it is known
         self.find_steps: Callable[[], Any] | None = None
-        self.find_events: Callable[[], list[Group]] = list  #: the events; see ``Trajectory.events``
+        self.find_events: Callable[[], list[EventGroup]] = list  #: the events; see ``Trajectory.events``
         #: ranges over earlier steps, which a long run has forgotten: :class:`mbdsl.simulation.extremes.Gathered`
         self.gathered: Any = None
         self._display: UnitsOfSignals | None = None  #: None: those of the model

@@ -17,7 +17,7 @@ from mbdsl.statics.equilibrium_search import prepared, searched
 UNSTABLE = "the run begins at an equilibrium that is unstable"
 
 
-class AtRest(Trajectory):
+class PointsAtRest(Trajectory):
     """A trajectory of points at rest, with zero accelerations."""
 
     @property
@@ -25,7 +25,7 @@ class AtRest(Trajectory):
         return np.zeros_like(self.q), self._lam  # type: ignore[return-value]
 
 
-def equilibrium(scene: Scene, start: float | None, announce: Callable[[str], None] | None) -> AtRest:
+def equilibrium(scene: Scene, start: float | None, announce: Callable[[str], None] | None) -> PointsAtRest:
     """The equilibrium of a model at the time ``start`` [s], by default that of its settings.
 
     Raises
@@ -38,7 +38,7 @@ def equilibrium(scene: Scene, start: float | None, announce: Callable[[str], Non
     found = searched(system, t, initial_position(system, mechanism, t))
     stats = {"method": "static", "h": None, "tol": None, "status": "done", "stability": found.stability}
     q, v, lam = found.q[None], found.v[None], found.lam[None]
-    return AtRest(system, np.array([t]), q, v, lam, stats, (), found.left_out)
+    return PointsAtRest(system, np.array([t]), q, v, lam, stats, (), found.left_out)
 
 
 def found_at_start(scene: Scene) -> str:
@@ -55,7 +55,7 @@ def found_at_start(scene: Scene) -> str:
 
 def settled(
     scene: Scene, start: float | None = None, announce: Callable[[str], None] | None = None
-) -> tuple[Scene, AtRest | None]:
+) -> tuple[Scene, PointsAtRest | None]:
     """A model that starts at its equilibrium with the equilibrium as its initial values; other models as they are.
 
     Raises
@@ -69,6 +69,6 @@ def settled(
     return with_initial(scene, rest), rest
 
 
-def warnings(rest: AtRest | None) -> list[str]:
+def warnings(rest: PointsAtRest | None) -> list[str]:
     """Warnings about the equilibrium at which a run starts."""
     return [UNSTABLE] if rest is not None and rest.stats["stability"] == "unstable" else []

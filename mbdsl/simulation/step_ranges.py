@@ -38,7 +38,7 @@ SAME = 1e-6  #: part of the range by which values at ends of steps may differ wh
 
 
 @dataclass
-class Range:
+class StepRange:
     """Extremes of some values, with their times, and integrals over time."""
 
     least: float = np.inf
@@ -73,14 +73,14 @@ class Range:
         self.integral, self.span = self.integral + integral, self.span + float(w.sum())
         self.square += float((w * y * y).sum())
 
-    def join(self, other: Range) -> None:
+    def join(self, other: StepRange) -> None:
         """Add what another range contains, of other times."""
         self.see(np.array([other.time_of_least, other.time_of_largest]), np.array([other.least, other.largest]))
         self.integral, self.square = self.integral + other.integral, self.square + other.square
         self.span += other.span
 
 
-def ranges(steps: Steps, names: Sequence[str], begin: float = -np.inf, end: float = np.inf) -> dict[str, Range]:
+def ranges(steps: Steps, names: Sequence[str], begin: float = -np.inf, end: float = np.inf) -> dict[str, StepRange]:
     """Signal -> range over the steps, or over their part between two times that they enclose [s]."""
     residuals = [name for name in names if _is_residual(name)]
     found = _ranges(steps, [name for name in names if not _is_residual(name)], begin, end, True)
@@ -92,7 +92,7 @@ def _is_residual(name: str) -> bool:
     return name.rpartition(".")[2].startswith(("Phi[", "dPhi[", "Gam["))
 
 
-def _ranges(steps: Steps, names: Sequence[str], begin: float, end: float, between: bool) -> dict[str, Range]:
+def _ranges(steps: Steps, names: Sequence[str], begin: float, end: float, between: bool) -> dict[str, StepRange]:
     """As ``ranges``, with the motion ``between`` the ends, or without."""
     ends = steps.ends
     inside = (ends.t > begin) & (ends.t < end)
@@ -104,14 +104,14 @@ def _ranges(steps: Steps, names: Sequence[str], begin: float, end: float, betwee
     few = len(t) <= (MANY if len(jumps) else FEW) and between
     times, w = (t, np.ones(1)) if len(t) < 2 else lobatto_points(t) if few else (t, weights(t))
     states = steps.at(times, reactions) if few or len(t) != len(ends.t) or not inside.all() else ends
-    found: dict[str, Range] = {}
+    found: dict[str, StepRange] = {}
     size = max(1, TOGETHER // len(times))
     for k in range(0, len(names), size):
         some = names[k : k + size]
         y = states.signal_rows(some)
         if states is not ends:
             y = joined(y, times, ends, some)
-        own = [Range() for _ in some]
+        own = [StepRange() for _ in some]
         whole = _add(own, times, y, w)
         if between and len(times) > 2 and whole.any():
             _refine(
@@ -126,7 +126,7 @@ def _ranges(steps: Steps, names: Sequence[str], begin: float, end: float, betwee
     return found
 
 
-def _add(found: Sequence[Range], t: Array, y: Array, w: Array) -> NDArray[np.bool_]:
+def _add(found: Sequence[StepRange], t: Array, y: Array, w: Array) -> NDArray[np.bool_]:
     """Add values (k, N) of signals to their ranges; whether they are finite, and not constant (k,)."""
     weighted = y * w  # sums of pairs: those of BLAS depend on the place of arrays in memory
     integral = weighted.sum(axis=1)
@@ -184,7 +184,9 @@ def _places(y: Array, sign: float) -> Indices:
     return np.where(low, j[best[:, :1]], j[best]).clip(1, N - 2)
 
 
-def _refine(steps: Steps, reactions: bool, t: Array, y: Array, names: Sequence[str], found: Sequence[Range]) -> None:
+def _refine(
+    steps: Steps, reactions: bool, t: Array, y: Array, names: Sequence[str], found: Sequence[StepRange]
+) -> None:
     """Add values near extremes to ranges; signals have values y (k, N) at times t (N,)."""
     N = y.shape[1]
     places = np.stack([_places(y, 1.0), _places(y, -1.0)]).reshape(2 * len(names), -1)

@@ -32,7 +32,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun, longest_part
 from mbdsl.numerics import error_norm
 from mbdsl.simulation.calibration_growth import AmplifiedRounding
-from mbdsl.simulation.calibration_runs import COSTLY, Found, Trial, observed_order
+from mbdsl.simulation.calibration_runs import COSTLY, Calibrated, Trial, observed_order
 from mbdsl.simulation.event_sequences import Compared, between, compared
 from mbdsl.simulation.ladder_constants import LADDER
 from mbdsl.simulation.mechanism_run import MechanismRun
@@ -48,13 +48,13 @@ CONTACT = "the path comes so close to a condition of a law that its error decide
 OTHER_EVENTS = "runs with different errors have different events: {} occurs in one of them only"
 
 
-def calibrated(motion: MechanismRun, tol: float, integrate: Callable[..., int]) -> tuple[int, Found]:
+def calibrated(motion: MechanismRun, tol: float, integrate: Callable[..., int]) -> tuple[int, Calibrated]:
     """Run ``motion`` so that its error is below ``tol``, or as small as possible; return a status and the estimate.
 
     ``integrate()`` runs the present plan to its end. The error is the largest over all outputs, in the norm of
     :mod:`mbdsl.numerics.error_norm`.
     """
-    ladder = Ladder(motion, tol, integrate, motion.plan)
+    ladder = CalibrationLadder(motion, tol, integrate, motion.plan)
     while ladder.eps is not None:
         ladder.run()
         if ladder.interrupted:
@@ -62,7 +62,7 @@ def calibrated(motion: MechanismRun, tol: float, integrate: Callable[..., int]) 
     return ladder.finish()
 
 
-class Ladder(AmplifiedRounding):
+class CalibrationLadder(AmplifiedRounding):
     """The calibration runs of one method.
 
     Attributes
@@ -130,11 +130,11 @@ class Ladder(AmplifiedRounding):
         """Number of steps of all runs."""
         return self.lost + sum(x.steps for x in [*self.trials, *self.failed])
 
-    def stopped(self) -> tuple[int, Found]:
+    def stopped(self) -> tuple[int, Calibrated]:
         """The status and the estimate after a run that was interrupted."""
         last = self.trials[-1]
         self.motion.trial_steps = self.steps - last.steps
-        return S.RUNNING, Found(last.error if np.isfinite(last.error) else None)
+        return S.RUNNING, Calibrated(last.error if np.isfinite(last.error) else None)
 
     # -- runs --------------------------------------------------------------------------------------------------
     def _held_to(self, eps: float) -> Plan:
@@ -347,7 +347,7 @@ class Ladder(AmplifiedRounding):
         return None
 
     # -- the result --------------------------------------------------------------------------------------------
-    def finish(self) -> tuple[int, Found]:
+    def finish(self) -> tuple[int, Calibrated]:
         """The status and the estimate of the best run, which becomes the present one of the motion."""
         trials, motion = self.trials, self.motion
         best = trials[-1]
@@ -369,7 +369,7 @@ class Ladder(AmplifiedRounding):
             motion.purpose = "the last run again, with all outputs"
             status = self.integrate()
         if not len(best.claim):
-            return status, Found()
+            return status, Calibrated()
         if self.growth is None and best.done:
             lost = self.lost
             self._hopeless(best)
@@ -378,7 +378,7 @@ class Ladder(AmplifiedRounding):
         n = min(len(best.claim), len(best.t))
         claim = np.maximum(best.claim[:n], np.maximum(self._rounding(best), self._of_times(best))[:n])
         if claim[-1] <= self.tol:
-            return status, Found(float(claim[-1]))
+            return status, Calibrated(float(claim[-1]))
         kept = np.flatnonzero(~(claim <= self.tol))[0]
         horizon = float(best.t[max(0, kept - 1)])
         if best.contacts[kept] > self.tol:
@@ -386,4 +386,4 @@ class Ladder(AmplifiedRounding):
         if not self.reason and self.growth is not None:
             self.reason = self._of_rounding()
         error = float(claim[-1]) if np.isfinite(claim[-1]) else None
-        return status, Found(error, horizon, self.reason)  # a run that failed has its own reason
+        return status, Calibrated(error, horizon, self.reason)  # a run that failed has its own reason

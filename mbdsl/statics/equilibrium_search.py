@@ -15,7 +15,7 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.statics import states_at_rest
-from mbdsl.statics.pseudo_transient import Search, movers
+from mbdsl.statics.pseudo_transient import MotionSearch, movers
 from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system import System, build
 from mbdsl.system.bending import REMEDY, SMALL, first_bend
@@ -60,7 +60,7 @@ def searched(system: System, t: float, q: Array) -> Found:
 
 def _searched(system: System, t: float, q: Array) -> Found:
     notes: list[str] = []
-    search = Search(system, t, q)
+    search = MotionSearch(system, t, q)
     pushes = 0
     while True:
         search.descend()

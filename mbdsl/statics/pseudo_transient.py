@@ -32,7 +32,7 @@ def movers(system: System, size: Array) -> list[str]:
     return list(dict.fromkeys(name for name, s in zip(names, size, strict=True) if s >= 0.1 * largest > 0.0))
 
 
-class Search:
+class MotionSearch:
     """A point of the overdamped motion and its continuation.
 
     ``g`` (n,) is the scaled velocity of overdamped motion, W g = f with f = Q - Phi_q^T lam - Gam_v^T nu and the

@@ -14,7 +14,7 @@ import numpy as np
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.undeformed import Undeformed
 from mbdsl.numerics.saddle_point import Array, dense, null_space, row_size
-from mbdsl.statics.pseudo_transient import Search
+from mbdsl.statics.pseudo_transient import MotionSearch
 from mbdsl.system import System
 from mbdsl.system.signals import gradients
 
@@ -29,7 +29,7 @@ def relaxed(system: System, t: float, static: Sequence[str], q: Array) -> Array:
     EquilibriumError
         If a body keeps moving.
     """
-    search = Search(_Held(system, t, static, q), t, q)  # type: ignore[arg-type]
+    search = MotionSearch(_Held(system, t, static, q), t, q)  # type: ignore[arg-type]
     search.descend()
     return search.q
 

@@ -51,27 +51,29 @@ _written: dict[Path, int] = {}  #: bytes of machine code that this process has w
 
 
 @dataclass(frozen=True)
-class Choice:
+class ChosenFolder:
     """The chosen folder, and the reason why it cannot be used ("" if it can)."""
 
     path: Path
     fault: str
 
 
-def chosen() -> Choice:
+def chosen() -> ChosenFolder:
     """The folder named by the environment. It need not exist or be writable."""
     return _chosen(os.environ.get("MBDSL_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), os.path.expanduser("~"))
 
 
 @lru_cache
-def _chosen(given: str | None, xdg: str | None, home: str) -> Choice:
+def _chosen(given: str | None, xdg: str | None, home: str) -> ChosenFolder:
     if given and not os.path.isabs(given):
-        return Choice(Path(given), f"MBDSL_CACHE_DIR is `{given}`, expected an absolute path")
+        return ChosenFolder(Path(given), f"MBDSL_CACHE_DIR is `{given}`, expected an absolute path")
     base = xdg if xdg and os.path.isabs(xdg) else os.path.join(home, ".cache")
     path = Path(given or os.path.join(base, "mbdsl"))
     if not path.is_absolute():
-        return Choice(path, "there is no home folder (HOME is not set, or not absolute); try: set MBDSL_CACHE_DIR")
-    return Choice(path, fault_of(path))
+        return ChosenFolder(
+            path, "there is no home folder (HOME is not set, or not absolute); try: set MBDSL_CACHE_DIR"
+        )
+    return ChosenFolder(path, fault_of(path))
 
 
 def own() -> Path | None:
@@ -82,7 +84,7 @@ def own() -> Path | None:
 
 
 @lru_cache
-def _own(choice: Choice, handed: str | None) -> Path | None:
+def _own(choice: ChosenFolder, handed: str | None) -> Path | None:
     problem = choice.fault or unwritable(choice.path)
     if not problem:
         return choice.path
@@ -266,7 +268,7 @@ def _write(path: Path, data: bytes, attempts: int = ATTEMPTS) -> None:
 
 
 @dataclass
-class Entry:
+class CachedFiles:
     """Files that belong together: the time of the last use [s since the epoch], bytes."""
 
     used: float
@@ -278,12 +280,12 @@ class Entry:
             file.unlink(missing_ok=True)
 
 
-def code(root: Path) -> list[Entry]:
+def code(root: Path) -> list[CachedFiles]:
     """All machine code in a folder; the files of one emitted module are an entry."""
-    entries: dict[tuple[str, str], Entry] = {}
+    entries: dict[tuple[str, str], CachedFiles] = {}
     for version in _folders(root, VERSION):
         for name, path, status in _code_files(version):
-            entry = entries.setdefault((version.name, name), Entry(0.0, 0, []))
+            entry = entries.setdefault((version.name, name), CachedFiles(0.0, 0, []))
             entry.used, entry.size = max(entry.used, status.st_mtime), entry.size + status.st_size
             entry.files.append(path)
     return list(entries.values())
@@ -295,18 +297,18 @@ def _code_files(version: Path) -> Iterator[tuple[str, Path, os.stat_result]]:
             yield match[1], path, status
 
 
-def runs(folder: Path) -> list[Entry]:
+def runs(folder: Path) -> list[CachedFiles]:
     """The stored runs in a folder of studies."""
-    return [Entry(s.st_mtime, s.st_size, [path]) for path, s in _files(folder) if RUN.fullmatch(path.name)]
+    return [CachedFiles(s.st_mtime, s.st_size, [path]) for path, s in _files(folder) if RUN.fullmatch(path.name)]
 
 
-def parts(folder: Path, age: float) -> list[Entry]:
+def parts(folder: Path, age: float) -> list[CachedFiles]:
     """Incomplete files in a folder that have not been written to for ``age`` seconds."""
     files = ((path, s) for path, s in _files(folder) if PART.fullmatch(path.name) and s.st_mtime <= time.time() - age)
-    return [Entry(s.st_mtime, s.st_size, [path]) for path, s in files]
+    return [CachedFiles(s.st_mtime, s.st_size, [path]) for path, s in files]
 
 
-def remove_oldest(entries: list[Entry], largest: int) -> None:
+def remove_oldest(entries: list[CachedFiles], largest: int) -> None:
     """Remove the least recently used entries beyond ``largest`` bytes."""
     total = 0
     for entry in sorted(entries, key=lambda entry: -entry.used):

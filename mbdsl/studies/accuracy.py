@@ -68,7 +68,7 @@ def reach(
         raise UsageError(wrong)
     if budget is not None and (isinstance(budget, bool) or not isinstance(budget, Real) or not budget > 0.0):
         raise UsageError(f"budget is a number of seconds above zero, not {budget!r}")
-    search = _Search(scene, accuracy, {**given, "interval": interval or None}, progress, once(announce, set()))
+    search = _AccuracySearch(scene, accuracy, {**given, "interval": interval or None}, progress, once(announce, set()))
     try:
         ladder = search.descend(_ladders(scene, accuracy, method, given))
         search.amplify(ladder)
@@ -84,7 +84,7 @@ def reach(
     return search.judge(ladder, verdict)
 
 
-class _Search:
+class _AccuracySearch:
     """Runs of a scene: ``result`` is the best so far, ``estimate`` its error estimate, ``by`` the runs used."""
 
     def __init__(

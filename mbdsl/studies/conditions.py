@@ -21,7 +21,7 @@ Tree: TypeAlias = "int | tuple[str, Tree] | tuple[str, Tree, Tree]"
 
 
 @dataclass(frozen=True)
-class When:
+class StudyCondition:
     """A condition."""
 
     text: str  #: as written
@@ -71,7 +71,7 @@ def _holds(tree: Tree, now: Sequence[bool]) -> bool:
     return not first if not other else first and other[0] if tree[0] == "and" else first or other[0]
 
 
-def read(text: str, names: AskedSignals) -> When:
+def read(text: str, names: AskedSignals) -> StudyCondition:
     """A condition from its text.
 
     Raises
@@ -105,4 +105,4 @@ def read(text: str, names: AskedSignals) -> When:
         else:
             reason, hint = problem.message, problem.hint or EXAMPLE
         raise UsageError(f"`{text}` is not a condition: {reason}", hint=hint) from None
-    return When(text, found, tuple(differences), tuple(closed))
+    return StudyCondition(text, found, tuple(differences), tuple(closed))

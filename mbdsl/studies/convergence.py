@@ -10,11 +10,11 @@ from typing import Any
 from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration
-from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.studies.error_measures import Quantity
+from mbdsl.plotting.figures import Figure, Series, TextTable
+from mbdsl.studies.error_measures import ErrorQuantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, verdict
-from mbdsl.studies.survey import Asked, Row, Survey, error_in, survey
+from mbdsl.studies.survey import Asked, Survey, SurveyRow, error_in, survey
 
 #: quantities whose slopes are fitted; constraints and energy may have other orders or no error at all
 FITTED = ("q", "v", "reactions")
@@ -54,7 +54,7 @@ class Convergence(Study):
                 lines.append(f"{name}: " + ", ".join(f"{key} {v}" for key, v in wrong.items()))
         return lines + troubles(s)
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[TextTable]:
         return [errors_table(self.survey), *self._slopes()]
 
     def data(self) -> dict:
@@ -63,7 +63,7 @@ class Convergence(Study):
         }
         return {**super().data(), "slopes": fits}
 
-    def _slopes(self) -> list[Table]:
+    def _slopes(self) -> list[TextTable]:
         """A row for every series, and one for every slope, with its range."""
         short, long = [], []
         shown = [q for q in self.survey.quantities if not q.itself]
@@ -80,8 +80,8 @@ class Convergence(Study):
                     long.append((name, q.key, str(f), *where, str(f.count), f.below))
         note = "With half of the 95 % interval; fitted where the errors lie on a line."
         return [
-            Table("Slopes", ("series", "order", *(q.key for q in shown), ""), short, note),
-            Table("Ranges of the slopes", ("series", "error in", "slope", "from", "to", "points", "below"), long),
+            TextTable("Slopes", ("series", "order", *(q.key for q in shown), ""), short, note),
+            TextTable("Ranges of the slopes", ("series", "error in", "slope", "from", "to", "points", "below"), long),
         ]
 
     def figures(self) -> list[Figure]:
@@ -119,7 +119,7 @@ def trusted(s: Survey) -> str:
     return f"Reference: {s.reference}; digits in which they agree: {said}."
 
 
-def errors_table(s: Survey) -> Table:
+def errors_table(s: Survey) -> TextTable:
     """Scaled errors of every case; those below the resolution of the reference in brackets."""
     columns = ("method", "step or tol", "steps", *(q.key for q in s.quantities))
     rows = []
@@ -128,16 +128,16 @@ def errors_table(s: Survey) -> Table:
             [cell(s, q, row) for q in s.quantities] if row.run.done else [row.run.word] + [""] * (len(s.quantities) - 1)
         )
         rows.append((row.case.series, size(row), str(row.run.stats.get("steps", "")), *cells))
-    return Table("Errors", columns, rows, f"{BRACKETS[0].upper()}{BRACKETS[1:]}")
+    return TextTable("Errors", columns, rows, f"{BRACKETS[0].upper()}{BRACKETS[1:]}")
 
 
-def cell(s: Survey, q: Quantity, row: Row) -> str:
+def cell(s: Survey, q: ErrorQuantity, row: SurveyRow) -> str:
     """A scaled error as text, with brackets as ``BRACKETS`` explains."""
     e, floor = row.errors[q.key].scaled, s.reference.floor(q).scaled
     return number(e) if e >= floor or q.itself else f"({number(e)})"
 
 
-def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
+def error_figures(s: Survey, q: ErrorQuantity, scaled: bool = True) -> list[Figure]:
     """Errors of a quantity as functions of the step and of the tolerance; errors below the floor are not points.
 
     They are scaled, or else in the unit of the quantity.
@@ -192,7 +192,7 @@ def _orders(series: Sequence[Series], orders: Mapping[str, int]) -> list[Series]
     return found
 
 
-def _hover(q: Quantity, row: Row) -> str:
+def _hover(q: ErrorQuantity, row: SurveyRow) -> str:
     e = row.errors[q.key]
     return f"{row.case}: {number(e.largest, 3)} {q.unit}, {row.run.stats.get('steps')} steps"
 

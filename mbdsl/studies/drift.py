@@ -7,10 +7,10 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.mechanism.scene import Scene
-from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.plotting.figures import Figure, Series, TextTable
 from mbdsl.studies.convergence import error_figures
 from mbdsl.studies.error_measures import error, over_time, quantities
-from mbdsl.studies.reference_solution import Reference
+from mbdsl.studies.reference_solution import ReferenceSolution
 from mbdsl.studies.report import Study, number, size, troubles
 from mbdsl.studies.survey import Asked, Survey, begin, error_in, finite, rows_of
 
@@ -28,7 +28,7 @@ class Drift(Study):
         lines = ["Largest violation of the constraints, in their own units [m, rad; m/s, rad/s]."]
         return lines + troubles(s)
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[TextTable]:
         s = self.survey
         keys = [q.key for q in s.quantities]
         rows = []
@@ -40,7 +40,7 @@ class Drift(Study):
                 slopes = [s.fitted(series, error_in(key, "largest")) for key in keys]
                 rows.append((*rows.pop()[: 2 + len(keys)], *(str(f) if f else "" for f in slopes)))
         columns = ("method", "step or tol", *keys, *(f"slope of {key}" for key in keys))
-        return [Table("Drift", columns, rows, "A slope is in the last row of its method.")]
+        return [TextTable("Drift", columns, rows, "A slope is in the last row of its method.")]
 
     def figures(self) -> list[Figure]:
         s, found = self.survey, []
@@ -90,7 +90,7 @@ def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
     """
     given = Asked(**asked)
     runner, every, refused = begin(model, given, few=(PARTS, TOLS))
-    reference = Reference.none()
+    reference = ReferenceSolution.none()
     if not quantities(runner.blank(), reference.solution):
         raise UsageError(
             f"{runner.setting.scene.name} has no constraints that a motion could leave",

@@ -13,12 +13,12 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Scene
-from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.plotting.figures import Figure, Series, TextTable
 from mbdsl.studies.convergence import trusted
 from mbdsl.studies.error_measures import matching
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit
-from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare
+from mbdsl.studies.survey import Asked, Survey, SurveyRow, finite, measure, prepare
 
 PARTS = (4.0, 2.0, 1.0, 0.5, 0.25)  #: relative to the step of the model
 TOLS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
@@ -40,7 +40,7 @@ class Energy(Study):
         self.conserved = survey.conserved
         self.floor = 0.0 if self.conserved else survey.reference.floor(q).largest
 
-    def error(self, row: Row) -> tuple[Array, Array]:
+    def error(self, row: SurveyRow) -> tuple[Array, Array]:
         """Times (N,) [s] and the error of the energy there (N,) [J], with its sign.
 
         The times are ends of steps if the energy is conserved, else those that all runs have in common.
@@ -53,7 +53,7 @@ class Energy(Study):
         E, other = row.trajectory["energy.total"], self.survey.reference.solution
         return other.t, E[matching(row.trajectory.t, other.t)] - other["energy.total"]
 
-    def mean(self, row: Row) -> float:
+    def mean(self, row: SurveyRow) -> float:
         """The mean over time of its absolute value [J], weighted by the step sizes."""
         t, e = self.error(row)
         if len(t) < 2:
@@ -64,7 +64,7 @@ class Energy(Study):
         """An error [J] as text; below the resolution of the reference in brackets."""
         return number(error) if error >= self.floor else f"({number(error)})"
 
-    def slope(self, rows: list[Row]) -> Fit | None:
+    def slope(self, rows: list[SurveyRow]) -> Fit | None:
         return self.survey.fitted(rows, self.mean, self.floor)
 
     def records(self) -> list[dict]:
@@ -83,7 +83,7 @@ class Energy(Study):
         lines = [f"{what} Between kinds of energy, {self.exchanged:.4g} J are exchanged.", trusted(s)]
         return lines + troubles(s)
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[TextTable]:
         rows = []
         for name, series in self.survey.series().items():
             slope = self.slope(series)
@@ -109,7 +109,7 @@ class Energy(Study):
         columns = ("method", "step or tol", "mean [J]", "largest [J]", "of exchanged", "at end [J]", "slope of mean")
         note = "A slope is in the last row of its method."
         note += " In brackets: below the resolution of the reference." if self.floor else ""
-        return [Table("Error in energy", columns, rows, note)]
+        return [TextTable("Error in energy", columns, rows, note)]
 
     def figures(self) -> list[Figure]:
         over_time, over_size = [], {False: [], True: []}

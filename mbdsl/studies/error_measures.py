@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from mbdsl.elements.kind import JointKind
-from mbdsl.integrators.event_list import Group
+from mbdsl.integrators.event_list import EventGroup
 from mbdsl.kernels.arrays import Array
 from mbdsl.simulation.event_sequences import apart
 from mbdsl.simulation.trajectory import Trajectory
@@ -25,13 +25,13 @@ from mbdsl.simulation.trajectory import Trajectory
 NEAR = 1e-9  #: times that differ by this part of the time span are equal
 
 
-class Solution(Protocol):
+class ComparedSolution(Protocol):
     """A solution to compare with: signals by name at times t, and the events."""
 
     t: Array
 
     @property
-    def find_events(self) -> Callable[[], Sequence[Group]]: ...
+    def find_events(self) -> Callable[[], Sequence[EventGroup]]: ...
 
     def __contains__(self, name: str) -> bool: ...
 
@@ -39,7 +39,7 @@ class Solution(Protocol):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ErrorQuantity:
     """``weights`` scale the errors of ``signals``; a quantity that is an error ``itself`` needs no reference.
 
     Errors of ``attitudes`` of bodies in space, each with the signals of its quaternion, are angles. ``speed`` [1/s] is
@@ -66,7 +66,9 @@ class Error:
     scaled_end: float
 
 
-def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[str] = ()) -> list[Quantity]:
+def quantities(
+    trajectory: Trajectory, reference: ComparedSolution, patterns: Sequence[str] = ()
+) -> list[ErrorQuantity]:
     """The quantities q, v, reactions, energy, Phi and dPhi that exist, and the signals that match ``patterns``.
 
     ``reference`` determines the scales.
@@ -74,17 +76,19 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
     size, (found, speed) = trajectory.system.tables.size, scaled_motion(trajectory, reference)
     forces = {n: 1.0 if trajectory.unit(n) == "N" else 1.0 / size for n in reactions(trajectory) if n in reference}
     force = _largest(reference, forces)
-    found.append(Quantity("reactions", "reactions", "N, N.m", tuple(forces), tuple(w / force for w in forces.values())))
+    found.append(
+        ErrorQuantity("reactions", "reactions", "N, N.m", tuple(forces), tuple(w / force for w in forces.values()))
+    )
     energies = ("energy.kinetic", "energy.potential", "energy.total")
     if all(name in reference for name in energies):
         kinetic, potential, _ = (reference[name] for name in energies)
         exchanged = float(np.ptp(potential) + kinetic.max(initial=0.0)) or 1.0
-        found.append(Quantity("energy", "energy", "J", ("energy.total",), (1.0 / exchanged,)))
+        found.append(ErrorQuantity("energy", "energy", "J", ("energy.total",), (1.0 / exchanged,)))
     rows = [n for n in trajectory.names if ".Phi[" in n]
     rates = [n for n in trajectory.names if ".dPhi[" in n or ".Gam[" in n]
     found += [
-        Quantity("Phi", "constraints on positions", "m, rad", tuple(rows), (1.0 / size,) * len(rows), True),
-        Quantity(
+        ErrorQuantity("Phi", "constraints on positions", "m, rad", tuple(rows), (1.0 / size,) * len(rows), True),
+        ErrorQuantity(
             "dPhi", "constraints on velocities", "m/s, rad/s", tuple(rates), (1.0 / (size * speed),) * len(rates), True
         ),
     ]
@@ -93,17 +97,17 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
             S = reference[name][np.isfinite(reference[name])]
             extent = float(np.ptp(S)) if len(S) else 0.0
             extent = extent or float(np.abs(S).max(initial=0.0)) or 1.0
-            found.append(Quantity(name, name, trajectory.unit(name), (name,), (1.0 / extent,)))
+            found.append(ErrorQuantity(name, name, trajectory.unit(name), (name,), (1.0 / extent,)))
     return [replace(quantity, speed=speed) for quantity in found if quantity.signals or quantity.attitudes]
 
 
-def of_motion(trajectory: Trajectory, reference: Solution) -> list[Quantity]:
+def of_motion(trajectory: Trajectory, reference: ComparedSolution) -> list[ErrorQuantity]:
     """The quantities q and v that exist: without reactions, which some methods have to compute at every output."""
     found, speed = scaled_motion(trajectory, reference)
     return [replace(quantity, speed=speed) for quantity in found if quantity.signals or quantity.attitudes]
 
 
-def scaled_motion(trajectory: Trajectory, reference: Solution) -> tuple[list[Quantity], float]:
+def scaled_motion(trajectory: Trajectory, reference: ComparedSolution) -> tuple[list[ErrorQuantity], float]:
     """q and v, and the largest scaled velocity."""
     size = trajectory.system.tables.size
     names = [name for name in trajectory.default_names if name in reference]
@@ -115,8 +119,8 @@ def scaled_motion(trajectory: Trajectory, reference: Solution) -> tuple[list[Qua
     bodies = [name.removesuffix(".p0") for name in names if name.endswith(".p0")] if trajectory.scene.spatial else []
     turns = tuple(tuple(f"{body}.p{k}" for k in range(4)) for body in bodies)
     found = [
-        Quantity("q", "positions", "m, rad", tuple(q), tuple(lengths[units[n]] for n in q), attitudes=turns),
-        Quantity("v", "velocities", "m/s, rad/s", tuple(v), tuple(lengths[units[n]] / speed for n in v)),
+        ErrorQuantity("q", "positions", "m, rad", tuple(q), tuple(lengths[units[n]] for n in q), attitudes=turns),
+        ErrorQuantity("v", "velocities", "m/s, rad/s", tuple(v), tuple(lengths[units[n]] / speed for n in v)),
     ]
     return found, speed
 
@@ -130,7 +134,7 @@ def reactions(trajectory: Trajectory) -> list[str]:
     return found
 
 
-def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
+def _largest(reference: ComparedSolution, weights: Mapping[str, float]) -> float:
     """The largest weighted absolute value; 1 if all are zero."""
     sizes = (
         weight * np.abs(reference[name]).max(initial=0.0, where=np.isfinite(reference[name]))
@@ -139,7 +143,9 @@ def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
     return float(max(sizes, default=0.0)) or 1.0
 
 
-def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: bool = True) -> Array:
+def over_time(
+    quantity: ErrorQuantity, found: ComparedSolution, reference: ComparedSolution, scaled: bool = True
+) -> Array:
     """The error (N,) at the times of ``reference``.
 
     It is infinite where only the reference has a value, and nan where the reference has none. A quantity that is an
@@ -161,7 +167,7 @@ def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: 
     return largest
 
 
-def late_events(found: Solution, reference: Solution) -> Array | None:
+def late_events(found: ComparedSolution, reference: ComparedSolution) -> Array | None:
     """The differences (N,) of the times of events of both, at the times of ``reference`` between them [s]; None if
     there are no events."""
     one, other = found.find_events(), reference.find_events()
@@ -180,7 +186,7 @@ def matching(t: Array, times: Array) -> Array:
     return np.minimum(np.searchsorted(t, times - NEAR * (np.ptp(t) or 1.0)), len(t) - 1)
 
 
-def error(quantity: Quantity, found: Solution, reference: Solution) -> Error:
+def error(quantity: ErrorQuantity, found: ComparedSolution, reference: ComparedSolution) -> Error:
     """The error of ``found``; infinite if nothing can be compared."""
     plain, scaled = (over_time(quantity, found, reference, s) for s in (False, True))
     there = ~np.isnan(plain)

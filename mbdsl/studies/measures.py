@@ -21,7 +21,7 @@ from mbdsl.messages import did_you_mean, few
 from mbdsl.results import selection
 from mbdsl.simulation.extremes import OUTPUTS, Extreme, value_at
 from mbdsl.studies import conditions
-from mbdsl.studies.conditions import When
+from mbdsl.studies.conditions import StudyCondition
 
 if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
@@ -51,7 +51,7 @@ def _period(t: Array, x: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Function:
+class SignalFunction:
     """A function of signals.
 
     Its value follows from the times and the values (N,) of its signals; further are its explanation, its unit ("": that
@@ -73,42 +73,42 @@ def _only(t: Array, x: Array) -> float:
 
 
 FUNCTIONS = {
-    "final": Function(lambda t, x: float(x[-1]), "last value"),
-    "min": Function(lambda t, x: float(x.min()), "least value"),
-    "max": Function(lambda t, x: float(x.max()), "largest value"),
-    "maxabs": Function(lambda t, x: float(np.abs(x).max()), "largest absolute value"),
-    "mean": Function(_mean, "mean over time"),
-    "rms": Function(lambda t, x: float(np.sqrt(_mean(t, x * x))), "root of the mean square over time"),
-    "amplitude": Function(lambda t, x: float(0.5 * (x.max() - x.min())), "half of largest minus least value"),
-    "period": Function(
+    "final": SignalFunction(lambda t, x: float(x[-1]), "last value"),
+    "min": SignalFunction(lambda t, x: float(x.min()), "least value"),
+    "max": SignalFunction(lambda t, x: float(x.max()), "largest value"),
+    "maxabs": SignalFunction(lambda t, x: float(np.abs(x).max()), "largest absolute value"),
+    "mean": SignalFunction(_mean, "mean over time"),
+    "rms": SignalFunction(lambda t, x: float(np.sqrt(_mean(t, x * x))), "root of the mean square over time"),
+    "amplitude": SignalFunction(lambda t, x: float(0.5 * (x.max() - x.min())), "half of largest minus least value"),
+    "period": SignalFunction(
         _period,
         "mean time between upward crossings of the middle of the range",
         "s",
         lacking="the signal passes the middle of its range upwards less than twice",
     ),
-    "time_of_max": Function(lambda t, x: float(t[x.argmax()]), "time of the largest value", "s"),
-    "time_of_min": Function(lambda t, x: float(t[x.argmin()]), "time of the least value", "s"),
-    "time_when": Function(
+    "time_of_max": SignalFunction(lambda t, x: float(t[x.argmax()]), "time of the largest value", "s"),
+    "time_of_min": SignalFunction(lambda t, x: float(t[x.argmin()]), "time of the least value", "s"),
+    "time_when": SignalFunction(
         _only,
         "first time at which a condition holds; `last`: the last one; `count`: how many times it begins to hold",
         "s",
         form="CONDITION, first|last|count",
     ),
-    "at": Function(
+    "at": SignalFunction(
         _only,
         "value at a time, or at the first or last time at which a condition holds",
         form="SIGNAL, TIME|CONDITION, first|last",
     ),
-    "at_max": Function(
+    "at_max": SignalFunction(
         lambda t, a, b: float(a[b.argmax()]), "value where another signal is largest", form="SIGNAL, OTHER"
     ),
-    "at_min": Function(
+    "at_min": SignalFunction(
         lambda t, a, b: float(a[b.argmin()]), "value where another signal is least", form="SIGNAL, OTHER"
     ),
-    "static": Function(_only, "value at the static equilibrium", of=STATIC),
-    "frequency": Function(_only, "undamped frequency of a mode, such as 1", "Hz", MODES, "N", NO_MODE),
-    "damped_frequency": Function(_only, "frequency of the damped vibration of a mode", "Hz", MODES, "N", NO_MODE),
-    "damping": Function(_only, "damping ratio of a mode", "", MODES, "N", NO_MODE),
+    "static": SignalFunction(_only, "value at the static equilibrium", of=STATIC),
+    "frequency": SignalFunction(_only, "undamped frequency of a mode, such as 1", "Hz", MODES, "N", NO_MODE),
+    "damped_frequency": SignalFunction(_only, "frequency of the damped vibration of a mode", "Hz", MODES, "N", NO_MODE),
+    "damping": SignalFunction(_only, "damping ratio of a mode", "", MODES, "N", NO_MODE),
 }
 
 
@@ -150,7 +150,7 @@ class Measure:
     signal: str
     unit: str = ""
     further: tuple[str, ...] = ()
-    when: When | float | None = None
+    when: StudyCondition | float | None = None
 
     def __str__(self) -> str:
         return f"{self.function}({', '.join([self.signal, *self.further])})"
@@ -159,9 +159,9 @@ class Measure:
     def signals(self) -> tuple[str, ...]:
         """The signals, or expressions of signals, whose values it follows from."""
         if self.function == "time_when":
-            assert isinstance(self.when, When)
+            assert isinstance(self.when, StudyCondition)
             return self.when.differences
-        if isinstance(self.when, When):
+        if isinstance(self.when, StudyCondition):
             return self.signal, *self.when.differences
         return (self.signal, *self.further) if self.when is None else (self.signal,)
 
@@ -174,7 +174,7 @@ class Measure:
     def lacking(self) -> str:
         """Why it may have no value in a run that is complete; "" if that is not known."""
         if self.when is not None:
-            return NEVER if isinstance(self.when, When) else "the time is outside of the run"
+            return NEVER if isinstance(self.when, StudyCondition) else "the time is outside of the run"
         return FUNCTIONS[self.function].lacking
 
     def of_run(self, run: Trajectory) -> float:
@@ -217,7 +217,7 @@ class Measure:
             return float("nan")
         if self.when is None:
             return FUNCTIONS[self.function].value(t, *xs)
-        if not isinstance(self.when, When):
+        if not isinstance(self.when, StudyCondition):
             return float(np.interp(self.when, t, xs[0])) if t[0] <= self.when <= t[-1] else float("nan")
         own = self.function != "time_when"
         spans = self.when.spans(t, xs[own:])
@@ -288,7 +288,7 @@ def _read(text: str, function: str, arguments: list[str], names: AskedSignals) -
     if function == "time_when":
         yield Measure(function, first, "" if which == TIMES else unit, last, conditions.read(first, names))
         return
-    when: When | float | None = None
+    when: StudyCondition | float | None = None
     if function == "at":
         when = _time(further[0])
         when = conditions.read(further[0], names) if when is None else when

@@ -29,7 +29,7 @@ SATURATED = 1e-2  #: errors above this may not decrease yet
 
 
 @dataclass(frozen=True)
-class Result:
+class SearchRun:
     """One run: its error and the seconds it took; a ``problem`` if it failed; ``late`` if it was ended."""
 
     error: float = math.nan
@@ -39,7 +39,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TimedRun:
     """A complete run with a step [s] or a tolerance."""
 
     size: float
@@ -60,7 +60,7 @@ class Candidate:
     size: float
     longest: float
     prior: float = 0.0
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[TimedRun] = field(default_factory=list)
     runs: int = 0
     ended: float = 0.0  #: size of the run that was ended last
     least: float = 0.0  #: the longest time after which a run was ended [s]: the target takes longer
@@ -71,11 +71,11 @@ class Candidate:
     problem: str = ""  #: why it makes no further runs
 
     @property
-    def best(self) -> Trial | None:
+    def best(self) -> TimedRun | None:
         """The fastest run that reaches the target; None before :meth:`judge` has seen one."""
         return min(self._reaching, key=lambda trial: trial.seconds, default=None)
 
-    _reaching: list[Trial] = field(default_factory=list)
+    _reaching: list[TimedRun] = field(default_factory=list)
 
     def promise(self, target: float) -> float:
         """The expected time to reach the target [s]."""
@@ -108,7 +108,7 @@ class Candidate:
     def tried(self) -> bool:
         return self.runs > 0 or self.least > 0.0
 
-    def see(self, size: float, result: Result, target: float, enough: float) -> None:
+    def see(self, size: float, result: SearchRun, target: float, enough: float) -> None:
         """Add the result of a run; one that was ended after ``enough`` seconds is too slow."""
         if result.late:
             self.skipped = not result.seconds
@@ -124,7 +124,7 @@ class Candidate:
         if result.problem:
             self._see_failure(size, result.problem)
         else:
-            self._see_error(Trial(size, result.error, result.seconds), target)
+            self._see_error(TimedRun(size, result.error, result.seconds), target)
         if self.runs >= RUNS and not self.problem and not self._reaching:
             self.problem = f"not in {RUNS} runs"
 
@@ -138,7 +138,7 @@ class Candidate:
             self.problem = problem
         self.size = rounded(size / (4.0 if self.kind == "fixed" else 10.0))
 
-    def _see_error(self, trial: Trial, target: float) -> None:
+    def _see_error(self, trial: TimedRun, target: float) -> None:
         before = self.trials[-1] if self.trials else None
         self.trials.append(trial)
         if trial.error <= target:
@@ -152,7 +152,7 @@ class Candidate:
     def _missing(self) -> list[float]:
         return [trial.size for trial in self.trials if trial not in self._reaching]
 
-    def _base(self, target: float) -> Trial:
+    def _base(self, target: float) -> TimedRun:
         """The run whose error is closest to the target."""
         return min(self.trials, key=lambda trial: abs(math.log(max(trial.error, 1e-300) / target)))
 
@@ -179,7 +179,7 @@ class Candidate:
 def search(
     candidates: Sequence[Candidate],
     target: float,
-    attempt: Callable[[Candidate, float, float], Result],
+    attempt: Callable[[Candidate, float, float], SearchRun],
     left: Callable[[], float],
 ) -> bool:
     """Run candidates until the fastest one is known, or until there is no time left.

@@ -15,14 +15,14 @@ from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import available, compiled
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, duration, together
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.simulation.diagnostics.fixed_steps import unseen_peak
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
-from mbdsl.studies.error_measures import Quantity, error, of_motion, quantities
-from mbdsl.studies.method_search import NEAR, Candidate, Result, rounded, search
-from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
+from mbdsl.studies.error_measures import ErrorQuantity, error, of_motion, quantities
+from mbdsl.studies.method_search import NEAR, Candidate, SearchRun, rounded, search
+from mbdsl.studies.reference_solution import ReferenceSolution, automatic, file_points, from_file
 from mbdsl.studies.report import as_text, number, ratio, size
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.slopes import CLEAR
@@ -39,7 +39,7 @@ BUDGET = 120.0  #: seconds
 
 
 @dataclass(frozen=True)
-class Choice:
+class RecommendedCase:
     """A case that reaches the error, with its own error and the run times [s] that were measured."""
 
     case: Case
@@ -88,9 +88,9 @@ class Recommendation:
     what: str
     error: float
     unit: str
-    choices: tuple[Choice, ...]
+    choices: tuple[RecommendedCase, ...]
     others: tuple[tuple[str, str], ...]
-    reference: Reference
+    reference: ReferenceSolution
     extra: tuple[str, ...] = ()
     note: str = ""
     left_out: tuple[str, ...] = ()
@@ -103,7 +103,7 @@ class Recommendation:
         return len(self.choices) + len(self.others)
 
     @property
-    def best(self) -> Choice:
+    def best(self) -> RecommendedCase:
         """The fastest case."""
         return self.choices[0]
 
@@ -129,13 +129,13 @@ class Recommendation:
             lines.append("The search is not complete: run the same command again to continue.")
         return lines
 
-    def _table(self) -> Table:
+    def _table(self) -> TextTable:
         unit = f" {self.unit}" if self.unit else ""
         rows = []
         for c in self.choices:
             times = ratio(c.time, self.best.time)
             rows.append((c.case.series, size(c.case), number(c.error) + unit, duration(c.time), times))
-        return Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
+        return TextTable("", ("method", "step or tol", "error", "time", "to the best"), rows)
 
     def _rest(self) -> list[str]:
         lines = [f"{name}: {why}" for name, why in self.others] + ([self.note] if self.note else [])
@@ -198,7 +198,9 @@ def recommend(
     candidates = [_candidate(name, kind, aim) for name in names for kind in available()[name].steps]
     with runner.reserving(TIMING * max(0.0, runner.left)):
         complete = search(candidates, aim.target, aim.attempt, lambda: runner.left)
-    found = [Choice(_case(c, c.best.size), c.best.error, [c.best.seconds]) for c in candidates if c.best is not None]
+    found = [
+        RecommendedCase(_case(c, c.best.size), c.best.error, [c.best.seconds]) for c in candidates if c.best is not None
+    ]
     if not found:
         raise _nothing(candidates, aim, complete, given.budget)
     timed, note = _timed(runner, found, given)
@@ -227,7 +229,7 @@ def _nothing(candidates: Sequence[Candidate], aim: Aim, complete: bool, budget: 
     )
 
 
-def _timed(runner: Runner, found: Sequence[Choice], given: Asked) -> tuple[list[Choice], str]:
+def _timed(runner: Runner, found: Sequence[RecommendedCase], given: Asked) -> tuple[list[RecommendedCase], str]:
     """The choices that are about as fast as the fastest one, with times of alternating runs; and a remark."""
     quickest = min(c.time for c in found)
     near = [c for c in found if c.time <= max(NEAR * quickest, SHORT)]
@@ -235,7 +237,7 @@ def _timed(runner: Runner, found: Sequence[Choice], given: Asked) -> tuple[list[
     note = ""
     if len(times) < len(near):  # medians of several runs and single runs are not comparable
         times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
-    timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
+    timed = [RecommendedCase(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
     return sorted(timed, key=lambda c: c.time), note
 
 
@@ -261,8 +263,8 @@ class Aim:
     """The target, and the measurement of errors."""
 
     runner: Runner
-    reference: Reference
-    wanted: Sequence[Quantity]
+    reference: ReferenceSolution
+    wanted: Sequence[ErrorQuantity]
     target: float
     unit: str
     what: str
@@ -275,15 +277,15 @@ class Aim:
     def wording(self, x: float) -> str:
         return f"{x:.2g} {self.unit}".rstrip()
 
-    def attempt(self, candidate: Candidate, size: float, cap: float) -> Result:
+    def attempt(self, candidate: Candidate, size: float, cap: float) -> SearchRun:
         """One run of at most ``cap`` [s], from the store or computed."""
         case = _case(candidate, size)
         run = self.runner.compute([case], limit=cap)[case]
         if run.late:
-            return Result(seconds=run.stats.get("seconds", {}).get("integrate", 0.0), late=True)
+            return SearchRun(seconds=run.stats.get("seconds", {}).get("integrate", 0.0), late=True)
         if problem := run.problem or unseen_peak(run.stats):  # its states may be right at the ends of steps only
-            return Result(problem=problem)
-        return Result(self.error(self.runner.trajectory(run)), self.runner.seconds(run))
+            return SearchRun(problem=problem)
+        return SearchRun(self.error(self.runner.trajectory(run)), self.runner.seconds(run))
 
     @property
     def target_part(self) -> float:
@@ -302,7 +304,7 @@ def _candidate(name: str, kind: str, aim: Aim) -> Candidate:
 
 def _aim(
     runner: Runner, names: Sequence[str], given: Asked, target: float | str, signal: str | None
-) -> tuple[Reference, Aim]:
+) -> tuple[ReferenceSolution, Aim]:
     """A sufficiently accurate reference, and the target."""
     if given.reference == "auto":
         reference = automatic(runner, names, None)
@@ -318,7 +320,7 @@ def _aim(
     )
 
 
-def _by(runner: Runner, reference: Reference, target: float | str, signal: str | None) -> Aim:
+def _by(runner: Runner, reference: ReferenceSolution, target: float | str, signal: str | None) -> Aim:
     solution = reference.solution
     like = solution if isinstance(solution, Trajectory) else runner.blank()
     if signal is None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import available
-from mbdsl.integrators.event_list import Group
+from mbdsl.integrators.event_list import EventGroup
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
@@ -28,7 +28,7 @@ from mbdsl.simulation.event_sequences import apart
 from mbdsl.simulation.stored_events import of_meta
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
-from mbdsl.studies.error_measures import NEAR, Error, Quantity, Solution, error, matching, reactions
+from mbdsl.studies.error_measures import NEAR, ComparedSolution, Error, ErrorQuantity, error, matching, reactions
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.ladder import difference
 from mbdsl.studies.runner import Runner
@@ -42,21 +42,21 @@ FEWEST = 20  #: largest number of output points used of a file
 
 
 @dataclass
-class Reference:
+class ReferenceSolution:
     """A ``solution`` and its method ``how``, with the solution ``check`` by ``checked_by``; None without a check."""
 
-    solution: Solution
+    solution: ComparedSolution
     how: str
-    check: Solution | None = None
+    check: ComparedSolution | None = None
     checked_by: str = ""
     _floors: dict[str, Error] = field(default_factory=dict)
 
     @classmethod
-    def none(cls) -> Reference:
+    def none(cls) -> ReferenceSolution:
         """No reference, for studies that need none."""
-        return cls(Columns(np.empty(0), {}), "none")
+        return cls(FileSignals(np.empty(0), {}), "none")
 
-    def floor(self, quantity: Quantity) -> Error:
+    def floor(self, quantity: ErrorQuantity) -> Error:
         """The resolution of the reference: smaller errors cannot be determined."""
         if quantity.itself or self.check is None:
             return Error(0.0, 0.0, 0.0, 0.0)
@@ -64,7 +64,7 @@ class Reference:
             self._floors[quantity.key] = error(quantity, self.check, self.solution)
         return self._floors[quantity.key]
 
-    def digits(self, quantity: Quantity) -> float | None:
+    def digits(self, quantity: ErrorQuantity) -> float | None:
         """Number of trusted decimal digits, relative to the scale of the quantity; None without a check."""
         if self.check is None or quantity.itself:
             return None
@@ -75,12 +75,12 @@ class Reference:
 
 
 @dataclass
-class Columns:
+class FileSignals:
     """Signals of a file, at those of its times that are output times of the study, and its events."""
 
     t: Array
     columns: dict[str, Array]
-    find_events: Callable[[], Sequence[Group]] = list
+    find_events: Callable[[], Sequence[EventGroup]] = list
 
     def __contains__(self, name: str) -> bool:
         return name in self.columns
@@ -89,7 +89,7 @@ class Columns:
         return self.columns[name]
 
 
-def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ()) -> Reference:
+def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ()) -> ReferenceSolution:
     """The signals of a result file as reference; ``signals`` are patterns of requested signals.
 
     Raises
@@ -139,7 +139,7 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
     if gaps:
         limits.append(f"at some times without {few(gaps)}")
     how = f"`{file}`" + (f" ({', '.join(limits)})" if limits else "")
-    return Reference(Columns(times[there], kept, partial(of_meta, meta)), how)
+    return ReferenceSolution(FileSignals(times[there], kept, partial(of_meta, meta)), how)
 
 
 def _times(file: str, columns: Mapping[str, Array], of: Setting) -> Array:
@@ -182,7 +182,7 @@ def file_points(path: str | PathLike, of: Setting) -> int:
     return max((n for n in divisors if n <= 2 * POINTS), default=divisors[0])
 
 
-def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> Reference:
+def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> ReferenceSolution:
     """A reference of a family that is not studied if there is one, checked by a second family.
 
     ``finest`` is the shortest step of the study [s], if it has any.
@@ -220,7 +220,7 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
             else "give one: --reference FILE",
         )
     _, (_, how, solution), (_, other, check) = best
-    return Reference(solution, how, check, other)
+    return ReferenceSolution(solution, how, check, other)
 
 
 Found = tuple[str, str, Trajectory]  #: method, its settings, and its solution

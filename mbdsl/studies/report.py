@@ -15,7 +15,7 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators.method_files import spelled
 from mbdsl.messages import count, duration
 from mbdsl.plotting.figure_layout import looks_of
-from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Table
+from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, TextTable
 from mbdsl.plotting.series_styles import Look
 from mbdsl.plotting.table_files import as_csv
 from mbdsl.plotting.terminal_text import text_width
@@ -23,7 +23,7 @@ from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
 from mbdsl.studies.figure_parts import Score, method_looks, parts
-from mbdsl.studies.survey import Row, Survey
+from mbdsl.studies.survey import Survey, SurveyRow
 
 PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are listed one by one
@@ -66,7 +66,7 @@ class Study:
         """
         return []
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[TextTable]:
         """Return the results as tables.
 
         Returns
@@ -202,7 +202,7 @@ class Study:
         Page
         """
         tables, first = self.tables(), self.answers()
-        items: list[Figure | Bars | Table] = [*tables[:first], *self.pictures(), *tables[first:]]
+        items: list[Figure | Bars | TextTable] = [*tables[:first], *self.pictures(), *tables[first:]]
         small = [(name, _plain(value)) for name, value in self.facts().items()]
         small += [(f"text of {file}", text) for file, text in self._texts().items()]
         return Page(self.title, self.summary(), items, small, self.looks())
@@ -306,7 +306,7 @@ def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICT
     return paths
 
 
-def as_text(table: Table, width: int | None = None, lead: int = 2) -> str:
+def as_text(table: TextTable, width: int | None = None, lead: int = 2) -> str:
     """A table as text for a terminal, with numbers aligned to the right; the default ``width`` is that of the terminal.
 
     Columns that do not fit are continued below, with the first ``lead`` columns repeated.
@@ -334,7 +334,7 @@ def _numbers(cells: Iterable[str]) -> bool:
     return "number" in kinds and kinds <= {"number", "failed", "not run", "not timed"}
 
 
-def outcomes(rows: Iterable[Row]) -> list[Outcome]:
+def outcomes(rows: Iterable[SurveyRow]) -> list[Outcome]:
     """Rows without a point because they failed."""
     return [Outcome(r.case.series, r.case.size, r.run.problem) for r in rows if r.run.problem and not r.run.late]
 
@@ -342,7 +342,7 @@ def outcomes(rows: Iterable[Row]) -> list[Outcome]:
 def troubles(s: Survey) -> list[str]:
     """Sentences on cases that were not run or failed."""
     late = [row for row in s.rows if row.run.late]
-    failed: dict[tuple[str, str], list[Row]] = {}
+    failed: dict[tuple[str, str], list[SurveyRow]] = {}
     for row in s.rows:
         if row.run.problem and not row.run.late:
             failed.setdefault((row.case.series, row.run.problem), []).append(row)

@@ -11,10 +11,10 @@ import numpy as np
 
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, duration
-from mbdsl.plotting.figures import Bar, Bars, Figure, Series, Table
-from mbdsl.studies.reference_solution import Reference
+from mbdsl.plotting.figures import Bar, Bars, Figure, Series, TextTable
+from mbdsl.studies.reference_solution import ReferenceSolution
 from mbdsl.studies.report import Study, outcomes, size, troubles
-from mbdsl.studies.survey import TIMING, Asked, Row, Survey, begin
+from mbdsl.studies.survey import TIMING, Asked, Survey, SurveyRow, begin
 from mbdsl.studies.work_precision import quartiles, rounds, time_rows
 
 BASE = "hht-i3"
@@ -38,7 +38,7 @@ class Runtime(Study):
             lines.append(f"{cases} not timed, as the budget of {s.asked.budget:g} s was spent.")
         return lines + troubles(s)
 
-    def ratios(self, row: Row) -> list[float]:
+    def ratios(self, row: SurveyRow) -> list[float]:
         """Times relative to HHT-I3 at the same step, round by round; at its first step if it has no such step."""
         others = [r for r in self.survey.rows if r.case.method == BASE and r.seconds]
         base = next((r for r in others if r.case.step == row.case.step), others[0] if others else None)
@@ -54,7 +54,7 @@ class Runtime(Study):
                 record[f"relative to {BASE}"] = median(ratios) if ratios else None
         return found
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[TextTable]:
         rows = []
         for row in self.survey.rows:
             if not row.seconds:
@@ -80,7 +80,7 @@ class Runtime(Study):
                 )
             )
         columns = ("method", "step or tol", "steps", "a step", "a second", f"to {BASE}", "middle half", "iterations")
-        return [Table("Run time", columns, rows, "`a second`: of simulated time; `iterations`: a step.")]
+        return [TextTable("Run time", columns, rows, "`a second`: of simulated time; `iterations`: a step.")]
 
     def figures(self) -> Sequence[Figure | Bars]:
         timed = [row for row in self.survey.rows if row.seconds]
@@ -98,7 +98,7 @@ class Runtime(Study):
         problems = [type(o)(o.name, None, o.text) for o in outcomes(self.survey.rows)]
         return [Figure("time", "Run time", "steps", "time of a simulated second [s]", series, outcomes=problems)]
 
-    def _bars(self, rows: Sequence[Row]) -> Bars:
+    def _bars(self, rows: Sequence[SurveyRow]) -> Bars:
         """One time for each series, the shortest first."""
         span, bars = self.survey.setting.span, []
         for row in rows:
@@ -132,7 +132,7 @@ def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
     runner, every, refused = begin(model, given, few=((1.0,), TOLS))
     with runner.reserving(TIMING * runner.budget):
         runs = runner.compute(every)
-    rows = [Row(case, runs[case]) for case in every]
-    found = Survey(runner.setting, given, runner, rows, refused, Reference.none(), [])
+    rows = [SurveyRow(case, runs[case]) for case in every]
+    found = Survey(runner.setting, given, runner, rows, refused, ReferenceSolution.none(), [])
     time_rows(found)
     return Runtime(found)

@@ -40,7 +40,7 @@ from mbdsl.studies.store import Computed
 from mbdsl.studies.sweep import made, setting, with_unit
 from mbdsl.studies.sweep_options import SweepOptions
 from mbdsl.studies.sweep_results import Sweep
-from mbdsl.studies.sweep_runs import Point, PointRunner, SweepSetting, times
+from mbdsl.studies.sweep_runs import PointRunner, SweepPoint, SweepSetting, times
 from mbdsl.studies.sweep_values import RANGES, Varied, number_text
 from mbdsl.studies.sweep_values import interval as range_of
 
@@ -131,7 +131,7 @@ def _asked(vary: Mapping[str, str | Iterable], conditions: str | Sequence[str]) 
     return ranges, texts
 
 
-def _finer(of: SweepSetting, options: SweepOptions, case: Point, plan: Plan) -> tuple[PointRunner, Point]:
+def _finer(of: SweepSetting, options: SweepOptions, case: SweepPoint, plan: Plan) -> tuple[PointRunner, SweepPoint]:
     """The runs with half of the step, or a tenth of the tolerance, and half of the output interval."""
     half = times(of, of.scene).get("interval")
     halved = replace(of, times_asked={**of.times_asked, "interval": half / 2.0 if half else half})
@@ -173,7 +173,7 @@ def _turning(unit: str) -> bool:
 class _Runs:
     """Measures at points of the ranges, which are mapped to [0, 1]; each point is computed once."""
 
-    def __init__(self, of: SweepSetting, options: SweepOptions, case: Point, ranges: Sequence[Varied]) -> None:
+    def __init__(self, of: SweepSetting, options: SweepOptions, case: SweepPoint, ranges: Sequence[Varied]) -> None:
         self.of, self.options, self.case, self.ranges = of, options, case, tuple(ranges)
         self.runner = options.runner(of)
         self.done: dict[tuple[float, ...], Computed] = {}  #: by the values of the parameters
@@ -182,7 +182,7 @@ class _Runs:
         """The values of the parameters at a point of the unit square, in their units."""
         return tuple(float(number_text(_mapped(p, float(x)))) for p, x in zip(self.ranges, u, strict=True))
 
-    def point(self, values: Sequence[float], case: Point) -> Point:
+    def point(self, values: Sequence[float], case: SweepPoint) -> SweepPoint:
         texts = ((p.name, f"{number_text(x)} {p.unit}".strip()) for p, x in zip(self.ranges, values, strict=True))
         return replace(case, values=tuple(texts))
 
@@ -194,7 +194,7 @@ class _Runs:
             self.done |= {x: runs[point] for x, point in wanted.items()}
         return np.array([self._measures(self.done[self.values(u)]) for u in us])
 
-    def finer(self, u: Place, runner: PointRunner, case: Point) -> Array:
+    def finer(self, u: Place, runner: PointRunner, case: SweepPoint) -> Array:
         """The measures (number of measures,) at a point with other settings of the run."""
         point = self.point(self.values(u), case)
         return self._measures(runner.runs([point])[point])
@@ -362,7 +362,7 @@ def _slopes(runs: _Runs, u: Array) -> Array:
 # -- answers -----------------------------------------------------------------------------------------------------------
 
 
-def _answer(runs: _Runs, target: Array, u: Array, finer: tuple[PointRunner, Point] | None) -> Answer:
+def _answer(runs: _Runs, target: Array, u: Array, finer: tuple[PointRunner, SweepPoint] | None) -> Answer:
     """The values at a point, with their errors."""
     x, y = runs.values(u), runs(u)[0]
     off = np.abs(y - target)

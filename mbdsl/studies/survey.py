@@ -31,8 +31,8 @@ from mbdsl.studies.cases import (
     step_ladder,
     taken,
 )
-from mbdsl.studies.error_measures import Error, Quantity, error, quantities
-from mbdsl.studies.reference_solution import Columns, Reference, automatic, file_points, from_file
+from mbdsl.studies.error_measures import Error, ErrorQuantity, error, quantities
+from mbdsl.studies.reference_solution import FileSignals, ReferenceSolution, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner, StudyProgress
 from mbdsl.studies.slopes import Fit, fit
 from mbdsl.studies.store import Computed, Store
@@ -112,7 +112,7 @@ class Asked:
 
 
 @dataclass
-class Row:
+class SurveyRow:
     """A case with its run, its errors by quantity, and the times of its timed runs [s].
 
     ``trajectory`` is at the common times of all runs, ``own`` at the ends of steps; they are the same if the steps
@@ -162,28 +162,28 @@ class Survey:
     setting: Setting
     asked: Asked
     runner: Runner
-    rows: list[Row]
+    rows: list[SurveyRow]
     refused: list[tuple[str, str]]  #: methods without a case, and the reasons
-    reference: Reference
-    quantities: list[Quantity]
+    reference: ReferenceSolution
+    quantities: list[ErrorQuantity]
 
     @property
     def scene(self) -> Scene:
         return self.setting.scene
 
-    def series(self) -> dict[str, list[Row]]:
+    def series(self) -> dict[str, list[SurveyRow]]:
         """Name of a series -> its rows, coarse to fine."""
-        found: dict[str, list[Row]] = {}
+        found: dict[str, list[SurveyRow]] = {}
         for row in self.rows:
             found.setdefault(row.case.series, []).append(row)
         return found
 
-    def fitted(self, rows: Sequence[Row], value: Callable[[Row], float], floor: float = 0.0) -> Fit | None:
+    def fitted(self, rows: Sequence[SurveyRow], value: Callable[[SurveyRow], float], floor: float = 0.0) -> Fit | None:
         """The slope of a value of complete runs over their sizes, as far as it is above the ``floor``."""
         done = [row for row in rows if row.run.done]
         return fit([row.case.size for row in done], [value(row) for row in done], floor)
 
-    def quantity(self, key: str) -> Quantity | None:
+    def quantity(self, key: str) -> ErrorQuantity | None:
         return next((q for q in self.quantities if q.key == key), None)
 
     @property
@@ -291,7 +291,7 @@ def prepare(
     return Survey(of, asked, runner, rows, refused, reference, [])
 
 
-def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
+def rows_of(runner: Runner, every: Sequence[Case]) -> list[SurveyRow]:
     """Runs of all cases, at common times and at the ends of their steps.
 
     If steps do not reach the common times, output there is interpolated, and its constraint residuals are not those of
@@ -315,7 +315,7 @@ def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
             break
     rows = []
     for case in every:
-        row = Row(case, runs[case])
+        row = SurveyRow(case, runs[case])
         if row.run.done:
             row.trajectory = row.own = runner.trajectory(row.run)
             if case in ends and others[ends[case]].done:
@@ -334,13 +334,13 @@ def measure(found: Survey) -> Survey:
     return found
 
 
-def _error(found: Survey, q: Quantity, row: Row) -> Error:
+def _error(found: Survey, q: ErrorQuantity, row: SurveyRow) -> Error:
     """At the ends of steps if no reference is necessary, else at common times."""
     assert row.trajectory is not None and row.own is not None
     like = found.reference.solution
     if q.key == "energy" and found.conserved:
         E = like["energy.total"]
-        return error(q, row.own, Columns(row.own.t, {"energy.total": np.full(len(row.own.t), E[0])}))
+        return error(q, row.own, FileSignals(row.own.t, {"energy.total": np.full(len(row.own.t), E[0])}))
     return error(q, row.own if q.itself else row.trajectory, like)
 
 
@@ -363,7 +363,7 @@ def _affordable(runner: Runner, names: Sequence[str], steps: Sequence[float], le
     return min(least, len(steps))
 
 
-def error_in(key: str, which: str) -> Callable[[Row], float]:
+def error_in(key: str, which: str) -> Callable[[SurveyRow], float]:
     """The error of a row in a quantity: a field of :class:`mbdsl.studies.error_measures.Error`."""
     return lambda row: getattr(row.errors[key], which)
 

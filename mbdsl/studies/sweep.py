@@ -30,7 +30,7 @@ from mbdsl.studies.measures import MODES, RUN, Measure
 from mbdsl.studies.store import Computed
 from mbdsl.studies.sweep_options import SweepOptions
 from mbdsl.studies.sweep_results import Sweep
-from mbdsl.studies.sweep_runs import Point, PointRunner, SweepSetting, times
+from mbdsl.studies.sweep_runs import PointRunner, SweepPoint, SweepSetting, times
 from mbdsl.studies.sweep_values import FORMS, MOST, Varied, half, number_text, varied
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def made(
 def _followed(
     runner: PointRunner,
     of: SweepSetting,
-    case: Point,
+    case: SweepPoint,
     ranges: Sequence[Varied],
     indices: Sequence[tuple[int, ...]],
     runs: Sequence[Computed],
@@ -183,7 +183,7 @@ def setting(
     points: Sequence[tuple[tuple[str, str], ...]],
     asked: Sequence[str] | None,
     options: SweepOptions,
-) -> tuple[SweepSetting, Point, Plan | None]:
+) -> tuple[SweepSetting, SweepPoint, Plan | None]:
     """What the runs of a sweep have in common, a point without values, and the plan of a run, if there is a run.
 
     Raises
@@ -224,7 +224,7 @@ def setting(
         at=options.at,
     )
     given = {key: float(x) for key, x in sorted((options.options or {}).items()) if x is not None}
-    case = Point(name, options.step, options.tol, tuple(given.items()))
+    case = SweepPoint(name, options.step, options.tol, tuple(given.items()))
     if not of.asks_for(RUN):
         return of, case, None
     how = RunOptions(name, options.step, options.tol, options=options.options, **times(of, scene))

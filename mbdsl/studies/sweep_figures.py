@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mbdsl.errors import UsageError
 from mbdsl.messages import count
 from mbdsl.plotting import table_files
-from mbdsl.plotting.figures import Cells, Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Cells, Figure, Outcome, Page, Series, TextTable
 from mbdsl.plotting.series_styles import looks
 from mbdsl.plotting.signal_panels import ASPECTS, FLAT, labelled
 from mbdsl.plotting.signal_plots import SUFFIXES as PICTURES
@@ -180,5 +180,5 @@ def _write_page(sweep: Sweep, path: str | os.PathLike) -> None:
     title, *notes = sweep.summary()
     shown, table = plot(sweep), sweep.table()
     note = f"The first {ROWS} of {len(table.rows)} rows; a .csv file contains all." if len(table.rows) > ROWS else ""
-    items = [*shown.page().items, Table("Runs", table.columns, table.rows[:ROWS], note)]
+    items = [*shown.page().items, TextTable("Runs", table.columns, table.rows[:ROWS], note)]
     pages.write(Page(title, [*notes, *shown.notes], items, looks=shown.looks), path)

@@ -15,7 +15,7 @@ from mbdsl.errors import UsageError
 from mbdsl.kernels.arrays import Array
 from mbdsl.lang.display_units import asked, only_asked
 from mbdsl.messages import OWN, UnitsOfSignals, count, did_you_mean, few
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.plotting.signal_panels import labelled
 from mbdsl.studies.measures import Measure
 from mbdsl.studies.report import LONG, WIDTH, as_text
@@ -224,7 +224,7 @@ class Sweep:
         return pandas.DataFrame(self.records(units))
 
     # -- as text and files ---------------------------------------------------------------------------------------
-    def table(self, digits: int = 6) -> Table:
+    def table(self, digits: int = 6) -> TextTable:
         """Return the table of all runs.
 
         Parameters
@@ -247,7 +247,7 @@ class Sweep:
             row = [p.shown(j, digits) for p, j in zip(self.varied, self.indices[k], strict=True)]
             row += [number(column[k], digits) for column, _ in columns]
             rows.append([*row, *([DONE if run.done else LATE if run.late else FAILED] if failed else [])])
-        return Table("", heads, rows)
+        return TextTable("", heads, rows)
 
     def summary(self) -> list[str]:
         """Return what was run, and which runs failed or have warnings.
@@ -307,7 +307,7 @@ class Sweep:
             half = most // 2
             left = f"... {len(rows) - 2 * half} rows"
             rows = [*rows[:half], [left, *[""] * (len(table.columns) - 1)], *rows[-half:]]
-        shown = as_text(Table("", table.columns, rows), width, len(self.parameters))
+        shown = as_text(TextTable("", table.columns, rows), width, len(self.parameters))
         title, *notes = self.summary()
         title += f" ({self.found} of them stored before)" if self.found else ""
         return "\n".join([*wrapped([title], width), "", shown, *([""] if notes else []), *wrapped(notes, width)])

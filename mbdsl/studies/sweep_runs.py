@@ -33,7 +33,7 @@ POINTS = 2000  #: number of output times of a run, unless an interval is given
 
 
 @dataclass(frozen=True)
-class Point(Case):
+class SweepPoint(Case):
     """A run of a sweep: a case with the values of the parameters, as texts."""
 
     values: tuple[tuple[str, str], ...] = ()
@@ -76,7 +76,7 @@ class SweepSetting(Setting):
         return any(m.of == what for m in self.measures)
 
 
-def scene_at(of: SweepSetting, point: Point) -> Scene:
+def scene_at(of: SweepSetting, point: SweepPoint) -> Scene:
     """The model with the parameters of a point.
 
     Raises
@@ -99,7 +99,7 @@ class FilesChanged(Exception):
 
 
 @key_of.register
-def _(of: SweepSetting, case: Point, code_of: Callable[[str], str] = method_code) -> str:
+def _(of: SweepSetting, case: SweepPoint, code_of: Callable[[str], str] = method_code) -> str:
     """The digest of the texts that the model is made from, the parameters, the settings of the run and the measures.
 
     Scenes are not part of it: they are built where they run.
@@ -122,7 +122,7 @@ def _(of: SweepSetting, case: Point, code_of: Callable[[str], str] = method_code
 @compute.register
 def _(
     of: SweepSetting,
-    case: Point,
+    case: SweepPoint,
     limit: float = math.inf,
     announce=None,
     left: float = math.inf,
@@ -204,7 +204,7 @@ class PointRunner(Runner):
         super().__init__(of, store, ordered=False, **given)
         self.limit = limit
 
-    def runs(self, points: Iterable[Point]) -> dict[Point, Computed]:
+    def runs(self, points: Iterable[SweepPoint]) -> dict[SweepPoint, Computed]:
         """All runs, from the store or computed.
 
         Raises

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 
 from mbdsl.plotting import table_files
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.storage.output_files import suffix_of
 from mbdsl.studies.effects import EffectsStudy, Without
 from mbdsl.studies.recommendation import Recommendation
@@ -39,7 +39,7 @@ def write(study: Study | EffectsStudy | Recommendation, path: str | os.PathLike)
         table_files.write(path, [study._table()], _choices(study), study._head(), [*study._answer(), *study._rest()])
 
 
-def _of_effects(s: EffectsStudy) -> Table:
+def _of_effects(s: EffectsStudy) -> TextTable:
     columns = ("without", f"change of {s.signal}{f' [{s.unit}]' if s.unit else ''}", "run time [%]", "")
     rows = []
     for r in _rows(s):
@@ -47,7 +47,7 @@ def _of_effects(s: EffectsStudy) -> Table:
         change = "" if r.change is None else f"{r.change:.3e}"
         time = "" if r.time is None else f"{100 * r.time:.0f}"
         rows.append((", ".join(r.effects), change, time, r.problem or doubt))
-    return Table("", columns, rows)
+    return TextTable("", columns, rows)
 
 
 def _choices(found: Recommendation) -> list[dict]:

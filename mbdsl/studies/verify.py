@@ -10,7 +10,7 @@ import numpy as np
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.given_values import seconds
 from mbdsl.messages import OWN, UnitsOfSignals
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.error_measures import late_events, scaled_motion
@@ -104,12 +104,12 @@ class Verification:
     def _failure(self) -> str:
         return f"not verified: {self.how}: {self.problem or 'there are no signals'}"
 
-    def _table(self) -> Table:
+    def _table(self) -> TextTable:
         rows = [(a.signal, f"{a.digits:.1f}", _differs(a, self.display)) for a in self.agreements[:SHOWN]]
         hidden = len(self.agreements) - len(rows)
         note = f"{hidden} more agree to {self.agreements[SHOWN].digits:.1f} digits or better" if hidden else ""
         title = f"verified by {self.how}" + (f", up to t = {self.until:.4g} s only" if self.problem else "")
-        return Table(title, ("signal", "digits", "differs by"), rows, note)
+        return TextTable(title, ("signal", "digits", "differs by"), rows, note)
 
 
 def verify(

@@ -13,12 +13,12 @@ import numpy as np
 
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration
-from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.plotting.figures import Figure, Series, TextTable
 from mbdsl.studies.convergence import BRACKETS, cell, trusted
-from mbdsl.studies.error_measures import Quantity
+from mbdsl.studies.error_measures import ErrorQuantity
 from mbdsl.studies.figure_parts import on_front
 from mbdsl.studies.report import Study, number, outcomes, ratio, size, troubles
-from mbdsl.studies.survey import Asked, Row, Survey, survey
+from mbdsl.studies.survey import Asked, Survey, SurveyRow, survey
 
 SHOWN = ("q", "v", "reactions", "energy")
 CHOICES = 3  #: number of methods listed for an error
@@ -31,7 +31,7 @@ class WorkPrecision(Study):
     timed = True
     score = staticmethod(on_front)
 
-    def points(self, key: str) -> list[Row]:
+    def points(self, key: str) -> list[SurveyRow]:
         """Rows with a time and an error; errors below the reference's resolution are set to it."""
         q = self.survey.quantity(key)
         if q is None:
@@ -46,10 +46,10 @@ class WorkPrecision(Study):
                     found.append(replace(row, errors={**row.errors, key: known}))
         return found
 
-    def front(self, key: str) -> list[Row]:
+    def front(self, key: str) -> list[SurveyRow]:
         return front(self.points(key), key)
 
-    def shown(self) -> list[Quantity]:
+    def shown(self) -> list[ErrorQuantity]:
         return [q for q in self.survey.quantities if q.key in SHOWN or (not q.itself and q.key == q.label)]
 
     def summary(self) -> list[str]:
@@ -83,23 +83,23 @@ class WorkPrecision(Study):
         which = "" if timed == every else f", of the {timed} of {every} cases that were run and timed"
         return [f"Least time for an error in {label}: {', '.join(each)}{which}."]
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[TextTable]:
         return [*(self._read_out(q) for q in self._read()), self._all()]
 
     def answers(self) -> int:
         return min(1, len(self._read()))
 
-    def _read(self) -> list[Quantity]:
+    def _read(self) -> list[ErrorQuantity]:
         """The quantities for whose errors the least times are listed."""
         return [q for q in self.shown() if q.key in ("q", "reactions") or q.key == q.label]
 
-    def _decades(self, key: str) -> list[tuple[int, list[Row]]]:
+    def _decades(self, key: str) -> list[tuple[int, list[SurveyRow]]]:
         """(k, the fastest row of each series with an error of 10^-k), where there is one."""
         points = self.points(key)
         found = ((k, cheapest(points, key, 10.0**-k)) for k in range(1, 13))
         return [(k, best) for k, best in found if best]
 
-    def _all(self) -> Table:
+    def _all(self) -> TextTable:
         shown = self.shown()
         rows = []
         for r in self.survey.rows:
@@ -110,21 +110,21 @@ class WorkPrecision(Study):
             errors = (cell(self.survey, q, r) for q in shown)
             rows.append((r.case.series, size(r), str(r.run.stats["steps"]), time, spread, *errors))
         columns = ("method", "step or tol", "steps", "time", "spread", *(q.key for q in shown))
-        return Table("Error and time", columns, rows, f"Errors: {BRACKETS}")
+        return TextTable("Error and time", columns, rows, f"Errors: {BRACKETS}")
 
-    def _read_out(self, q: Quantity) -> Table:
+    def _read_out(self, q: ErrorQuantity) -> TextTable:
         rows = []
         for k, best in self._decades(q.key):
             first, others = best[0], best[1:CHOICES]
             ratios = [f"{o.case.series} {ratio(median(o.seconds), median(first.seconds))}" for o in others]
             rows.append((f"1e-{k}", first.case.series, size(first), duration(median(first.seconds)), ", ".join(ratios)))
         columns = ("error", "cheapest", "with", "takes", "then, and how many times as long")
-        return Table(f"Least time for an error in {q.label}", columns, rows)
+        return TextTable(f"Least time for an error in {q.label}", columns, rows)
 
     def figures(self) -> list[Figure]:
         return [self._figure(q) for q in self.shown()]
 
-    def _figure(self, q: Quantity) -> Figure:
+    def _figure(self, q: ErrorQuantity) -> Figure:
         points, series = self.points(q.key), []
         best = self.front(q.key)
         if len(best) > 1:
@@ -198,14 +198,14 @@ def time_rows(found: Survey) -> None:
         rows[case].seconds = seconds
 
 
-def rounds(rows: Sequence[Row]) -> str:
+def rounds(rows: Sequence[SurveyRow]) -> str:
     """The number of rounds with times as text; smaller than requested if time was short."""
     counts = {len(row.seconds) for row in rows if row.seconds} or {0}
     text = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
     return f"{text} round{'' if counts == {1} else 's'}"
 
 
-def front(rows: Sequence[Row], key: str) -> list[Row]:
+def front(rows: Sequence[SurveyRow], key: str) -> list[SurveyRow]:
     """Rows that no other row beats in both error and time, in the order of decreasing error."""
     found, least = [], math.inf
     for row in sorted(rows, key=lambda r: (median(r.seconds), r.errors[key].scaled)):
@@ -215,9 +215,9 @@ def front(rows: Sequence[Row], key: str) -> list[Row]:
     return found
 
 
-def cheapest(rows: Sequence[Row], key: str, error: float) -> list[Row]:
+def cheapest(rows: Sequence[SurveyRow], key: str, error: float) -> list[SurveyRow]:
     """The row of each series that takes the least time for an error, the fastest first."""
-    best: dict[str, Row] = {}
+    best: dict[str, SurveyRow] = {}
     for row in rows:
         if row.errors[key].scaled <= error:
             own = best.setdefault(row.case.series, row)

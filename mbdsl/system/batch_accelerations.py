@@ -21,7 +21,7 @@ from mbdsl.numerics.rotation import BASE
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, CONVERGED, ITERATIONS, balance
 from mbdsl.system.emit import EVALUATE, TANGENT
 from mbdsl.system.system import DENSE_LIMIT, System
-from mbdsl.system.time_derivatives import Clock
+from mbdsl.system.time_derivatives import TimeTerms
 
 #: least number of states for which loading the compiled loop pays off; most numbers in matrices solved together
 MANY, TOGETHER = 64, 2**21
@@ -44,7 +44,7 @@ class Given(NamedTuple):
     given: object
 
 
-class Found(NamedTuple):
+class StateEquations(NamedTuple):
     """For each state: f; the entries of the matrices of M, Phi_q, Gam_v and Q_lam (tangents) and of (Phi_q v)_q and
     Gam_q (rates); ``numbers`` at ``read`` (values)."""
 
@@ -55,7 +55,7 @@ class Found(NamedTuple):
     values: object
 
 
-class Buffers(NamedTuple):
+class EquationBuffers(NamedTuple):
     """The buffers of the equations, and the entries of a matrix."""
 
     vectors: object
@@ -109,8 +109,8 @@ def compiled() -> Callable:
     """``sample`` compiled, once for all models."""
     from mbdsl.system import batch_accelerations
 
-    apart, together = ", ".join(f for x in (Given, Found, Buffers) for f in x._fields), ""
-    for group in (Given, Found, Buffers):
+    apart, together = ", ".join(f for x in (Given, StateEquations, EquationBuffers) for f in x._fields), ""
+    for group in (Given, StateEquations, EquationBuffers):
         together += f", batch_accelerations.{group.__name__}({', '.join(group._fields)})"
     text = f'''"""Emitted by mbdsl: the equations of motion at many states."""
 
@@ -170,7 +170,7 @@ class _States:
 
     def __init__(self, system: System, left_out: tuple[int, ...], numbers: Mapping[int, Array]) -> None:
         self.system, self.work = system, system.workspace()
-        self.clock = Clock(self.work.layout, system.m, system.p)
+        self.clock = TimeTerms(self.work.layout, system.m, system.p)
         self.kept = np.delete(np.arange(system.m + system.p), left_out)
         self.rotations = system.tables.rotations
         axes = (self.rotations[:, 1:] + np.arange(9)).ravel() if len(self.rotations) else np.zeros(0, np.int64)

@@ -20,9 +20,9 @@ from mbdsl.numerics import rotation_arrays
 from mbdsl.numerics.rotation import BASE
 from mbdsl.system import background_compilation, emit
 from mbdsl.system.emit import Kernels
-from mbdsl.system.peaks_in_time import Kept, Zone
+from mbdsl.system.peaks_in_time import Replayed, Zone
 from mbdsl.system.tables import Tables
-from mbdsl.system.time_derivatives import Clock
+from mbdsl.system.time_derivatives import TimeTerms
 from mbdsl.system.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -44,8 +44,8 @@ class CompiledScene:
     _kept: dict[Callable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
     _work: Workspace | None = None
     _A: Array | None = None
-    _clock: Clock | None = None
-    _zones: dict[tuple[float, float, float], Kept[Zone]] = field(default_factory=dict)
+    _clock: TimeTerms | None = None
+    _zones: dict[tuple[float, float, float], Replayed[Zone]] = field(default_factory=dict)
     _built: tuple[bool, float | None] = (False, None)  #: further arguments of ``build``
     #: times [s] at which the search for zones of functions of time was given up
     zones_end: list[float] = field(default_factory=list, init=False, repr=False, compare=False)

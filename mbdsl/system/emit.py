@@ -38,64 +38,68 @@ INERTIA = code_cache.Signature(("int", "int", "int", "matrix", "vector", "ints")
 REPEATED = code_cache.Signature(("int", *TANGENT.takes))
 
 
-class Line(NamedTuple):
+class CodeLine(NamedTuple):
     """A statement of emitted code and its effect."""
 
     effect: str
     text: str
 
 
-def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
+def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[CodeLine]:
     """The statements of ``evaluate``, in order."""
     bodies, pairs, roles = _loops(blocks)
     related = any(b.related for b in blocks)
-    lines = [Line("bodies", "loops.start(C, vectors, frames, numbers, layout)")]
+    lines = [CodeLine("bodies", "loops.start(C, vectors, frames, numbers, layout)")]
     if sets > 2:
         lines += [
-            Line("bodies", f"{b.name}.keep({h}, numbers, layout)") for h, b in bodies if hasattr(b.module, "keep")
+            CodeLine("bodies", f"{b.name}.keep({h}, numbers, layout)") for h, b in bodies if hasattr(b.module, "keep")
         ]
         if related:
-            lines.append(Line("joints", "relation_loops.keep(C, numbers, layout)"))
-        lines.append(Line("bodies", "loops.keep(C, vectors, frames, gradients, layout)"))
-    lines += [Line("bodies", f"{b.name}.move({h}, vectors, frames, numbers, layout)") for h, b in bodies]
+            lines.append(CodeLine("joints", "relation_loops.keep(C, numbers, layout)"))
+        lines.append(CodeLine("bodies", "loops.keep(C, vectors, frames, gradients, layout)"))
+    lines += [CodeLine("bodies", f"{b.name}.move({h}, vectors, frames, numbers, layout)") for h, b in bodies]
     if has_tape:
         lines.append(
-            Line("expressions", "expression_tape.run(t, 0, layout[L.TAPE_LENGTH], vectors, frames, numbers, layout)")
+            CodeLine(
+                "expressions", "expression_tape.run(t, 0, layout[L.TAPE_LENGTH], vectors, frames, numbers, layout)"
+            )
         )
     if "moving" in roles:
-        lines.append(Line("moving frames", "loops.carry(C, frames, numbers, layout)"))
+        lines.append(CodeLine("moving frames", "loops.carry(C, frames, numbers, layout)"))
     if any(b.coupled for b in blocks):
-        lines.append(Line("joints", "loops.couple(numbers, layout)"))
-    lines += [Line(_effect(b), f"{b.name}.fill({h}, frames, gradients, numbers, layout)") for h, b in pairs]
+        lines.append(CodeLine("joints", "loops.couple(numbers, layout)"))
+    lines += [CodeLine(_effect(b), f"{b.name}.fill({h}, frames, gradients, numbers, layout)") for h, b in pairs]
     if "joint" in roles:
         constraints = "constraints_with_mu" if sets > 1 else "constraints"
-        lines.append(Line("joints", f"loops.{constraints}(C, vectors, frames, gradients, numbers, layout)"))
+        lines.append(CodeLine("joints", f"loops.{constraints}(C, vectors, frames, gradients, numbers, layout)"))
     if related:
         with_mu = int(sets > 1)
-        lines.append(Line("joints", f"relation_loops.values(C, {with_mu}, vectors, frames, numbers, layout)"))
+        lines.append(CodeLine("joints", f"relation_loops.values(C, {with_mu}, vectors, frames, numbers, layout)"))
     if any(b.driven for b in blocks):
-        lines.append(Line("drivers", "loops.drive(vectors, numbers, layout)"))
+        lines.append(CodeLine("drivers", "loops.drive(vectors, numbers, layout)"))
     if "gamma" in roles:
-        lines.append(Line("nonholonomic rows", "loops.gammas(C, vectors, frames, numbers, layout)"))
+        lines.append(CodeLine("nonholonomic rows", "loops.gammas(C, vectors, frames, numbers, layout)"))
     if "spring" in roles:
-        lines.append(Line("springs", "loops.springs(C, frames, gradients, numbers, layout)"))
+        lines.append(CodeLine("springs", "loops.springs(C, frames, gradients, numbers, layout)"))
     if "law" in roles:
-        lines.append(Line("laws", "loops.laws(C, frames, gradients, numbers, layout)"))
+        lines.append(CodeLine("laws", "loops.laws(C, frames, gradients, numbers, layout)"))
     both = sets > 1 and "joint" in roles
-    lines += [Line("bodies", text) for h, b in bodies for text in _gathered(h, b, both)]
+    lines += [CodeLine("bodies", text) for h, b in bodies for text in _gathered(h, b, both)]
     if sets > 2 and "joint" in roles:
-        lines.append(Line("joints", "loops.remember(C, vectors, frames, gradients, layout)"))
+        lines.append(CodeLine("joints", "loops.remember(C, vectors, frames, gradients, layout)"))
         if related:
-            lines.append(Line("joints", "relation_loops.remember(C, vectors, frames, numbers, layout)"))
-        lines += [Line("bodies", _gather(h, b, "PAST_WRENCH", "PAST_LEVER", "PAST_FORCE")) for h, b in bodies]
+            lines.append(CodeLine("joints", "relation_loops.remember(C, vectors, frames, numbers, layout)"))
+        lines += [CodeLine("bodies", _gather(h, b, "PAST_WRENCH", "PAST_LEVER", "PAST_FORCE")) for h, b in bodies]
     lines += [
-        Line("flexibility", f"{b.name}.forces({h}, vectors, numbers, layout)") for h, b in bodies if b.module.MASS
+        CodeLine("flexibility", f"{b.name}.forces({h}, vectors, numbers, layout)") for h, b in bodies if b.module.MASS
     ]
     for row, target in (("INERTIA_ROW", "MX"), ("INERTIA_ROW2", "MX2"))[: min(sets, 2)]:
-        lines += [Line("mass matrix", text) for text in _inertia(bodies, "L.TIMES", f"layout[L.{row}]", f"L.{target}")]
+        lines += [
+            CodeLine("mass matrix", text) for text in _inertia(bodies, "L.TIMES", f"layout[L.{row}]", f"L.{target}")
+        ]
     if sets > 2 and "joint" in roles:
         varies = [(h, b) for h, b in bodies if b.module.MASS > 1]
-        lines += [Line("mass matrix", f"{b.name}.carry_over({h}, vectors, numbers, layout)") for h, b in varies]
+        lines += [CodeLine("mass matrix", f"{b.name}.carry_over({h}, vectors, numbers, layout)") for h, b in varies]
     return lines
 
 
@@ -146,60 +150,66 @@ def inertia_lines(blocks: list[Block]) -> list[str]:
     ]
 
 
-def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
+def tangent_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[CodeLine]:
     """The statements of ``tangent``, in order."""
     bodies, pairs, roles = _loops(blocks)
-    lines = [Line("bodies", "tangent_loops.begin_matrix(cM, cE, numbers, layout, matrix)")]
+    lines = [CodeLine("bodies", "tangent_loops.begin_matrix(cM, cE, numbers, layout, matrix)")]
     if any(b.module.MASS for _, b in bodies):
-        lines.append(Line("mass matrix", "tangent_loops.coupling_matrix(cM, numbers, layout, matrix)"))
-    lines += [Line("bodies", f"{b.name}.jacobians({h}, vectors, frames, numbers, layout)") for h, b in bodies]
+        lines.append(CodeLine("mass matrix", "tangent_loops.coupling_matrix(cM, numbers, layout, matrix)"))
+    lines += [CodeLine("bodies", f"{b.name}.jacobians({h}, vectors, frames, numbers, layout)") for h, b in bodies]
     in_step = [(h, b) for h, b in bodies if hasattr(b.module, "step_jacobians")]
     lines += [
-        Line("bodies", f"{b.name}.step_jacobians({h}, cK, cD, vectors, frames, numbers, layout)") for h, b in in_step
+        CodeLine("bodies", f"{b.name}.step_jacobians({h}, cK, cD, vectors, frames, numbers, layout)")
+        for h, b in in_step
     ]
     if has_tape:
         part = "layout[L.TAPE_LENGTH], layout[L.GRADIENT_LENGTH]"
-        lines.append(Line("expressions", f"expression_tape.run(t, {part}, vectors, frames, numbers, layout)"))
+        lines.append(CodeLine("expressions", f"expression_tape.run(t, {part}, vectors, frames, numbers, layout)"))
     if any(b.coupled for b in blocks):
-        lines.append(Line("joints", "loops.couple(numbers, layout)"))
+        lines.append(CodeLine("joints", "loops.couple(numbers, layout)"))
     lines += [
-        Line(_effect(b), f"{b.name}.curve({h}, frames, gradients, numbers, layout)") for h, b in pairs if b.curved
+        CodeLine(_effect(b), f"{b.name}.curve({h}, frames, gradients, numbers, layout)") for h, b in pairs if b.curved
     ]
     if "joint" in roles:
         arguments = "C, factors, vectors, gradients, numbers, layout, matrix"
-        lines.append(Line("joints", f"tangent_loops.constraint_tangents({arguments})"))
+        lines.append(CodeLine("joints", f"tangent_loops.constraint_tangents({arguments})"))
     if any(b.related for b in blocks):
         arguments = "C, factors, vectors, frames, numbers, layout, matrix"
-        lines.append(Line("joints", f"relation_loops.tangents({arguments})"))
+        lines.append(CodeLine("joints", f"relation_loops.tangents({arguments})"))
     if "gamma" in roles:
         arguments = "C, factors, vectors, numbers, layout, matrix"
-        lines.append(Line("nonholonomic rows", f"tangent_loops.gamma_tangents({arguments})"))
+        lines.append(CodeLine("nonholonomic rows", f"tangent_loops.gamma_tangents({arguments})"))
     if "spring" in roles:
-        lines.append(Line("springs", "tangent_loops.spring_tangents(C, cK, cD, gradients, numbers, layout, matrix)"))
+        lines.append(
+            CodeLine("springs", "tangent_loops.spring_tangents(C, cK, cD, gradients, numbers, layout, matrix)")
+        )
     if "law" in roles:
-        lines.append(Line("laws", "tangent_loops.law_tangents(C, factors, gradients, numbers, layout, matrix)"))
+        lines.append(CodeLine("laws", "tangent_loops.law_tangents(C, factors, gradients, numbers, layout, matrix)"))
     curved = [(h, b) for h, b in bodies if hasattr(b.module, "stiffness")]
-    lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, frames, {_F(b)}layout, matrix)") for h, b in curved]
+    lines += [CodeLine("bodies", f"{b.name}.stiffness({h}, cK, frames, {_F(b)}layout, matrix)") for h, b in curved]
     flexible = [(h, b) for h, b in bodies if b.module.MASS]
     lines += [
-        Line("flexibility", f"{b.name}.tangents({h}, factors, vectors, numbers, layout, matrix)") for h, b in flexible
+        CodeLine("flexibility", f"{b.name}.tangents({h}, factors, vectors, numbers, layout, matrix)")
+        for h, b in flexible
     ]
     lines += [
-        Line("bodies", f"{b.name}.step_tangents({h}, factors, vectors, frames, numbers, layout, matrix)")
+        CodeLine("bodies", f"{b.name}.step_tangents({h}, factors, vectors, frames, numbers, layout, matrix)")
         for h, b in in_step
     ]
     if sets > 2 and in_step and "joint" in roles:
         related = any(b.related for b in blocks)
         lines += _columns("-cG", 0, related)
-        lines += [Line("bodies", f"{b.name}.past_jacobians({h}, cG, frames, numbers, layout)") for h, b in in_step]
+        lines += [CodeLine("bodies", f"{b.name}.past_jacobians({h}, cG, frames, numbers, layout)") for h, b in in_step]
         lines += _columns("cG", 1, related)
     return lines
 
 
-def _columns(factor: str, past: int, related: bool) -> list[Line]:
+def _columns(factor: str, past: int, related: bool) -> list[CodeLine]:
     """Statements that add ``factor`` Phi_q^T."""
-    lines = [Line("joints", f"tangent_loops.columns(C, {factor}, {past}, gradients, numbers, layout, matrix)")]
-    return lines + [Line("joints", f"relation_loops.columns(C, {factor}, {past}, numbers, layout, matrix)")] * related
+    lines = [CodeLine("joints", f"tangent_loops.columns(C, {factor}, {past}, gradients, numbers, layout, matrix)")]
+    return (
+        lines + [CodeLine("joints", f"relation_loops.columns(C, {factor}, {past}, numbers, layout, matrix)")] * related
+    )
 
 
 def in_space(blocks: list[Block]) -> bool:
@@ -267,7 +277,7 @@ def _columns_import(spatial: bool) -> str:
     return f"from mbdsl.kernels.columns import {'SPACE' if spatial else 'PLANE'} as C"
 
 
-def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[Line], list[Line]]:
+def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[CodeLine], list[CodeLine]]:
     """A module for measurements, in which every line of ``evaluate`` is a loop ``e0``, ``e1``, ... and every line of
     ``tangent`` a loop ``t0``, ...; and these lines."""
     evaluate, tangent = evaluate_lines(blocks, has_tape, sets), tangent_lines(blocks, has_tape, sets)
@@ -348,8 +358,8 @@ def _modules(blocks: list[Block]) -> list[ModuleType]:
 class Repeated:
     """The lines of a structure's code, as functions of (count, arguments of ``tangent``) that repeat them."""
 
-    evaluate: list[tuple[Line, Callable]]
-    tangent: list[tuple[Line, Callable]]
+    evaluate: list[tuple[CodeLine, Callable]]
+    tangent: list[tuple[CodeLine, Callable]]
 
 
 def load_repeated(blocks: list[Block], has_tape: bool, sets: int) -> Repeated:

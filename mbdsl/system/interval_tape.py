@@ -35,7 +35,7 @@ CLOSE = 0.05
 FINISHED, FOUND, TOO_MANY, TIRED = range(4)
 
 
-class Code(NamedTuple):
+class TapeProgram(NamedTuple):
     """A program and its registers.
 
     ``layout`` and ``numbers`` are as for the expression tape; ``notes`` holds for every register 1 if it is that of a

@@ -22,7 +22,7 @@ Ints = Integers
 EMPTY = np.zeros((0, 4))
 EXTRAPOLATION = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}
 _WAY, _CODE = ("int", "matrix"), ("ints", "ints", "vector", "vector", "matrix")
-_GROUPS: dict[str, Any] = {"room": interval_tape.Room, "way": interval_tape.Way, "code": interval_tape.Code}
+_GROUPS: dict[str, Any] = {"room": interval_tape.Room, "way": interval_tape.Way, "code": interval_tape.TapeProgram}
 _GROUPS |= {"found": interval_tape.Bounds, "search": interval_tape.Search, "zones": interval_tape.Zones}
 SIGNATURES = {
     "enclose": code_cache.Signature(("matrix", "ints", "matrix", *_CODE)),
@@ -58,7 +58,7 @@ def _text() -> str:
     return "\n".join([*lines, ""])
 
 
-class Kernels(NamedTuple):
+class PathKernels(NamedTuple):
     enclose: Callable
     along: Callable
     at: Callable
@@ -68,9 +68,9 @@ class Kernels(NamedTuple):
     narrow: Callable
 
 
-def kernels() -> Kernels:
+def kernels() -> PathKernels:
     """The compiled kernels of :mod:`mbdsl.system.interval_tape`, from the cache."""
-    return Kernels(*code_cache.functions(NAME, _text(), SIGNATURES, lambda: [interval_tape]))
+    return PathKernels(*code_cache.functions(NAME, _text(), SIGNATURES, lambda: [interval_tape]))
 
 
 class Program:
@@ -213,7 +213,7 @@ class Paths:
         slight: Array,
         work: Work,
         every: bool = False,
-    ) -> Iterator[tuple[int, Points | None]]:
+    ) -> Iterator[tuple[int, PathPoints | None]]:
         """Points between which root number ``root`` is monotone, for those of the pieces ``tried`` on which it has
         extrema; ``every``: for all of them.
 
@@ -238,7 +238,7 @@ class Paths:
                 if found == interval_tape.TIRED:
                     work.until = k
                     return
-                yield k, None if found == interval_tape.TOO_MANY else Points.of(points[: state[1]])
+                yield k, None if found == interval_tape.TOO_MANY else PathPoints.of(points[: state[1]])
         finally:
             work.add(tried, spent)
 
@@ -274,14 +274,14 @@ class Work:
         self.left -= np.cumsum(more)
 
 
-class Points(NamedTuple):
+class PathPoints(NamedTuple):
     """Values y at points s, in order, between which a function is monotone."""
 
     s: Array
     y: Array
 
     @classmethod
-    def of(cls, points: Array) -> Points:
+    def of(cls, points: Array) -> PathPoints:
         """Those of unordered points (N, 2) that have finite values, each once."""
         s, first = np.unique(points[:, 0], return_index=True)
         y = points[first, 1]

@@ -27,7 +27,7 @@ from mbdsl.expressions.interval_arithmetic import CONDITIONS
 from mbdsl.expressions.symbolic import TIME, Expr, is_const, leaves, walk
 from mbdsl.kernels.arrays import Array
 from mbdsl.system.interval_tape import NEGLIGIBLE, NOTHING
-from mbdsl.system.paths import Paths, Points, Work, over_time
+from mbdsl.system.paths import PathPoints, Paths, Work, over_time
 from mbdsl.system.time_events import is_linear
 
 T = TypeVar("T")
@@ -248,7 +248,7 @@ def turns(y: Array, least: float) -> list[int]:
     return found
 
 
-def zones(f: Paths, k: int, points: Points, least: float, edges: bool = False) -> Array:
+def zones(f: Paths, k: int, points: PathPoints, least: float, edges: bool = False) -> Array:
     """Starts and ends (2, number) of the zones around the extrema of the first root of f on piece k, from the points
     between which it is monotone; ``edges`` includes its ends."""
     s, y = points
@@ -339,7 +339,7 @@ def _of_term(term: Expr, t0: float, t1: float, left: list[float], given_up: list
                 yield Zone(start, end, term)
 
 
-class Kept(Generic[T]):
+class Replayed(Generic[T]):
     """An iterable over the items of an iterator, which it stores so that they can be iterated again."""
 
     def __init__(self, source: Iterator[T]) -> None:

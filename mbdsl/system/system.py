@@ -29,8 +29,8 @@ from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
 from mbdsl.system.compiled_scene import CompiledScene
 from mbdsl.system.massless import massless
-from mbdsl.system.peaks_in_time import Kept, Zone, time_zones
-from mbdsl.system.time_derivatives import Clock
+from mbdsl.system.peaks_in_time import Replayed, Zone, time_zones
+from mbdsl.system.time_derivatives import TimeTerms
 from mbdsl.system.time_events import time_events
 
 if TYPE_CHECKING:
@@ -59,10 +59,10 @@ class System(CompiledScene):
         return f"<System of {self.scene.name}: n = {self.n}, m = {self.m}, p = {self.p}>"
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
         from mbdsl.plotting.html_tables import fragment
 
-        numbering = Table("", ("entries", "component", "coordinates or kind"), self._numbering())
+        numbering = TextTable("", ("entries", "component", "coordinates or kind"), self._numbering())
         return fragment(f"{self.scene.name}: {self._sizes()}", (), [numbering], [self._frames()])
 
     def evaluate(self, t: float, q, v=None, lam=None) -> tuple[Array, Array, Array]:
@@ -239,7 +239,7 @@ class System(CompiledScene):
         w = self._work
         assert w is not None
         if self._clock is None:
-            self._clock = Clock(w.layout, self.m, self.p)
+            self._clock = TimeTerms(w.layout, self.m, self.p)
         return self._clock(w)
 
     def switches(self, t: float, q, v, lam=None) -> Integers:
@@ -286,7 +286,7 @@ class System(CompiledScene):
         key = t0, t1, longest
         if key not in self._zones:
             self.zones_end = []
-            self._zones = {key: Kept(time_zones(self.laws.values(), *key, self.zones_end))}
+            self._zones = {key: Replayed(time_zones(self.laws.values(), *key, self.zones_end))}
         return iter(self._zones[key])
 
     @cached_property

@@ -10,7 +10,7 @@ from mbdsl.kernels.columns import PLANE as C
 from mbdsl.system.workspace import Workspace
 
 
-class Clock:
+class TimeTerms:
     """The places of time-dependent terms on the gradient tape, for ``m`` and ``p`` constraints."""
 
     def __init__(self, layout: Integers, m: int, p: int) -> None:

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from mbdsl.elements.rope_path import Disc, Span
+from mbdsl.elements.rope_path import Disc, RopeSpan
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS
 from mbdsl.expressions.symbolic import Expr, coordinate, evaluate
 from mbdsl.kernels.arrays import Array
@@ -42,7 +42,7 @@ def line(c: Component, motion: AnyMotion, at: Callable[[str, str], Array]) -> tu
         for frame, radius in zip(c.ports.values(), c.values["ends"], strict=True)
     )
     dimensions = 3 if spatial else 2
-    x = values([*Span(a, b).points[0], *Span(a, b).points[1], c.values["longer"]]).T
+    x = values([*RopeSpan(a, b).points[0], *RopeSpan(a, b).points[1], c.values["longer"]]).T
     first, last, slack = x[:, :dimensions], x[:, dimensions : 2 * dimensions], np.maximum(0.0, -x[:, -1])
     depth = np.sqrt(0.375 * np.linalg.norm(last - first, axis=1) * slack)
     return first, last, 0.5 * (first + last) + depth[:, None] * _across(last - first, np.array(gravity(motion.scene)))

@@ -38,7 +38,7 @@ from doc_parts import ROOT, markdown, put
 from work_precision import at
 
 from mbdsl.messages import duration
-from mbdsl.plotting.figures import Figure, Table
+from mbdsl.plotting.figures import Figure, TextTable
 from mbdsl.plotting.figures import Series as Drawn
 from mbdsl.plotting.pictures import draw
 from mbdsl.plotting.sheets import sheet
@@ -188,7 +188,7 @@ def compare(
     return Chain(links, floor, runs, choices(reference, decades, repeats))
 
 
-def table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
+def table(chain: Chain, decades: Sequence[int] = DECADES) -> TextTable:
     """The table: times of mbdsl, and of the other programs with their ratios to these."""
     rows = []
     others = [name for name in PROGRAMS[1:] if chain.of(name)]
@@ -203,10 +203,10 @@ def table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
             cells.append(f"{bound}{duration(seconds)}{ratio}")
         rows.append(tuple(cells))
     title = f"Least time for an error in angles, chain of {chain.links} links, 1 s (in brackets: relative to mbdsl)"
-    return Table(title, ("error", "mbdsl, by", "takes", *others), rows)
+    return TextTable(title, ("error", "mbdsl, by", "takes", *others), rows)
 
 
-def methods_table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
+def methods_table(chain: Chain, decades: Sequence[int] = DECADES) -> TextTable:
     """Times of the settings of mbdsl, and of the choices of ``--accuracy``, relative to MuJoCo's."""
     names = list(dict.fromkeys(run.series.name for run in chain.of("mbdsl")))
     columns = {name: front([run for run in chain.of("mbdsl") if run.series.name == name]) for name in names}
@@ -222,7 +222,7 @@ def methods_table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
         cells.append("" if choice is None else f"{choice.seconds / other:.2g}, {choice.name}, {choice.error:.0e}")
         rows.append((number(error, 1), *cells))
     title = f"Chain of {chain.links} links: time of mbdsl relative to MuJoCo's at equal error"
-    return Table(title, ("error", *names, "--accuracy: time, choice, error"), rows)
+    return TextTable(title, ("error", *names, "--accuracy: time, choice, error"), rows)
 
 
 def verdicts(chain: Chain, decades: Sequence[int] = DECADES) -> list[str]:

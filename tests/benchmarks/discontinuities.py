@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "unit" / "integrators"))
 
 from test_events import CASES, solved
 
-from mbdsl.integrators.events import Events
+from mbdsl.integrators.events import SwitchEvents
 
 METHODS = ("hht-si2", "nstiff")
 HEAD = f"{'scene':12} {'method':8} {'tol':>6} {'':8} {'error':>8} {'steps':>7} {'rejected':>8} {'events':>6} {'ms':>6}"
@@ -28,7 +28,9 @@ def lines(tols, methods=METHODS, cases=tuple(CASES)):
         for method in methods:
             for tol in tols:
                 for located in (True, False):
-                    with patch.object(Events, "begin", Events.begin if located else lambda self, *state: None):
+                    with patch.object(
+                        SwitchEvents, "begin", SwitchEvents.begin if located else lambda self, *state: None
+                    ):
                         solved(scene, solution, method, tol)  # compiles
                         start = perf_counter()
                         found, error = solved(scene, solution, method, tol)

@@ -36,14 +36,14 @@ from doc_parts import ROOT, markdown, put
 
 from mbdsl.messages import duration
 from mbdsl.plotting.figure_layout import looks_of
-from mbdsl.plotting.figures import Figure, Page, Series, Table
+from mbdsl.plotting.figures import Figure, Page, Series, TextTable
 from mbdsl.plotting.pages import write
 from mbdsl.plotting.pictures import draw
 from mbdsl.plotting.sheets import sheet
 from mbdsl.studies.figure_parts import on_front, parts
 from mbdsl.studies.report import as_text, number
 from mbdsl.studies.runner import SHORT, TRIES
-from mbdsl.studies.survey import Asked, Row, measure, prepare
+from mbdsl.studies.survey import Asked, SurveyRow, measure, prepare
 from mbdsl.studies.work_precision import WorkPrecision
 
 CASES = ("slider_crank", "seven_body")
@@ -165,7 +165,7 @@ def compare(
     return study, front(theirs)
 
 
-def ratios(study: WorkPrecision, theirs: list[Their]) -> list[tuple[float, float, Row | None, float]]:
+def ratios(study: WorkPrecision, theirs: list[Their]) -> list[tuple[float, float, SurveyRow | None, float]]:
     """For each decade: the error, Exudyn's seconds, our cheapest run and its seconds there."""
     rows = study.front("q")
     errors, seconds = [r.errors["q"].scaled for r in rows], [median(r.seconds) for r in rows]
@@ -178,7 +178,7 @@ def ratios(study: WorkPrecision, theirs: list[Their]) -> list[tuple[float, float
     return found
 
 
-def table(study: WorkPrecision, theirs: list[Their]) -> Table:
+def table(study: WorkPrecision, theirs: list[Their]) -> TextTable:
     """The read-out; where Exudyn's runs end earlier, its longest run is a lower bound."""
     cells, longest = [], median(theirs[-1].seconds) if theirs else math.nan
     for error, other, row, own in ratios(study, theirs):
@@ -189,13 +189,13 @@ def table(study: WorkPrecision, theirs: list[Their]) -> Table:
         times.append(f"{bound}{float(f'{ratio:.3g}'):,.4g}" if math.isfinite(ratio) else "")
         cells.append((number(error, 1), "" if row is None else row.case.series, *times))
     columns = ("error", "mbdsl, by", "takes", "Exudyn takes", "times as long")
-    return Table("Least time for an error in positions", columns, cells)
+    return TextTable("Least time for an error in positions", columns, cells)
 
 
 def page(study: WorkPrecision, theirs: list[Their]) -> Page:
     """The study's page, with Exudyn in its figures."""
     own = study.page()
-    rest = [x for x in own.items if isinstance(x, Table)]
+    rest = [x for x in own.items if isinstance(x, TextTable)]
     drawn = pictures(numbers(study, theirs)["points"])
     return Page(own.title, own.paragraphs, [table(study, theirs), *drawn, *rest], own.fine_print, looks_of(drawn))
 

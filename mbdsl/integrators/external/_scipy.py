@@ -47,14 +47,14 @@ def solve(problem: Problem, make: Callable[..., Any], share: float, multistep: b
     def projected(t: float, y: Array) -> Array:
         return f(t, f.project(t, y))
 
-    def begin(t: float, q: Array, v: Array, stop: float) -> _Piece:
+    def begin(t: float, q: Array, v: Array, stop: float) -> _ScipyPiece:
         solver = make(projected if multistep else f, t, f.join(q, v), stop, rtol, atol)
-        return _Piece(f, solver, multistep, problem.counts)
+        return _ScipyPiece(f, solver, multistep, problem.counts)
 
     return _pieces.solve(problem, begin)
 
 
-class _Piece:
+class _ScipyPiece:
     """A SciPy solver within one piece of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
 
     def __init__(self, f: Index1, solver: Any, multistep: bool, counts: Counter[str]) -> None:

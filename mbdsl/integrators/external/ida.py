@@ -55,10 +55,10 @@ def solve(problem: Problem) -> Iterator[tuple[float, Array, Array]]:
 
 def _states(problem: Problem) -> Iterator[tuple[float, Array, Array]]:
     F, onto = StabilisedIndex2(problem.system, problem.left_out), Index1(problem.system, problem.left_out)
-    return _pieces.solve(problem, lambda t, q, v, stop: _Piece(problem, F, onto, t, q, v, stop))
+    return _pieces.solve(problem, lambda t, q, v, stop: _IdaPiece(problem, F, onto, t, q, v, stop))
 
 
-class _Piece:
+class _IdaPiece:
     """IDA within one piece of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
 
     def __init__(

@@ -215,7 +215,7 @@ class Builder(NamedValues):
         if state is not None:
             if target is not None or value is not NOT_GIVEN:
                 raise UsageError("initial(state=...) has no target and no value", hint='write initial(state="steady")')
-            goal = s.Reference((s.Step("state"),))
+            goal = s.Reference((s.NamePart("state"),))
             return self._start("state", goal, self._node(state, "initial(state)"), True)
         if target is None or value is NOT_GIVEN:
             raise UsageError("initial needs a target and a value", hint='e.g. b.initial(rod.phi, "30 deg")')

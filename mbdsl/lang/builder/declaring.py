@@ -15,7 +15,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.builder.draft import Draft
 from mbdsl.lang.builder.handles import Handle, Law, Place
 from mbdsl.lang.builder.kind_methods import KindMethods, known
-from mbdsl.lang.calls import CallLine, Given
+from mbdsl.lang.calls import CallLine, GivenText
 from mbdsl.lang.event_functions import ACTIONS
 from mbdsl.lang.events import no_action
 from mbdsl.lang.experiment import check_effects
@@ -43,12 +43,12 @@ class Declarations(KindMethods):
         return f"<Builder of {self.name}: {count(len(self._draft.content.entries), 'declaration')}>"
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.figures import TextTable
         from mbdsl.plotting.html_tables import fragment
 
         declared = [entry.declaration for entry in self._draft.content.entries.values()]
         rows = [(d.name + indices(d.indices), _type(d), _arguments(d), d.doc) for d in declared]
-        found = Table("", ("name", "kind", "frames and values", "description"), rows)
+        found = TextTable("", ("name", "kind", "frames and values", "description"), rows)
         return fragment(f"{self.name}: {self.doc}" if self.doc else self.name, (), [found])
 
     @property
@@ -160,7 +160,7 @@ class Declarations(KindMethods):
                 f"{what}: found {frame!r}, expected a frame or signal",
                 hint="they are attributes of components: `rod.b`, `rod.phi`",
             )
-        return read_expression(Given(what, self._name(frame, what)))
+        return read_expression(GivenText(what, self._name(frame, what)))
 
     def _node(self, value: Any, what: str) -> s.Expression:
         with deep():
@@ -207,7 +207,7 @@ class Declarations(KindMethods):
             raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
         with deep():
             texts = [python_values.text(part, f"the shape of {name}") for part in parts]
-            graphics = s.ArrayNode(tuple(read_expression(Given(f"shape of {name}", text)) for text in texts))
+            graphics = s.ArrayNode(tuple(read_expression(GivenText(f"shape of {name}", text)) for text in texts))
         return s.Argument("Shape", None, (s.Argument("graphics", graphics),))
 
     @staticmethod

@@ -168,7 +168,7 @@ class NamedValues(Declarations):
             If a name is not known, or the derivative was given before.
         """
         goal = s.Argument("", self._place(state, "rate.state"))
-        left = s.Call(s.Reference((s.Step("der"),)), (goal,), at=(CallLine(), 0, 0))
+        left = s.Call(s.Reference((s.NamePart("der"),)), (goal,), at=(CallLine(), 0, 0))
         item = s.Relation(left, self._node(rate, f"der({write(goal.value)})"), at=left.at)  # type: ignore[arg-type]
         self._draft.rate(item, python_values.flag(replace, "replace"))
 
@@ -261,6 +261,6 @@ class NamedValues(Declarations):
             s.Argument("", reason),
         )
         if level != "error":
-            given += (s.Argument("", s.Reference((s.Step("AssertionLevel"), s.Step(level)))),)
-        call = s.Call(s.Reference((s.Step("assert"),)), given, at=(CallLine(), 0, 0))
+            given += (s.Argument("", s.Reference((s.NamePart("AssertionLevel"), s.NamePart(level)))),)
+        call = s.Call(s.Reference((s.NamePart("assert"),)), given, at=(CallLine(), 0, 0))
         self._draft.event(s.Relation(call, None, at=call.at))

@@ -37,7 +37,7 @@ def check_names(node: object, instance: Instance) -> None:
             raise unknown(instance.scope, step.name, step.at)
 
 
-def _first_steps(node: object, functions: bool = True) -> Iterator[tuple[s.Step, bool]]:
+def _first_steps(node: object, functions: bool = True) -> Iterator[tuple[s.NamePart, bool]]:
     """The first step of every reference in a syntax tree, and whether it is the whole reference."""
     if isinstance(node, s.Comprehension):
         variables = {iterator.name for iterator in node.iterators}
@@ -55,7 +55,7 @@ def _first_steps(node: object, functions: bool = True) -> Iterator[tuple[s.Step,
             if leaf.op in ("coordinate", "multiplier", "input"):
                 first, _, index = str(named).split(".")[0].partition("[")
                 numbers = tuple(s.Number(int(i)) for i in index.rstrip("]").split(",") if i)
-                yield s.Step(first, numbers), False
+                yield s.NamePart(first, numbers), False
     elif isinstance(node, tuple):
         for inner in node:
             yield from _first_steps(inner, functions)

@@ -115,7 +115,7 @@ def cylinder(name: str, given: Given, ends: Ends, spatial: bool) -> str:
     ring, squares = outside, outside
     if not is_zero(hole):
         ring, squares = combined("-", outside, inside), combined("+", outside, inside)
-    pi = s.Reference((s.Step("pi"),))
+    pi = s.Reference((s.NamePart("pi"),))
     m = combined("*", _density(given), combined("/", pi, s.Number(4)), ring, l)
     across = combined("+", _over(m, 12, _square(l)), _over(m, 16, squares))
     return _uniform(name, m, [ZERO, ZERO, across], r, spatial)

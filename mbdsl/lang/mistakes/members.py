@@ -20,7 +20,7 @@ _AXES = "xyz"
 _VECTORS = {"r_0": "", "r": "", "v_0": "v", "a_0": "a"}
 
 
-def hint(kind: Kind | None, owner: str, port: str, frame_a: str, step: s.Step, spatial: bool) -> str | None:
+def hint(kind: Kind | None, owner: str, port: str, frame_a: str, step: s.NamePart, spatial: bool) -> str | None:
     """What to write instead of ``owner.step``; None if it is no variable of Modelica.
 
     ``kind`` is that of the component that ``owner`` is, or whose frame ``port`` it is, if there is one; ``frame_a`` is
@@ -103,7 +103,7 @@ def of_declaration(d: s.Declaration, spatial: bool) -> str:
     return " ".join(filter(None, found))
 
 
-def _index(step: s.Step) -> int | None:
+def _index(step: s.NamePart) -> int | None:
     """The index 0, 1, 2 of the component that is named; None for all of them."""
     first = step.indices[0] if step.indices else None
     return int(first.value) - 1 if isinstance(first, s.Number) and first.value in (1, 2, 3) else None

@@ -50,7 +50,7 @@ def one_word(e: s.Expression) -> tuple[str, str] | None:
             case s.Binary("^", base, s.Number(int() as power, None)):
                 factor, exponent = base, str(power)
         match factor:
-            case s.Reference((s.Step(name, ()),)) if units.symbol(name) is not None:
+            case s.Reference((s.NamePart(name, ()),)) if units.symbol(name) is not None:
                 factors.append((e.operator, name + exponent))
             case _:
                 return None

@@ -128,5 +128,5 @@ def length(e: s.Expression | None) -> s.Expression | None:
     nonzero = [sized(x, "m") for x in found or () if not is_zero(x)]
     if not nonzero:
         return None
-    hypot = s.Reference((s.Step("hypot"),))
+    hypot = s.Reference((s.NamePart("hypot"),))
     return reduce(lambda a, b: s.Call(hypot, (s.Argument(value=a), s.Argument(value=b))), nonzero)

@@ -162,7 +162,8 @@ class _Writer:
         found |= values
         found |= kind.derive({**found}) if isinstance(kind, JointKind) else {}
         given = [key for key in kind.law_parameters if found[key] is not None]
-        formulas = signals.Formulas(kind, c.name, found.__getitem__, lambda port, key: self._leaf(ports[port], key))
+        value, leaf = found.__getitem__, lambda port, key: self._leaf(ports[port], key)
+        formulas = signals.ComponentFormulas(kind, c.name, value, leaf)
         rows = kind.velocity_rows if isinstance(kind, JointKind) and c.velocity_constraints else ()
         return Component(
             c.name, kind, found, ports, signals.names(kind, given, False), c.span, c.doc,
@@ -210,7 +211,7 @@ class _Writer:
             self.angles[c.name] = Angle(None, ports[0], ports[1], 1.0, True)
         planar = find(c.kind.name)
         if planar is not None and "s" in c.signals and {"s", "v"} <= planar.formulas.keys():
-            formulas = signals.Formulas(
+            formulas = signals.ComponentFormulas(
                 planar, c.name, lambda name: None, lambda port, key: self._leaf(self._frame(c.ports[port]), key)
             )
             for key in ("s", "v"):

@@ -21,7 +21,7 @@ from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.integrators import backend
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.missed_peaks import Peak
+from mbdsl.integrators.missed_peaks import MissedPeak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import MethodRun
 from mbdsl.kernels.arrays import Array
@@ -167,7 +167,7 @@ def _given_up(motion: MechanismRun) -> str | None:
     )
 
 
-def _first_peak(motion: MechanismRun) -> Peak | None:
+def _first_peak(motion: MechanismRun) -> MissedPeak | None:
     """The first peak of a law that steps have passed over."""
     watched = [p.integration.overlooked for p in motion.parts if isinstance(p.integration, MethodRun)]
     peaks = [peak for x in watched if x is not None and (peak := x.peak()) is not None]
@@ -178,7 +178,7 @@ def _first_peak(motion: MechanismRun) -> Peak | None:
 UNSEEN = "that the ends of the step do not show"
 
 
-def _unseen(peak: Peak, law: Component | None) -> str:
+def _unseen(peak: MissedPeak, law: Component | None) -> str:
     """The warning about a peak that steps have passed over."""
     where, what = _words(law)
     size = 10.0 ** np.floor(np.log10(peak.h))

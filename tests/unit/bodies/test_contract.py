@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from mbdsl.bodies import ancf_cable_kernels, floating_beam_kernels, point_mass_kernels, rigid_body_kernels
-from mbdsl.bodies.contract import Undeformed, model_class
+from mbdsl.bodies.contract import UndeformedModel, model_class
 from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind
@@ -68,8 +68,8 @@ def test_models_that_break_it(monkeypatch):
     assert reason(changed(rigid_body_kernels, MODEL="mbdsl.bodies.beam_stations")) == [
         "mbdsl.bodies.beam_stations has no class MODEL"
     ]
-    monkeypatch.delattr(Undeformed, "deforms")
-    monkeypatch.delattr(Undeformed, "bend")
+    monkeypatch.delattr(UndeformedModel, "deforms")
+    monkeypatch.delattr(UndeformedModel, "bend")
     monkeypatch.setattr(Rigid, "weight", lambda self, gravity: gravity)
     assert reason(changed(rigid_body_kernels)) == [
         "Rigid.deforms is missing: True or False",

@@ -11,7 +11,7 @@ from mbdsl.cli import main
 from mbdsl.cli._progress import Display
 from mbdsl.errors import MbdslError, Span
 from mbdsl.messages import visible
-from mbdsl.plotting.figures import Figure, Page, Series, Table
+from mbdsl.plotting.figures import Figure, Page, Series, TextTable
 from mbdsl.plotting.pages import html
 
 ESCAPE, BIDI = "\x1b]0;owned\x07\x1b[2J", "\u202e"
@@ -118,7 +118,7 @@ def test_pages():
     text = f"a{ESCAPE}{BIDI}</script>&"
     series = Series(text, (1.0, 2.0), (1.0, 2.0))
     figure = Figure("key", text, text, text, (series,), note=text)
-    table = Table(text, (text,), ((text,),), note=text)
+    table = TextTable(text, (text,), ((text,),), note=text)
     page = html(Page(text, (text,), (figure, table), ((text, text),)))
     assert harmless(page)
     assert page.count(r"\x1b") > 8

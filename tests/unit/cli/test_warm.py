@@ -12,7 +12,7 @@ from mbdsl.integrators import compiled
 from mbdsl.integrators.loop.compiled_loop import loop_name
 from mbdsl.lang.load import load
 from mbdsl.simulation import code_preparation
-from mbdsl.simulation.code_preparation import Code, codes, prepare
+from mbdsl.simulation.code_preparation import EmittedModule, codes, prepare
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.plan import plan
 from mbdsl.simulation.run_options import RunOptions
@@ -45,7 +45,7 @@ class Bench:
             self.log.append(("here", name))
             self.ready.add(name)
 
-        return Code(name, name, here, beside)
+        return EmittedModule(name, name, here, beside)
 
 
 def test_each_code_is_compiled_once_and_two_at_a_time(monkeypatch):
@@ -61,7 +61,7 @@ def test_each_code_is_compiled_once_and_two_at_a_time(monkeypatch):
 def test_what_no_process_can_compile_is_compiled_here(monkeypatch):
     """So that its error is printed; a process alone would leave nothing but an exit code."""
     bench = Bench(monkeypatch)
-    alone = Code("alone", "alone", lambda: bench.ready.add("alone"), lambda: None)
+    alone = EmittedModule("alone", "alone", lambda: bench.ready.add("alone"), lambda: None)
     prepare([bench.code("a", fails=True), alone], 2, lambda progress: None, lambda code, seconds: None)
     assert ("here", "a") in bench.log and {"a", "alone"} <= bench.ready
 
@@ -78,7 +78,7 @@ def test_an_interruption_ends_the_other_processes(monkeypatch):
 
     monkeypatch.setattr(code_cache, "is_compiled", lambda name: False)
     with pytest.raises(KeyboardInterrupt):
-        prepare([Code("a", "a", lambda: None, beside)], 1, interrupt, lambda code, seconds: None)
+        prepare([EmittedModule("a", "a", lambda: None, beside)], 1, interrupt, lambda code, seconds: None)
     assert started[0].returncode is not None
 
 

@@ -20,7 +20,7 @@ from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.scene_parts import SpatialFrame
-from mbdsl.mechanism.signals import Formulas
+from mbdsl.mechanism.signals import ComponentFormulas
 from mbdsl.numerics import rotation_arrays
 from mbdsl.system import build
 from mbdsl.system.signals import frame_coordinate, values
@@ -61,7 +61,7 @@ def component(name, kind, values, **ports):
     )
     values |= declared.derive(values)
     rows = getattr(declared, "velocity_rows", ())
-    formulas = Formulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
+    formulas = ComponentFormulas(declared, name, values.get, lambda port, key: coordinate(ports[port], key))
     constraints = tuple(map(formulas.row, rows))
     relations = tuple(map(formulas.row, getattr(declared, "relations", ())))
     for k, (function, signals) in enumerate(getattr(declared, "functions", ())):

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import mbdsl
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import available
-from mbdsl.integrators.events import Events
+from mbdsl.integrators.events import SwitchEvents
 
 METHODS = [name for name, method in available().items() if "controlled" in method.steps and "fixed" in method.steps]
 SLIDE = """
@@ -34,8 +34,8 @@ def slide(force, s=0.0, v=0.0, stop=1.0, more=""):
 @pytest.fixture
 def seen(monkeypatch):
     """The events of the last run."""
-    runs, begin = [], Events.begin
-    monkeypatch.setattr(Events, "begin", lambda self, *given: (runs.append(self), begin(self, *given))[1])
+    runs, begin = [], SwitchEvents.begin
+    monkeypatch.setattr(SwitchEvents, "begin", lambda self, *given: (runs.append(self), begin(self, *given))[1])
     return lambda: runs[-1].times
 
 

@@ -197,7 +197,8 @@ def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name, plain):
     kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, C.VALUE + 1))
     plain(row_kernels.module(loaded(f"mbdsl.elements.{kind.friction_along}")).gradient)(Z, 0, 1, (), G)
     rate = G[0, :3] @ Z[0, 3:] + G[0, 3:6] @ Z[1, 3:]
-    assert value(with_joint(name).signal("j.w" if kind.friction_unit == "N.m" else "j.v"), Z) == pytest.approx(rate)
+    signal = "j.w" if kind.resistance[0].unit == "N.m" else "j.v"
+    assert value(with_joint(name).signal(signal), Z) == pytest.approx(rate)
 
 
 # -- in laws -------------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ import pytest
 
 import mbdsl
 from mbdsl.mechanism.graph import build as graph_of
-from mbdsl.plotting.figures import Page, Table
+from mbdsl.plotting.figures import Page, TextTable
 from mbdsl.plotting.html_tables import LIMIT, table
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.effects import EffectsStudy, Without
@@ -173,7 +173,7 @@ def test_studies(scene, read):
 
     class Made(Study):
         def page(self):
-            return Page(EVIL, ["said"], [Table("", ("a",), [("1",)])])
+            return Page(EVIL, ["said"], [TextTable("", ("a",), [("1",)])])
 
     shown = read(Made.__new__(Made)._repr_html_())
     assert shown.tags == {"iframe"}
@@ -202,12 +202,12 @@ def test_texts_are_short_and_markup_is_text(swing, scene, read, model_folder):
 
 
 def test_long_tables_are_cut():
-    shown = table(Table("", ("n",), [(str(k),) for k in range(LIMIT + 5)]))
+    shown = table(TextTable("", ("n",), [(str(k),) for k in range(LIMIT + 5)]))
     assert shown.count("<tr>") == 1 + LIMIT and f"{LIMIT} of {LIMIT + 5} rows" in shown and "overflow: auto" in shown
 
 
 def test_columns_of_numbers_are_on_the_right(read):
     rows = [("a", "1", "", "x"), ("b", "-2.5e-3", "", "3"), ("c", "", "", "")]
-    shown = table(Table("title", ("name", "value", "empty", "mixed"), rows, "note"))
+    shown = table(TextTable("title", ("name", "value", "empty", "mixed"), rows, "note"))
     assert read(shown).tables == [[["name", "value", "mixed"], ["a", "1", "x"], ["b", "-2.5e-3", "3"], ["c", "", ""]]]
     assert shown.count("text-align:right") == 4 and shown.count("text-align:left") == 8

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Figure, Outcome, Page, Series, TextTable
 
 MODEL = "model Pendulum\n  parameter m = 1 kg\n" + "\n".join(f"  // line {k}: a < b && c > d" for k in range(60))
 SPEEDS = {
@@ -101,7 +101,7 @@ def energy(count=3000):
 
 
 def sample():
-    times = Table(
+    times = TextTable(
         "Cheapest for each error",
         ["error", "method", "h or tol", "time [s]", "spread", "factor"],
         [
@@ -112,7 +112,7 @@ def sample():
         ],
         "Factor: the time of Exudyn at the same error over this one.",
     )
-    slopes = Table(
+    slopes = TextTable(
         "Fitted slopes",
         ["method", "q", "v", "range of h [s]"],
         [

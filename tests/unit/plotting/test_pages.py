@@ -13,7 +13,7 @@ import pytest
 from mbdsl.errors import UsageError
 from mbdsl.plotting import pages
 from mbdsl.plotting.figure_layout import lay_out
-from mbdsl.plotting.figures import Bar, Bars, Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Bar, Bars, Figure, Outcome, Page, Series, TextTable
 
 VOID = {"meta", "br", "link", "img"}
 EVIL = "</script><script>alert(1)</script><b>\"'&"
@@ -284,7 +284,7 @@ def test_every_text_is_only_text():
     figure = Figure(
         EVIL, EVIL, EVIL, EVIL, [series], outcomes=[Outcome(EVIL, 1.0, EVIL)], floors=[(0.5, EVIL)], note=EVIL
     )
-    table = Table(EVIL, [EVIL, EVIL], [[EVIL, EVIL]], EVIL)
+    table = TextTable(EVIL, [EVIL, EVIL], [[EVIL, EVIL]], EVIL)
     page = Page(EVIL, [EVIL], [figure, table], [(EVIL, EVIL), ("long", EVIL * 20)])
     root = read(page)
     assert len(list(root.all("script"))) == 2  # the data script and our own script

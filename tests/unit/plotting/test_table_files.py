@@ -13,14 +13,14 @@ import pytest
 
 from mbdsl.errors import UsageError
 from mbdsl.lang.load import load
-from mbdsl.plotting.figures import Table
+from mbdsl.plotting.figures import TextTable
 from mbdsl.plotting.table_files import LONG, as_csv, as_latex, latex, numeric_columns, write
 from mbdsl.studies import tables
 from mbdsl.studies.effects import EffectsStudy, Without
 
 MODELS = Path(__file__).parents[3] / "models"
 ODD = r"a_b|c & 50 % $x$ {y} #1 ~z^2 \n <i> `k` *m* é Ω α ° µ 10⁻³ × · − – … 漢 --tol \end{tabular}"
-TABLE = Table(
+TABLE = TextTable(
     "Errors_1",
     ("method", "step [s]", "error [N.m]", "empty", "slope"),
     [
@@ -38,7 +38,7 @@ def cells(html):
 
 
 def test_markdown(tmp_path):
-    write(tmp_path / "a.md", [TABLE, Table("none", ("a",), ())], [], "T_i*t*le", ["Last_note_."])
+    write(tmp_path / "a.md", [TABLE, TextTable("none", ("a",), ())], [], "T_i*t*le", ["Last_note_."])
     text = (tmp_path / "a.md").read_text(encoding="utf-8")
     (head, *rows), root = cells(markdown.markdown(text, extensions=["tables"]))
     assert head == ["method", "step [s]", "error [N.m]", "slope"]
@@ -77,7 +77,7 @@ def test_alignment():
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="LaTeX is not installed")
 def test_latex_compiles(tmp_path):
-    long = Table("Long", ("k", ODD), [(str(k), "1e-3") for k in range(2 * LONG)])
+    long = TextTable("Long", ("k", ODD), [(str(k), "1e-3") for k in range(2 * LONG)])
     write(tmp_path / "a.tex", [TABLE, long], [], ODD, [ODD])
     main = r"\documentclass{article}\usepackage{longtable}\begin{document}\input{a.tex}\end{document}"
     (tmp_path / "main.tex").write_text(main, encoding="utf-8")

@@ -9,7 +9,7 @@ import mbdsl
 from mbdsl.errors import UsageError
 from mbdsl.lang.asked_signals import AskedSignals
 from mbdsl.studies import conditions, measures
-from mbdsl.studies.conditions import When
+from mbdsl.studies.conditions import StudyCondition
 
 THROW = """
 model Throw
@@ -118,7 +118,7 @@ def test_spans_of_lines(text, spans):
             return names
 
     when = conditions.read(text, Names())
-    assert isinstance(when, When)
+    assert isinstance(when, StudyCondition)
     found = when.spans(np.arange(4.0), [eval(x, {"a": a, "b": b}) for x in when.differences])
     np.testing.assert_allclose(found, np.reshape(spans, (-1, 2)))
 

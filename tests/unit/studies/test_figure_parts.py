@@ -4,7 +4,7 @@ import pytest
 
 from mbdsl.integrators import available
 from mbdsl.plotting.figure_layout import lay_out
-from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Figure, Outcome, Page, Series, TextTable
 from mbdsl.studies.families import family
 from mbdsl.studies.figure_parts import MOST, on_front, parts
 from mbdsl.studies.report import Study
@@ -76,7 +76,7 @@ def test_a_page_opens_with_the_answer_and_the_pictures(answers, monkeypatch):
             return answers
 
         def tables(self):
-            return [Table("answer", ("a",), [("1",)]), Table("all runs", ("a",), [("1",)])]
+            return [TextTable("answer", ("a",), [("1",)]), TextTable("all runs", ("a",), [("1",)])]
 
         def figures(self):
             return [figure(["hht-i3", "radau5"])]

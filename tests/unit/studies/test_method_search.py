@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from mbdsl.studies.method_search import GAIN, NEAR, Candidate, Result, best_time, rounded, search
+from mbdsl.studies.method_search import GAIN, NEAR, Candidate, SearchRun, best_time, rounded, search
 from mbdsl.studies.recommendation import _why
 
 TARGET = 1e-7
@@ -51,7 +51,7 @@ class Clock:
     methods: dict[str, Method]
     budget: float = math.inf
     now: float = 0.0
-    kept: dict[tuple[str, float], Result] = field(default_factory=dict)
+    kept: dict[tuple[str, float], SearchRun] = field(default_factory=dict)
     spent: dict[tuple[str, float], float] = field(default_factory=dict)  #: times after which runs were ended
     made: int = 0  #: runs that were not kept from before
     noise: float = 0.0
@@ -65,18 +65,18 @@ class Clock:
         limit = min(cap, self.left())
         assert limit > 0.0
         if limit < 1.25 * self.spent.get((candidate.method, size), 0.0):
-            return Result(seconds=self.spent[candidate.method, size], late=True)
+            return SearchRun(seconds=self.spent[candidate.method, size], late=True)
         self.made += 1
         method = self.methods[candidate.method]
         if size > method.fails:
-            result = Result(problem="it diverges")
+            result = SearchRun(problem="it diverges")
         else:
             seconds = method.seconds(size) * (1.0 + self.noise * random.Random(self.made).random())
             if seconds > limit:
                 self.now += limit
                 self.spent[candidate.method, size] = limit
-                return Result(seconds=limit, late=True)
-            result = Result(method.error(size), seconds)
+                return SearchRun(seconds=limit, late=True)
+            result = SearchRun(method.error(size), seconds)
             self.now += seconds
         self.kept[candidate.method, size] = result
         return result
@@ -189,7 +189,7 @@ def test_the_budget_is_kept_and_the_search_goes_on(budget):
 
 def test_no_time_for_the_first_run_is_not_tried():
     def nothing(candidate, size, cap):
-        return Result(late=True) if candidate.method != "good" else Result(1e-9, 0.01)
+        return SearchRun(late=True) if candidate.method != "good" else SearchRun(1e-9, 0.01)
 
     candidates = [PENDULUM[name].candidate(name) for name in ("hht", "newmark")] + [Method(2, 1.0).candidate("good")]
     assert not search(candidates, TARGET, nothing, lambda: 1.0)
@@ -204,7 +204,7 @@ def test_a_method_that_fails_is_given_up():
 
 def test_the_reason_of_failed_runs_is_reported():
     candidate = Method(2, 1.0).candidate("ida")
-    candidate.see(candidate.size, Result(problem="ida needs sksundae"), TARGET, 1.0)
+    candidate.see(candidate.size, SearchRun(problem="ida needs sksundae"), TARGET, 1.0)
     assert _why(candidate, 1.0, TARGET) == "1 run failed: ida needs sksundae"
 
 

@@ -13,9 +13,9 @@ from mbdsl.studies.cases import setting
 from mbdsl.studies.convergence import convergence
 from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
-from mbdsl.studies.error_measures import Quantity, error
+from mbdsl.studies.error_measures import ErrorQuantity, error
 from mbdsl.studies.recommendation import recommend
-from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
+from mbdsl.studies.reference_solution import ReferenceSolution, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.runtime import runtime
 from mbdsl.studies.store import OUT_OF_TIME, Computed, Store
@@ -90,7 +90,7 @@ class Known(dict):
 
 def test_no_number_is_no_small_error():
     nan, inf = np.nan, np.inf
-    q = Quantity("q", "positions", "m", ("x", "y"), (2.0, 2.0))
+    q = ErrorQuantity("q", "positions", "m", ("x", "y"), (2.0, 2.0))
     still = [0.0, 0.0, 0.0]
     for x, reference, largest, end in (
         ([0.0, 1.0, 3.0], [0.0, 0.0, 2.0], 1.0, 1.0),
@@ -107,9 +107,9 @@ def test_no_number_is_no_small_error():
         assert (e.end, e.scaled_end) == pytest.approx((end, 2.0 * end), nan_ok=True)
     one["x"] = other["x"] = np.array(still)
     assert error(q, one, other).largest == 0.5  # the value of y
-    itself = Quantity("Phi", "constraints", "m", ("x",), (1.0,), True)
+    itself = ErrorQuantity("Phi", "constraints", "m", ("x",), (1.0,), True)
     assert error(itself, Known(x=np.array([0.0, nan, 1.0])), Known()).largest == inf
-    reference = Reference(other, "one", Known(x=np.array([nan] * 3), y=np.array(still)), "another")
+    reference = ReferenceSolution(other, "one", Known(x=np.array([nan] * 3), y=np.array(still)), "another")
     assert reference.floor(q).scaled == inf and reference.digits(q) == 0.0
 
 

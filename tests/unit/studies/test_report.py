@@ -11,8 +11,8 @@ from mbdsl import load, results, simulate
 from mbdsl.studies import runner as running
 from mbdsl.studies.cases import Case
 from mbdsl.studies.drift import drift
-from mbdsl.studies.recommendation import Choice, Recommendation, recommend
-from mbdsl.studies.reference_solution import Reference
+from mbdsl.studies.recommendation import Recommendation, RecommendedCase, recommend
+from mbdsl.studies.reference_solution import ReferenceSolution
 from mbdsl.studies.runtime import runtime
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -80,7 +80,7 @@ def test_what_is_recommended_is_quoted():
     case = Case("hht-si2", step=1e-3, options=(("alpha", -0.1),))
     extra = ("--set", "k=120 N/mm", "--stop", "0.5")
     found = Recommendation(
-        "M", "my model.mbd", "q", 1e-3, "", (Choice(case, 1e-4, [1.0]),), (), Reference.none(), extra
+        "M", "my model.mbd", "q", 1e-3, "", (RecommendedCase(case, 1e-4, [1.0]),), (), ReferenceSolution.none(), extra
     )
     words = ["--method", "hht-si2", "--alpha", "-0.1", "--step", "0.001"]
     assert shlex.split(found.command) == ["mbdsl", "simulate", "my model.mbd", *words, *extra]

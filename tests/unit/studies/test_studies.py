@@ -19,7 +19,7 @@ from mbdsl.studies.energy import energy
 from mbdsl.studies.error_measures import Error, error, quantities
 from mbdsl.studies.runtime import runtime
 from mbdsl.studies.store import Computed
-from mbdsl.studies.survey import Row
+from mbdsl.studies.survey import SurveyRow
 from mbdsl.studies.work_precision import WorkPrecision, cheapest, front, work_precision
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -296,7 +296,9 @@ def test_runtime(given):
 
 
 def timed(method, size, e, *seconds):
-    return Row(Case(method, step=size), Computed(Case(method, step=size)), {"q": Error(e, e, e, e)}, list(seconds))
+    return SurveyRow(
+        Case(method, step=size), Computed(Case(method, step=size)), {"q": Error(e, e, e, e)}, list(seconds)
+    )
 
 
 def test_front_and_the_cheapest():

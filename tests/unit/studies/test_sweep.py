@@ -29,7 +29,7 @@ from mbdsl.studies import store as storing
 from mbdsl.studies.measures import FUNCTIONS, Measure, read, split
 from mbdsl.studies.store import Computed
 from mbdsl.studies.sweep_results import Sweep
-from mbdsl.studies.sweep_runs import Point, PointRunner
+from mbdsl.studies.sweep_runs import PointRunner, SweepPoint
 from mbdsl.studies.sweep_values import MOST, varied
 from mbdsl.system import build
 
@@ -436,7 +436,7 @@ def test_a_map_has_the_values_of_the_grid(tmp_path):
     vary = [varied("a", "1:9:9"), varied("b", "1:1000:10:log"), varied("c", "5,6")]
     indices = [(i, j, k) for i in range(9) for j in range(10) for k in range(2)]
     values = [vary[0].numbers[i] + 100.0 * vary[2].numbers[k] + math.log10(vary[1].numbers[j]) for i, j, k in indices]
-    case = Point("hht-si2")
+    case = SweepPoint("hht-si2")
     runs = [Computed(case, stats={"values": {"max(x)": value}}) for value in values]
     runs[3] = Computed(case, problem="it failed")
     found = Sweep("M", vary, [Measure("max", "x", "m")], indices, runs)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.integrators.event_list import Group
+from mbdsl.integrators.event_list import EventGroup
 from mbdsl.results.stored import open_result
 from mbdsl.simulation.event_marks import APART, TICKS
 from mbdsl.simulation.stored_events import of_meta, text_of
@@ -125,7 +125,7 @@ def test_damaged_events_are_none(text):
 
 def test_ticks_of_a_clock_need_three_numbers_in_a_file():
     ticks = np.arange(100_001) * 0.001
-    text = text_of([Group("sample", None, ticks)])
+    text = text_of([EventGroup("sample", None, ticks)])
     assert len(text) < 80
     assert np.abs(of_meta({"events": text})[0].times - ticks).max() < 1e-12
 
