@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 #: shortest step that is searched, and shortest interval in it, relative to the shortest possible step
 SHORT, SHORTEST = 4.0, 0.1
+#: the same of a step in which a condition is not searched further if its bounds need too many intervals: behind a
+#: lift-off, they do in every step, however short, because gaps are differences of positions
+BRIEF = 1e7
 #: rounding error of positions, relative to them; if the displacement in a step differs by no more than that from the
 #: one with a linear velocity, the velocity is taken as linear
 LOST = 64.0 * np.finfo(float).eps
@@ -253,6 +256,8 @@ class OnTheWay:
         step; None if there is no such step."""
         ends = np.tile([0.0, 1.0], (len(steps), 1))
         for k, points in f.monotone(0, steps, ends, SHORTEST * least, size, slight, work):
+            if points is None and self._jumps[n] and least[k] * BRIEF > 1.0:
+                continue
             if points is None:  # a shorter step needs fewer intervals
                 return k, [(0.25, 0.75)]
             found = [(a, b) for a, b in zones(f, k, points, float(slight[k])).T.tolist() if a > 0.0 and b < 1.0]
