@@ -187,9 +187,12 @@ class SwitchEvents:
 
     @property
     def _of_reactions(self) -> bool:
-        """Whether reactions decide events, by friction or because those of steps are behind the motion. Those of a step
-        have its error: where a step was cut short, they are taken from the equations of motion."""
-        scene, lags = self.system.scene, not declared(self.run.method).own_reactions
+        """Whether reactions decide events, by friction or because those of steps are behind the motion, as means of
+        other multipliers or with steps that no tolerance controls. Those of a step have its error: where it was cut
+        short, they are taken from the equations of motion."""
+        scene, method = self.system.scene, declared(self.run.method)
+        lam, mu, read = method.multipliers
+        lags = not method.own_reactions and (bool(self.run.grid) or read not in (lam, mu))
         return bool(scene.sticking) or any(c.slips or lags for c in scene.contacts)
 
     @property
