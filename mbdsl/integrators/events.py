@@ -192,7 +192,8 @@ class SwitchEvents:
         short, they are taken from the equations of motion."""
         scene, method = self.system.scene, declared(self.run.method)
         lam, mu, read = method.multipliers
-        lags = not method.own_reactions and (bool(self.run.grid) or read not in (lam, mu))
+        controlled = 0.0 < self.run.reals[S.TOL] < 1.0
+        lags = not (method.own_reactions or (controlled and read in (lam, mu)))
         return bool(scene.sticking) or any(c.slips or lags for c in scene.contacts)
 
     @property
