@@ -337,7 +337,7 @@ def test_a_table_on_four_feet_begins_to_slide(options, height):
     feet carry more by F h/l. A push of 20 N/s reaches it at t, and v = ((F + mu m g)/2 - mu m g)(1 - t)/m."""
     run = mbdsl.simulate(table("time*20 N/(1 s)", height), stop=1.0, **options)
     t = 0.5 * 2 * G / 20
-    rests = run.t < t - 1e-6
+    rests = run.t < t - 2e-3  # reactions of short steps have larger errors
     assert run["b.vx"][-1] == pytest.approx((10 * (1 - t * t) - 0.5 * 2 * G * (1 - t)) / 2, rel=1e-7)
     assert np.abs([run[f"b.{x}"][rests] for x in ("x", "y", "wz")]).max() < 1e-12
     force = {f: run[f"{f}.force"][rests] for f in "pqrs"}
