@@ -393,6 +393,9 @@ class Known:
     def unit(self, name):
         return "N"
 
+    def find_events(self):
+        return []
+
 
 def test_what_has_no_value_does_not_agree():
     nan = np.nan
