@@ -208,7 +208,8 @@ def agree(
     rows = np.minimum(np.searchsorted(other.t, one.t[:count]), len(other.t) - 1)
     assert np.array_equal(other.t[rows], one.t[:count]), "what is compared is of one time"
     ranges = {name: _range(one[name]) for name in names}
-    late, speed = late_events(other, one), scaled_motion(one, one)[1]
+    late = late_events(other, one)
+    speed = 1.0 if late is None else scaled_motion(one, one)[1]
     largest: dict[str, float] = {}
     for name in names:
         unit = one.unit(name)
