@@ -228,7 +228,7 @@ class OnTheWay:
                     y = np.unwrap(y)
                     if composite in turns.angles:
                         y += 2.0 * np.pi * np.round((turns.angles[composite] - y[turns.at]) / (2.0 * np.pi))
-                found[x] = y.reshape(-1, 4) @ THROUGH.T
+                found[x] = _through(y.reshape(-1, 4), composite.op == "angle")
         return found
 
     def _of_states(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
@@ -267,6 +267,20 @@ class OnTheWay:
             if self._jumps[n] or not wide:
                 return k, found
         return None
+
+
+def _through(y: Array, angles: bool) -> Array:
+    """Coefficients (K, 4) of the cubic polynomials through y (K, 4) at 0, 1/3, 2/3 and 1.
+
+    Axes have rounding errors relative to 1, and angles between them those in radians: if an angle differs by no more
+    than that from a linear one, it is taken as linear. The angle of a joint that does not move is rounding alone.
+    """
+    c = y @ THROUGH.T
+    straight = np.abs(c[:, 2:]).sum(axis=1) <= LOST * np.maximum(np.abs(y).max(axis=1), 1.0)
+    if angles and straight.any():
+        c[straight, 1] = y[straight, 3] - y[straight, 0]
+        c[straight, 2:] = 0.0
+    return c
 
 
 def _in_joint(n: Expr) -> Expr:

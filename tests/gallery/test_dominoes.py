@@ -104,3 +104,17 @@ def test_thirty_dominoes(whole):
     energy_of_run = run["energy.total"]
     assert np.diff(energy_of_run).max() < 1e-6 * energy_of_run[0]
     assert energy_of_run[0] - energy_of_run[-1] == pytest.approx(lost, rel=3e-3)
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9", "dop853", "hht-si2"])
+def test_dominoes_that_stand_with_error_control(gallery, method):
+    """The angles of two of them are rounding until they are struck; their heels and their edges carry m g/2 each."""
+    times, angles, rates, *_ = toppled(3)
+    run = mbdsl.simulate(gallery("dominoes", {"n": 3}), method=method, tol=1e-6)
+    assert run.t[-1] == pytest.approx(times[-1], abs=1e-6)
+    np.testing.assert_allclose(of_all(run, "hinge[{}].phi", 3), angles, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(of_all(run, "hinge[{}].w", 3), rates, rtol=1e-5)
+    stands = run.t < times[0] - 1e-3
+    for i in (2, 3):
+        np.testing.assert_allclose(run[f"heel[{i}].force"][stands], 0.5 * m * g, rtol=1e-9)
+        assert np.abs(run[f"hinge[{i}].phi"][stands]).max() < 1e-12
