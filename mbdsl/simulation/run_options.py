@@ -63,7 +63,7 @@ class OptionText(NamedTuple):
     """What is known of an option besides its name, type and default."""
 
     unit: str = ""  #: unit of its number, which may also be given as a text with a unit; "" if it is no number
-    #: placeholder and help on the command line; a flag has no placeholder
+    #: name of its value, and help, on the command line; a flag has no value
     metavar: str = ""
     text: str = ""
     within: str = ANY  #: range of the number on the command line

@@ -29,14 +29,14 @@ def calls(monkeypatch, text, **options):
     return found, count
 
 
-@pytest.mark.parametrize(("options", "most"), [({"step": 1e-3}, 100), ({"method": "radau9", "tol": 1e-6}, 240)])
+@pytest.mark.parametrize(("options", "most"), [({"step": 1e-3}, 100), ({"method": "radau9", "tol": 1e-6}, 200)])
 def test_the_cost_of_impacts_is_proportional(options, most, monkeypatch):
     """Every impact takes as many evaluations as those before; bisection of its time would take forty more. A run with
     a tolerance is made twice."""
     runs = [calls(monkeypatch, WALLS, stop=n * 1e-3, interval=n * 1e-5, **options) for n in (20, 40, 80)]
     assert [run.stats["kinds of events"] for run, _ in runs] == [{"impact": n} for n in (20, 40, 80)]
     first, second = (b - a for (_, a), (_, b) in pairwise(runs))
-    assert second == pytest.approx(2 * first, rel=0.1)
+    assert second == pytest.approx(2 * first, rel=0.1)  # 4 if each impact cost in proportion to those before it
     assert first / 20 < most
 
 
