@@ -186,14 +186,18 @@ class SwitchEvents:
             self.set.put(self.run)
 
     @property
+    def _fixed(self) -> bool:
+        """Whether no tolerance controls the steps: those that end at events have one that accepts all."""
+        return not 0.0 < self.run.reals[S.TOL] < 1.0
+
+    @property
     def _of_reactions(self) -> bool:
         """Whether reactions decide events, by friction or because those of steps are behind the motion, as means of
         other multipliers or with steps that no tolerance controls. Those of a step have its error: where it was cut
         short, they are taken from the equations of motion."""
         scene, method = self.system.scene, declared(self.run.method)
         lam, mu, read = method.multipliers
-        controlled = 0.0 < self.run.reals[S.TOL] < 1.0
-        lags = not (method.own_reactions or (controlled and read in (lam, mu)))
+        lags = not method.own_reactions and (self._fixed or read not in (lam, mu))
         return bool(scene.sticking) or any(c.slips or lags for c in scene.contacts)
 
     @property
@@ -239,8 +243,8 @@ class SwitchEvents:
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
         known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
-        # the switch is so close that no step was possible, or none that its own reactions do not cut again
-        at_once = not known and (not cut or self._cut[-1:] == [t])
+        # the switch is so close that no step was possible, or no fixed one that its own reactions do not cut again
+        at_once = not known and (not cut or (self._fixed and self._cut[-1:] == [t]))
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
         if not known and self._stands_still(t):
