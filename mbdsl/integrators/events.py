@@ -263,8 +263,9 @@ class SwitchEvents:
                 q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
-            if located is None and at_once and run.grid and self._lags:
-                located = h, self._way(q, v, a)  # no reaction changes a mode within the step
+            if located is None and at_once and run.grid and system.tables.switches_of_multipliers:
+                way = self._way(q, v, a)  # the step's own reactions change a mode, those of the motion may not
+                located = self._distance(t, way, lam, old, h) or h, way
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
@@ -336,7 +337,8 @@ class SwitchEvents:
         if self.set is not None:  # rounding may keep a gap from closing
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)
-        if self._lags and combined(old) != run.integers[S.SIGNATURE]:
+        late = self._lags or (run.grid > 0.0 and self.system.tables.switches_of_multipliers)
+        if late and combined(self._switches(t, q, v, lam)[0]) != run.integers[S.SIGNATURE]:
             return self._missed(t, way, lam), way
         refines = run.grid or declared(run.method).order > PRECISE
         rough = ROUGH if refines and self.set is not None else LOCATED
