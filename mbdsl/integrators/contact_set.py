@@ -249,8 +249,9 @@ class ContactSet:
             P = self.law(Contacts(laws.G, laws.sizes, laws.mu), u, self.e[which]).P
         except UnsolvableError as error:
             raise self._unsolvable("impulses", t, which[list(error.which)]) from None
-        for k, impulse in enumerate(P[touching.normals]):
-            if impulse > 0.0:
+        N = touching.normals
+        for k, impulse in enumerate(P[N]):
+            if impulse * laws.G[N[k], N[k]] > slow:  # less is rounding of a body that rests there
                 name = self.contacts[which[k]].name
                 values[number(name, COUNT)] += 1.0
                 values[number(name, IMPULSE)] = float(impulse)
