@@ -352,8 +352,8 @@ class SwitchEvents:
             way = self._refined(t, q, v, a, found)
             near = found if rough > LOCATED else 0.0
             found = self._distance(t, way, lam, old, most, near) or found
-        # behind an event, rounding may leave a condition on its former side
-        return 2 * least if found == 0.0 and at_once and self.set is not None else found, way
+        # behind an event, rounding may leave a condition on its former side, at a time that is hardly later
+        return max(found, 2 * least) if at_once and self.set is not None else found, way
 
     def _missed(self, t: float, way: Way, lam: Array) -> float:
         """The time from t back to just behind the change of a switch, which the reactions of the last step have not
