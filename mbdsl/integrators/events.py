@@ -64,6 +64,8 @@ ROUNDED = 16 * EPS
 #: largest error of the located time to a switch, relative to it; of a first search on the way that is then refined; and
 #: the part of it by which a refined way may change it
 LOCATED, ROUGH, AROUND = 1e-9, 1e-5, 1e-4
+#: cuts at one time by reactions behind which controlled steps do not become shorter
+AGAIN = 3
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
@@ -243,8 +245,9 @@ class SwitchEvents:
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
         known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
-        # the switch is so close that no step was possible, or no fixed one that its own reactions do not cut again
-        at_once = not known and (not cut or (self._fixed and self._cut[-1:] == [t]))
+        # the switch is so close that no step was possible, or none that its own reactions do not cut again
+        again = 1 if self._fixed else AGAIN
+        at_once = not known and (not cut or self._cut[-again:] == again * [t])
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
         if not known and self._stands_still(t):
