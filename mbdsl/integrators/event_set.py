@@ -37,11 +37,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
+WHOLE = 2.0**53  #: largest whole number up to which all are exact
 MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
 
 
 class ReinitError(InitialisationError):
-    """A jump of velocities that is not possible."""
+    """A jump of velocities, or a value of a discrete variable, that is not possible."""
 
 
 class Acted(NamedTuple):
@@ -259,8 +260,9 @@ class EventSet:
     def end(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> None:
         """The event at the end of the run, if `terminal()` is read."""
         if self.events.terminal in self.values and not self._over:
-            self._over = True
+            self._over, ended, self.ended = True, self.ended, ""
             self._act(t, q, v, left_out, [self.events.terminal])
+            self.ended = ended or self.ended
 
     def like(self, other: EventSet) -> None:
         """Take the scales of another set, of a run that has begun."""
@@ -337,6 +339,7 @@ class EventSet:
         What one when-equation sets is what the conditions of others read; each of them acts at most once.
         """
         done: list[Branch] = []
+        truth = self._was
         while not self.ended and self.failed is None:
             truth = self._truth(t, q, v, left_out)
             branches = [x for x in self._rising(truth & ~self._was) if all(x is not y for y in done)]
@@ -413,16 +416,32 @@ class EventSet:
                 self.ended = self.ended or action.text or "terminated"
                 continue
             (x,) = self._evaluated([action.value], t, q, v, left_out)
+            if action.what in ("set", "reinit"):
+                self._check(action, x, t)
             if action.what == "set":
                 self.values[action.target] = x
             elif action.what == "reinit":
-                if not np.isfinite(x):
-                    message = f"reinit of {action.target} at t = {t:.9g} s: the value is {x:g}"
-                    raise ReinitError(message, action.span, "it has to be a finite number at this event")
                 jumps.append((action, x))
             elif x == 0.0 and self.failed is None:
                 self.failed = action
         return self._jumped(jumps, t, q, v) if jumps else v
+
+    def _check(self, action: Action, x: float, t: float) -> None:
+        """Check the new value of a variable or a velocity.
+
+        Raises
+        ------
+        ReinitError
+            If it is not finite, or so large that a whole number is rounded.
+        """
+        name = f"reinit of {action.target}" if action.what == "reinit" else f"`{action.target}`"
+        if not np.isfinite(x):
+            message = f"{name} at t = {t:.9g} s: the value is {x:g}"
+            raise ReinitError(message, action.span, "it has to be a finite number at this event")
+        own = self.events.variables.get(action.target)
+        if own is not None and own.type == "Integer" and abs(x) > WHOLE:
+            message = f"{name} at t = {t:.9g} s: the whole number {x:.6g} is too large"
+            raise ReinitError(message, action.span, f"whole numbers are exact up to 2^53 = {WHOLE:.4g}: limit it")
 
     def _jumped(self, jumps: list[tuple[Action, float]], t: float, q: Array, v: Array) -> Array:
         """The velocities after impulses along the signals of reinit.
