@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError
-from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.loop import loop_state as S
@@ -61,6 +61,10 @@ class Ticked(NamedTuple):
     ticks: list[int]
 
 
+def _of_reactions(order: list[Expr]) -> bool:
+    return any(x.op == "multiplier" for x in order)
+
+
 class EventSet:
     """The discrete variables of a run, and what changes them.
 
@@ -92,6 +96,8 @@ class EventSet:
         self._roots = [c for _, c in self._conditions]
         number = {clock.name: k for k, clock in enumerate(self.events.clocks)}
         leaf = [c.args[0].value if c.op == "ne" else None for c in self._roots]
+        #: expressions -> their nodes in order, the numbers that they read, whether they read reactions
+        self._orders: dict[tuple[Expr, ...], tuple[list[Expr], set[str], bool]] = {}
         self._of_clocks = {k: number[str(x)] for k, x in enumerate(leaf) if x in number}  #: condition -> its clock
         self.reset()
 
@@ -385,17 +391,21 @@ class EventSet:
 
     def _evaluated(self, roots: Sequence[Expr], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> list[float]:
         """Expressions in a state with the present values; reactions are those of the equations of motion."""
+        key = tuple(roots)
+        if key not in self._orders:
+            order = walk(*key)
+            read = {str(x.value) for x in order if x.op == "input"}
+            self._orders[key] = order, read & self.inputs.keys() | read & self.values.keys(), _of_reactions(order)
+        order, read, of_reactions = self._orders[key]
         lam = None
-        if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
+        if of_reactions:
             self._put(self.values)
             lam = self.reactions
             lam = (accelerations(self.system, t, q, v, left_out)[1] if lam is None else lam)[None]
-        inputs = {name: np.array([x]) for name, x in (self.inputs | self.values).items()}
-        return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]
-
-    @staticmethod
-    def _leaves(roots: Sequence[Expr]) -> list[Expr]:
-        return leaves(*roots)
+        given = self.inputs | self.values if self.inputs else self.values
+        inputs = {name: np.array([given[name]]) for name in read}
+        found = values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs, order)
+        return [float(x[0]) for x in found]
 
     def _truth(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> NDArray[np.bool_]:
         return np.array(self._evaluated(self._roots, t, q, v, left_out)) != 0.0

@@ -55,8 +55,8 @@ CROWD, STANDSTILL, STEPS = 10, 1e-5, 100.0
 #: time so far, and the rest of the run would have more than TOO_MANY at this rate, as of a body that bounces ever lower
 MANY, HARDLY, TOO_MANY = 200, 1e-4, 1e6
 #: the same number of events at times that are known in advance, as at the knots of a table of time: there is an end to
-#: them, unless a law repeats in a tiny period, which would have more than this number in the rest of the run
-MANY_KNOWN, TOO_MANY_KNOWN = 10_000, 1e8
+#: them, unless a law repeats in a tiny period: at the rate of the last FEW, the rest would have TOO_MANY_KNOWN
+MANY_KNOWN, FEW, TOO_MANY_KNOWN = 10_000, 40, 1e9
 #: operations that repeat
 REPEATING = ("mod", "floor", "ceil", "sin", "cos", "tan")
 #: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
@@ -313,7 +313,7 @@ class SwitchEvents:
             struck, self._cut = True, []  # and so do shares of friction, which change ever more often until it slides
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
-            status = self.set.status or (S.RUNNING if known else status)
+            status = self.set.status or (S.RUNNING if known and not self._hidden else status)
         return status, Restart(t, q, v, a, lam, longest)
 
     def _cleared(self, t: float, q: Array, v: Array, lam: Array, s: float) -> Array:
@@ -582,7 +582,8 @@ class SwitchEvents:
         """The status after an event at a time that was known in advance."""
         run, times = self.run, self.times
         close = len(times) > MANY_KNOWN and t - times[-MANY_KNOWN] < HARDLY * run.span
-        if len(times) > MANY and (t - times[-MANY]) * TOO_MANY_KNOWN < MANY * (run.stop - t) and self._repeating:
+        few = len(times) > FEW and (t - times[-FEW]) * TOO_MANY_KNOWN < FEW * (run.stop - t)
+        if few and self._repeating:
             self._hidden = self._repeating
             return S.SLIDING
         return S.SLIDING if close else S.RUNNING
