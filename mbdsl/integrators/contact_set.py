@@ -14,8 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.integrators import contact_errors
+from mbdsl.integrators.contact_errors import UnsolvedContactsError
+from mbdsl.integrators.driven_contacts import drivers_at_fault
 from mbdsl.integrators.friction_set import FrictionSet
-from mbdsl.integrators.touching import Touching, UnsolvedContactsError, reduced, senses
+from mbdsl.integrators.touching import Touching, reduced, senses
 from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
@@ -107,6 +110,11 @@ class ContactSet:
     def _gaps(self, t: float, q: Array) -> Array:
         return self.system.Phi(t, q)[self.rows]
 
+    def without_value(self, t: float, q: Array) -> UnsolvedContactsError | None:
+        """The error of the first contact whose gap has no value at time t; None if all have one."""
+        own = zip(self.contacts, self._gaps(t, q), strict=True)
+        return next((contact_errors.no_value(c, t) for c, gap in own if not (c.absent or np.isfinite(gap))), None)
+
     def left_out(self, left_out: tuple[int, ...], values: dict[str, float]) -> tuple[int, ...]:
         """The rows that are left out: those of ``left_out`` that are no contacts, and of contacts that are not closed
         by their rows, or do not stick."""
@@ -142,10 +150,11 @@ class ContactSet:
         """
         self.struck = self.eased = False
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
+        if (problem := self.without_value(t, q)) is not None:
+            raise problem
         gaps = self._gaps(t, q)
         near = np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size
-        which = np.flatnonzero((gaps < near) & self.present)
-        given = v
+        which, given = np.flatnonzero((gaps < near) & self.present), v
         if t != self._before[0]:
             self._before = t, dict(values)
         before = self._before[1]
@@ -155,7 +164,8 @@ class ContactSet:
             touching = self._touching(t, q, v, which, others)
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
             free = tuple(sorted({*others, *self.system.tables.switchable}))
-            v = self._struck(t, q, v, touching if free == others else self._touching(t, q, v, which, free), values)
+            strikes = touching if free == others else self._touching(t, q, v, which, free)
+            v = self._struck(t, q, v, strikes, free, values)
             if self.struck and friction is not None and friction.release(t, q, v, values):
                 others = friction.left_out(others, values)
                 touching = self._touching(t, q, v, which, others)
@@ -222,7 +232,7 @@ class ContactSet:
         try:
             X = np.linalg.solve(K, right)[:n]
         except np.linalg.LinAlgError:
-            raise self._unsolvable("impulses", t, which) from None
+            raise self._unsolvable("impulses", (t, q, v), which, others) from None
         G = W @ X
         own = [self.contacts[k] for k in which]
         mu, mu_s = np.array([c.mu for c in own]), np.array([c.mu_s for c in own])
@@ -238,7 +248,9 @@ class ContactSet:
         slow = self.system.tables.size * (REST * fastest + STILL / self.span)
         return self.system.constraint_rates(t, q, v)[self._rows_of(touching.which)], slow
 
-    def _struck(self, t: float, q: Array, v: Array, touching: Touching, values: dict[str, float]) -> Array:
+    def _struck(
+        self, t: float, q: Array, v: Array, touching: Touching, others: tuple[int, ...], values: dict[str, float]
+    ) -> Array:
         """The velocities behind the impact, if there is one."""
         which = touching.which
         u, slow = self._speeds(t, q, v, touching)
@@ -248,7 +260,7 @@ class ContactSet:
         try:
             P = self.law(Contacts(laws.G, laws.sizes, laws.mu), u, self.e[which]).P
         except UnsolvableError as error:
-            raise self._unsolvable("impulses", t, which[list(error.which)]) from None
+            raise self._unsolvable("impulses", (t, q, v), which[list(error.which)], others) from None
         N = touching.normals
         for k, impulse in enumerate(P[N]):
             if impulse * laws.G[N[k], N[k]] > slow:  # less is rounding of a body that rests there
@@ -293,10 +305,10 @@ class ContactSet:
         last = tuple(self._last(k, sense, u[own.laws.tangents(i)], before) for i, (k, sense) in each)
         laws, turn = reduced(own, u, slips)
         if (paradox := painleve(laws)) is not None:
-            raise self._paradox(t, int(own.which[paradox[0]]), paradox[1])
+            raise contact_errors.too_rough(self.contacts[own.which[paradox[0]]], t, paradox[1])
         found = at_rest(laws, turn @ b, last)
         if found is None:
-            raise self._unsolvable("reactions", t, own.which)
+            raise self._unsolvable("reactions", (t, q, v), own.which, others)
         P, modes = found
         modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         w = turn @ b + laws.G @ P
@@ -382,19 +394,8 @@ class ContactSet:
             found |= {number(name, x): float(d) for x, d in zip((ALONG, ALONG_2), along, strict=True)}
         return found
 
-    def _paradox(self, t: float, k: int, mu: float) -> UnsolvedContactsError:
-        contact = self.contacts[k]
-        return UnsolvedContactsError(
-            f"friction of `{contact.name}` is too large at t = {t:.9g} s: with mu = {contact.mu:g} its reaction does "
-            f"not exist or is not unique, from mu = {mu:.6g} on (Painleve's paradox)",
-            contact.span,
-            "take a smaller mu, or a contact with stiffness `k`",
-        )
-
-    def _unsolvable(self, what: str, t: float, which: NDArray[np.int64]) -> UnsolvedContactsError:
-        names = ", ".join(f"`{self.contacts[k].name}`" for k in which)
-        return UnsolvedContactsError(
-            f"no {what} satisfy the laws of the contacts {names} at t = {t:.9g} s",
-            self.contacts[which[0]].span,
-            "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
-        )
+    def _unsolvable(
+        self, what: str, at: tuple[float, Array, Array], which: NDArray[np.int64], others: tuple[int, ...]
+    ) -> UnsolvedContactsError:
+        drivers = drivers_at_fault(self.system, *at, self.rows[which].tolist(), others)
+        return contact_errors.unsolvable(what, [self.contacts[k] for k in which], f" at t = {at[0]:.9g} s", drivers)
