@@ -22,7 +22,7 @@ from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.events import Branch
-from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.scene import Component, is_state
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.result_checks import bending, failed, too_bent
@@ -223,7 +223,7 @@ def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[st
         own = [x for x in system.tables.switches if reads_reactions(x)]
         reason, hint = sliding(integration.events.changing or own)
     if law is not None:
-        where, span = f"the law of {law.kind.name} {law.name}", law.span
+        where, span = _law(law), law.span
     message = f"{reason} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     if status == S.SLIDING and law is not None:
         what = _conditions(system, law, integration.events.changing) or "it"
@@ -285,8 +285,21 @@ def _largest_turn(integration: MethodRun) -> tuple[str, float] | None:
 def _conditions(system: System, law: Component, switches: Sequence[Switch]) -> str:
     """The conditions of those switches that are in a law, as text of the model."""
     own = [x for name, expression in laws(system) if name == law.name for x in within(expression, switches)]
-    found = dict.fromkeys(re.sub(r"\b(\d+)\.0\b", r"\1", text(x.node)) for x in own)
+    found = dict.fromkeys(re.sub(r"\b(\d+)\.0\b", r"\1", _as_written(system, x.node)) for x in own)
     return few((f"`{x[1:-1] if x.startswith('(') and x.endswith(')') else x}`" for x in found), 2)
+
+
+def _as_written(system: System, node: Expr) -> str:
+    """An expression as text, in which a state has its name, and not that of its velocity."""
+    found = text(node)
+    for name in (c.name for c in system.scene.components.values() if is_state(c)):
+        found = found.replace(f"{name}.c.vx", name)
+    return found
+
+
+def _law(law: Component) -> str:
+    """What the law of a component is called: that of a state is an equation."""
+    return f"the equation of {law.name}" if law.kind.name == "StateRate" else f"the law of {law.kind.name} {law.name}"
 
 
 def _of_standstill(integration: MethodRun, hint: str) -> tuple[str, Span | None, str]:
@@ -297,8 +310,7 @@ def _of_standstill(integration: MethodRun, hint: str) -> tuple[str, Span | None,
     if stall.law:
         law = system.scene.components[stall.law]
         changes = f" ({found} changes)" if (found := _conditions(system, law, stall.switches)) else ""
-        name = f"the law of {law.kind.name} {law.name}"
-        return f"{so_far}, and {name} jumps back and forth between them{changes}", law.span, hint
+        return f"{so_far}, and {_law(law)} jumps back and forth between them{changes}", law.span, hint
     if stall.coordinate:
         return f"{so_far}, and the force on {stall.coordinate} jumps back and forth between them", None, hint
     return so_far, None, "the motion may end there, as at a pole of a force; otherwise try a larger tolerance"
