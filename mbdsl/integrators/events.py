@@ -67,6 +67,8 @@ ROUNDED = 16 * EPS
 #: largest error of the located time to a switch, relative to it; of a first search on the way that is then refined; and
 #: the part of it by which a refined way may change it
 LOCATED, ROUGH, AROUND = 1e-9, 1e-5, 1e-4
+#: cuts at one time by reactions behind which controlled steps do not become shorter
+AGAIN = 3
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
@@ -250,8 +252,9 @@ class SwitchEvents:
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
         known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
-        # the switch is so close that no step was possible, or no fixed one that its own reactions do not cut again
-        at_once = not known and (not cut or (self._fixed and self._cut[-1:] == [t]))
+        # the switch is so close that no step was possible, or none that its own reactions do not cut again
+        again = 1 if self._fixed else AGAIN
+        at_once = not known and (not cut or self._cut[-again:] == again * [t])
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
         if not known and self._stands_still(t):
@@ -356,8 +359,8 @@ class SwitchEvents:
             way = self._refined(t, q, v, a, found)
             near = found if rough > LOCATED else 0.0
             found = self._distance(t, way, lam, old, most, near) or found
-        # behind an event, rounding may leave a condition on its former side
-        return 2 * least if found == 0.0 and at_once and self.set is not None else found, way
+        # behind an event, and less than the rounding of times away, a condition may be left on its former side
+        return max(found, 2 * least) if at_once and self.set is not None else found, way
 
     def _missed(self, t: float, way: Way, lam: Array) -> float:
         """The time from t back to just behind the change of a switch, which the reactions of the last step have not

@@ -23,7 +23,7 @@ from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.events import Branch
-from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.scene import Component, is_state
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.result_checks import bending, failed, too_bent
@@ -239,7 +239,7 @@ def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[st
         law = law_of(system.scene, [integration.landings.unresolved])
         where, span = next((("the condition of the `when`", b.span) for b in _whens(integration)), (where, span))
     if law is not None:
-        where, span = f"the {'gap' if is_contact(law) else 'law'} of {law.kind.name} {law.name}", law.span
+        where, span = _law(law), law.span
     message = f"{reason} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     if status == S.SLIDING and law is not None:
         what = _conditions(system, law, integration.events.changing) or "it"
@@ -306,8 +306,23 @@ def _largest_turn(integration: MethodRun) -> tuple[str, float] | None:
 def _conditions(system: System, law: Component, switches: Sequence[Switch]) -> str:
     """The conditions of those switches that are in a law, as text of the model."""
     own = [x for name, expression in laws(system) if name == law.name for x in within(expression, switches)]
-    found = dict.fromkeys(re.sub(r"\b(\d+)\.0\b", r"\1", text(x.node)) for x in own)
+    found = dict.fromkeys(re.sub(r"\b(\d+)\.0\b", r"\1", _as_written(system, x.node)) for x in own)
     return few((f"`{x[1:-1] if x.startswith('(') and x.endswith(')') else x}`" for x in found), 2)
+
+
+def _as_written(system: System, node: Expr) -> str:
+    """An expression as text, in which a state has its name, and not that of its velocity."""
+    found = text(node)
+    for name in (c.name for c in system.scene.components.values() if is_state(c)):
+        found = found.replace(f"{name}.c.vx", name)
+    return found
+
+
+def _law(law: Component) -> str:
+    """What the law of a component is called: that of a state is an equation, that of a contact its gap."""
+    if law.kind.name == "StateRate":
+        return f"the equation of {law.name}"
+    return f"the {'gap' if is_contact(law) else 'law'} of {law.kind.name} {law.name}"
 
 
 def _of_standstill(integration: MethodRun, hint: str) -> tuple[str, Span | None, str]:
@@ -318,8 +333,7 @@ def _of_standstill(integration: MethodRun, hint: str) -> tuple[str, Span | None,
     if stall.law:
         law = system.scene.components[stall.law]
         changes = f" ({found} changes)" if (found := _conditions(system, law, stall.switches)) else ""
-        name = f"the law of {law.kind.name} {law.name}"
-        return f"{so_far}, and {name} jumps back and forth between them{changes}", law.span, hint
+        return f"{so_far}, and {_law(law)} jumps back and forth between them{changes}", law.span, hint
     if stall.coordinate:
         return f"{so_far}, and the force on {stall.coordinate} jumps back and forth between them", None, hint
     return so_far, None, "the motion may end there, as at a pole of a force; otherwise try a larger tolerance"
