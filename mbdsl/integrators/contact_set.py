@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import contact_errors
-from mbdsl.integrators.contact_errors import UnsolvedContactsError
 from mbdsl.integrators.driven_contacts import drivers_at_fault
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.rim_corners import RimCorners
+from mbdsl.integrators.shared_reactions import SharedReactions
 from mbdsl.integrators.touching import Touching, reduced, senses
 from mbdsl.mechanism.contacts import (
     ALONG,
@@ -48,6 +48,7 @@ from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
+State = tuple[float, Array, Array]  #: t, q, v
 Places = NDArray[np.int64]
 Rows = tuple[int, ...]
 Numbers = dict[str, float]
@@ -92,6 +93,7 @@ class ContactSet:
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
         self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
+        self.read = SharedReactions(system)
         self._shared: tuple[tuple, Array] | None = None  # of the last event: time, contacts and modes, and shares
         self._before: tuple[float, Numbers] = np.nan, {}  # time of the last event, and values before it
 
@@ -105,6 +107,7 @@ class ContactSet:
         """
         size, self._before, self.shared, self._shared = self.system.tables.size, (np.nan, {}), [], None
         self._release(values)
+        self.read.found = []
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             if not contact.absent and gap < -OVERLAP * size:
@@ -114,7 +117,7 @@ class ContactSet:
     def _gaps(self, t: float, q: Array) -> Array:
         return self.system.Phi(t, q)[self.rows]
 
-    def without_value(self, t: float, q: Array) -> UnsolvedContactsError | None:
+    def without_value(self, t: float, q: Array) -> contact_errors.UnsolvedContactsError | None:
         """The error of the first contact whose gap has no value at time t; None if all have one."""
         own = zip(self.contacts, self._gaps(t, q), strict=True)
         return next((contact_errors.no_value(c, t) for c, gap in own if not (c.absent or np.isfinite(gap))), None)
@@ -154,8 +157,7 @@ class ContactSet:
         gaps = self._gaps(t, q)
         near = np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size
         which, given = np.flatnonzero((gaps < near) & self.present), v
-        if t != self._before[0]:
-            self._before = t, dict(values)
+        self._before = self._before if t == self._before[0] else (t, dict(values))
         before = self._before[1]
         self._release(values)
         if len(which):
@@ -308,8 +310,7 @@ class ContactSet:
         act = active(laws, P, modes)
         shares = self._shares(t, own, laws, P, modes, turn @ b, act)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
-            name = self.contacts[k].name
-            n = laws.first[i]
+            name, n = self.contacts[k].name, laws.first[i]
             if n in act:
                 values[number(name, MODE)] = CLOSED
             elif mode != contact_modes.OPEN or not independent_rows(laws.G, [*act, n])[-1]:
@@ -318,6 +319,7 @@ class ContactSet:
             if self.contacts[k].slips and (n in act or mode == STICK):
                 values[number(name, SLOW)] = edge
                 values |= self._rub(name, laws, i, mode, u[own.laws.tangents(i)], w[laws.tangents(i)], act, shares)
+        self.read.look((t, q, v), (own, laws, turn, modes), others, values)
         if not act:
             return v
         J, rate = turn[act] @ own.W, turn[act] @ u
@@ -387,8 +389,6 @@ class ContactSet:
             found |= {number(name, x): float(d) for x, d in zip((ALONG, ALONG_2), along, strict=True)}
         return found
 
-    def _unsolvable(
-        self, what: str, at: tuple[float, Array, Array], which: Places, others: Rows
-    ) -> UnsolvedContactsError:
+    def _unsolvable(self, what: str, at: State, which: Places, others: Rows) -> InitialisationError:
         drivers = drivers_at_fault(self.system, *at, self.rows[which].tolist(), others)
         return contact_errors.unsolvable(what, [self.contacts[k] for k in which], f" at t = {at[0]:.9g} s", drivers)

@@ -59,15 +59,21 @@ def _found(
         b = W @ a - system.gamma_c(t, q, v)[rows]
         return b + system.gamma_c(t, q, still)[rows] if at_rest else b
 
-    def solvable(names: Sequence[str], rates: Callable[..., Array], at_rest: bool = False) -> bool:
-        """Whether gaps with these rates can be stopped without some drivers; friction does not matter."""
-        kept = np.setdiff1d(np.arange(system.unknowns), [n + row for row in without(names)])
+    def delassus(left_out: Sequence[int]) -> Array:
+        kept = np.setdiff1d(np.arange(system.unknowns), [n + row for row in left_out])
         right = np.zeros((len(kept), len(W)))
         right[:n] = W.T
         G = W @ least_squares(matrix[np.ix_(kept, kept)], right, DEPENDS)[:n]
-        return solve(Contacts(0.5 * (G + G.T), (1,) * len(W), np.zeros(len(W))), rates(names, at_rest)) is not None
+        return 0.5 * (G + G.T)
+
+    def solvable(names: Sequence[str], rates: Callable[..., Array], at_rest: bool = False) -> bool:
+        """Whether gaps with these rates can be stopped without some drivers; friction does not matter."""
+        G = delassus(without(names))
+        G[np.abs(G) <= DEPENDS * np.abs(free).max()] = 0.0
+        return solve(Contacts(G, (1,) * len(W), np.zeros(len(W))), rates(names, at_rest)) is not None
 
     own = {c.name: _rows(system, c) for c in scene.components.values() if _in_time(c)}
+    free = delassus(range(system.m + system.p))
     rates = next((x for x in (speeds, begins) if not solvable((), x)), None)
     if rates is None:
         return []

@@ -114,7 +114,7 @@ def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     if (bent := bending(trajectory)) is not None:
         reason, hint = too_bent(trajectory, *bent)
         message, span = f"{message}; {reason}", trajectory.scene.components[bent[1]].span
-    error = failed(trajectory, message, span, hint)
+    error = failed(trajectory, message, span, hint, getattr(run.cause, "notes", ()))
     error.__cause__ = run.cause
     return error
 

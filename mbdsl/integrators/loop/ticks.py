@@ -106,9 +106,9 @@ def tick(run):
     evaluate(t, run)
     for i in range(n):
         vectors[L.E_V, i] = vectors[L.FORCE, i]
+    inertia(L.ACT, 0, 0, run)
     if not limited(run):
         return False
-    inertia(L.ACT, 0, 0, run)
     changed, k = act(t, run), run.matrices.shape[0] - 1
     if changed:
         evaluate(t, run)
