@@ -153,6 +153,7 @@ def test_files_and_tables_have_discrete_variables(run, tmp_path):
     assert (tmp_path / "run.csv").read_text().splitlines()[0] == "time,ball.x,ball.y,ball.vx,ball.vy,n"
     assert [*run.to_pandas()] == run.default_names == ["ball.x", "ball.y", "ball.vx", "ball.vy", "n"]
     assert "n" not in run.motion_names
+    assert "impact, 11 sample, 1 contact</p>" in run._repr_html_()
     shown = [x.name for x in signals(run, None).signals]
     assert "n" in shown and len({*shown}) == len(shown)
     assert [x.name for x in signals(run, ["n", "ball.y"]).signals if x.held] == ["n"]
