@@ -342,6 +342,9 @@ class SwitchEvents:
         refines = run.grid or declared(run.method).order > PRECISE
         rough = ROUGH if refines and self.set is not None else LOCATED
         found = self._distance(t, way, lam, old, most, part=rough)
+        if found is None and at_once and run.grid:  # accelerations vanish, as of bodies that do not press yet
+            most = max(most, run.reals[S.UNCUT])
+            found = self._distance(t, self._refined(t, q, v, a, most), lam, old, most, part=rough)
         if found is None and not at_once:
             found = self._within_rounding(t, q, v, way, lam, old)
         if found is None:
