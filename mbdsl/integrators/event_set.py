@@ -113,6 +113,7 @@ class EventSet:
         self.endless: list[Branch] = []
         self.failed: Action | None = None
         self._over = False  #: whether the event at the end has acted
+        self._tick, self._late = -np.inf, 0.0  #: the exact time of the last tick, and how far behind it events may be
         self._ticks = [0] * len(self.events.clocks)
 
     # -- clocks --------------------------------------------------------------------------------------------------------
@@ -196,9 +197,14 @@ class EventSet:
         for i, clock in enumerate(self.events.clocks):
             if clock.tick(self._ticks[i]) <= t:
                 due.append(clock.name)
-                while clock.tick(self._ticks[i]) <= t:
+                while (tick := clock.tick(self._ticks[i])) <= t:
+                    self._tick = max(self._tick, tick)
                     self._ticks[i] += 1
         return due
+
+    def _exactly(self, t: float) -> float:
+        """The time of a tick that the event at time t is found shortly behind, or t."""
+        return self._tick if 0.0 <= t - self._tick <= self._late else t
 
     # -- one event -----------------------------------------------------------------------------------------------------
 
@@ -220,6 +226,7 @@ class EventSet:
                     message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
                 )
         self.reset()
+        self._late = 1e-13 * max(stop - t, abs(t), abs(stop))
         if self.contacts is not None:
             self.contacts.begin(t, q, stop - t, tol, self.values)
         if self.friction is not None:
@@ -328,7 +335,7 @@ class EventSet:
         if pulses:
             self._was = self._truth(t, q, v, left_out)
         if acted:
-            self.acted.append(Acted(t, tuple(acted)))
+            self.acted.append(Acted(self._exactly(t), tuple(acted)))
         self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
         return v
 
@@ -425,7 +432,7 @@ class EventSet:
             if action.value is None:
                 self.ended = self.ended or action.text or "terminated"
                 continue
-            (x,) = self._evaluated([action.value], t, q, v, left_out)
+            (x,) = self._evaluated([action.value], self._exactly(t), q, v, left_out)
             if action.what in ("set", "reinit"):
                 self._check(action, x, t)
             if action.what == "set":

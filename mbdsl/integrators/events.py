@@ -31,7 +31,7 @@ from mbdsl.integrators.friction_set import At, UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
 from mbdsl.integrators.loop.step_times import at_stop
-from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF, TURNING
+from mbdsl.integrators.loop.switch_location import BEHIND, LEFT, REACTIONS, SHORT_OF, TURNING
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
@@ -172,8 +172,9 @@ class SwitchEvents:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches or self.set is not None:
+            read = self.system.tables.switches_of_multipliers
             turning = self.set is not None and self.set.friction is not None and self.set.friction.turning
-            integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else 1
+            integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else BEHIND if read else 1
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
             integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
@@ -353,6 +354,9 @@ class SwitchEvents:
         refines = run.grid or declared(run.method).order > PRECISE
         rough = ROUGH if refines and self.set is not None else LOCATED
         found = self._distance(t, way, lam, old, most, part=rough)
+        if found is None and at_once and run.grid:  # accelerations vanish, as of bodies that do not press yet
+            most = max(most, run.reals[S.UNCUT])
+            found = self._distance(t, self._refined(t, q, v, a, most), lam, old, most, part=rough)
         if found is None and not at_once:
             found = self._within_rounding(t, q, v, way, lam, old)
         if found is None:
