@@ -73,7 +73,7 @@ AGAIN = 3
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
     "make the force continuous, for example by tanh(v/v_s) in place of sign(v); "
-    "if only rounding decides the condition, it reads the wrong quantity"
+    "if it is continuous, or if rounding alone decides the condition, leave the event out: noEvent(abs(x)) for abs(x)"
 )
 #: the same if the condition depends on a reaction
 #: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short

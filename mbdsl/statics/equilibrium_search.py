@@ -96,9 +96,9 @@ def _searched(system: System, t: float, q: Array) -> Found:
         raise EquilibriumError(f"{bend.name} bends by {bend.angle:.2g} rad: {SMALL}", span, hint=REMEDY)
     names = [system.constraint_names()[k] for k in left_out if k not in system.tables.switchable]
     idle = of_attitudes(system, t, search.q, np.zeros(system.n), left_out)
-    if told := [x for x in names if x not in idle]:
+    if named := [x for x in names if x not in idle]:
         notes.append(
-            f"redundant: {few(told)} {'follows' if len(told) == 1 else 'follow'} from the other constraints; "
+            f"redundant: {few(named)} {'follows' if len(named) == 1 else 'follow'} from the other constraints; "
             "how the reactions share the load there is not determined"
         )
     if joints := system.scene.sticking:

@@ -366,3 +366,28 @@ def test_contacts_that_slide_alike_stick_alike(options):
         assert run[f"lining[{i}].friction"][held] == pytest.approx(-third, rel=1e-4)
     w = (80.0 * J + 6.0 * 0.3) / (0.01 + J)
     assert run["drum_pin.w"][-1] == pytest.approx(w, rel=1e-5)
+
+
+def test_events_of_contacts_are_conditions():
+    """Impacts with e = 0.5 from 1 m at t1, t1 (1 + 2 e), t1 (1 + 2 e + 2 e^2), ...: counted, with their times."""
+    text = """model M
+      Ground ground; PointMass ball(m = 2 kg); PointContact floor(ground, ball, e = 0.5);
+      Integer n(start = 0);
+      discrete Real t[3](each start = 0, each unit = "s"), last(start = 0);
+      Boolean rests(start = false);
+    initial equation
+      ball.x = 0 m; ball.vx = 0 m/s; ball.y = 1 m; ball.vy = 0 m/s;
+    equation
+      when change(floor.impacts) then
+        n = pre(n) + 1; last = pre(floor.impacts);
+        for i in 1:3 loop t[i] = if n == i then time else pre(t[i]); end for;
+      end when;
+      when edge(floor.active > 0) then rests = true; end when;
+    end M;"""
+    run = mbdsl.simulate(mbdsl.parse(text), stop=1.6, step=0.02, method="radau5")
+    t1 = np.sqrt(2.0 / 9.81)
+    assert [run[f"t[{i}]"][-1] for i in (1, 2, 3)] == pytest.approx([t1, 2.0 * t1, 2.5 * t1], rel=1e-9)
+    assert run["n"][-1] == run["floor.impacts"][-1] == run["last"][-1] + 1
+    assert (run["rests"] == (run.t > 3.0 * t1)).all()
+    with pytest.raises(ModelError, match=r"change\(\) takes a discrete variable"):
+        mbdsl.parse(text.replace("change(floor.impacts)", "change(floor.gap)"))
