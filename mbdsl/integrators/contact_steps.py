@@ -39,6 +39,7 @@ REST = 1e-10  #: speed of a gap, relative to the fastest motion, that counts as 
 AGREED = 1e-8  #: change of the velocities by the last iteration for forces, relative to that within the step
 ROUNDING = 1e-13  #: this change relative to the velocities
 ARRIVED = 1e-12  #: last correction of positions and velocities by the constraints, relative to size and speed
+SEQUENCE = 40  #: impacts that touching bodies pass on one after another in a step, before the others at once
 FROZEN, MOST = 8, 40  #: iterations with the same matrix; most iterations of a step
 MEAN = 1e-12  #: error of the part that one of the two forces at a jump has in their mean
 NOT_FINITE = "the forces have values that are not finite"
@@ -388,7 +389,7 @@ class ContactSteps:
         try:
             speeds = self.e[which] * approach
             if self.sequential and approach.any():
-                first = in_sequence(laws, u, self.e[which]).P
+                first = in_sequence(laws, u, self.e[which], SEQUENCE).P
                 speeds = np.where(first[N] > 0.0, np.maximum((u + G @ first)[N], 0.0), 0.0)
             found = separating(laws, free, speeds, tuple(self.modes[which].tolist()), self.P[rows])
             return found.P, found.modes
