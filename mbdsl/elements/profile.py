@@ -170,7 +170,7 @@ def _chained(in_order: list[Feature], radius: float) -> tuple[list[Feature], tup
 
     The chain of a polygon with a single hollow corner ends in the middle, too: both its ends touch in the corner.
     """
-    ends = [i for i, x in enumerate(in_order) if x.sigma < 0.0 and x.R <= radius]  # noqa: SIM300
+    ends = [i for i, x in enumerate(in_order) if x.sigma < 0.0 and radius >= x.R]
     if not ends:
         return in_order, ()
     chains = [in_order[i + 1 : k] for i, k in pairwise(ends)]

@@ -261,14 +261,13 @@ class ContactSteps:
             if k > FROZEN and (mean := self._on_jump(start, linear, touching, (before, found), c)) is not None:
                 return linear, mean
             self.problem.counts["iterations"] += 1
-            before = found
             if k % FROZEN == 0:
                 former, (_, linear) = linear, self._linear(start.t + self.theta * start.h, start.h)
                 linear = self._with_rows(linear, former.J)
                 new = new + (linear.C - former.C) @ found.x[: self.system.n]
                 if self.system.of_multipliers:
                     new += (linear.U - former.U) @ found.x[self.system.n :]
-            found = self._struck(linear, touching, new, c)
+            before, found = found, self._struck(linear, touching, new, c)
         raise IntegrationError(DIVERGES, hint="try a shorter step, or forces that change less abruptly")
 
     def _agrees(self, start: StepStart, linear: StepEquations, change: Array, found: StepSolution) -> bool:
@@ -306,8 +305,6 @@ class ContactSteps:
         """The solution at a jump of forces, where those on each of its two sides drive the motion to the other one: a
         mean of both (A. F. Filippov); None if there is none. ``ends``: solutions on both sides."""
         own = [self._own(start, linear, x, True) for x in ends]
-        if (own[0].side == own[1].side).all():
-            return None
         for _ in range(FROZEN):
             one, two = own
             last = dict[bool, OwnForces]()
