@@ -41,6 +41,7 @@ REST = 1e-10  #: speed of a gap, relative to the fastest motion, that counts as 
 AGREED = 1e-8  #: change of the velocities by the last iteration for forces, relative to that within the step
 ROUNDING = 1e-13  #: this change relative to the velocities
 ARRIVED = 1e-12  #: last correction of positions and velocities by the constraints, relative to size and speed
+SEQUENCE = 40  #: impacts that touching bodies pass on one after another in a step, before the others at once
 FROZEN, MOST = 8, 40  #: iterations with the same matrix; most iterations of a step
 MEAN = 1e-12  #: error of the part that one of the two forces at a jump has in their mean
 NOT_FINITE = "the forces have values that are not finite"
@@ -271,14 +272,13 @@ class ContactSteps:
             if k > FROZEN and (mean := self._on_jump(start, linear, touching, (before, found), c)) is not None:
                 return linear, mean
             self.problem.counts["iterations"] += 1
-            before = found
             if k % FROZEN == 0:
                 former, (_, linear) = linear, self._linear(start.t + self.theta * start.h, start.h)
                 linear = self._with_rows(linear, former.J)
                 new = new + (linear.C - former.C) @ found.x[: self.system.n]
                 if self.system.of_multipliers:
                     new += (linear.U - former.U) @ found.x[self.system.n :]
-            found = self._struck(linear, touching, new, c)
+            before, found = found, self._struck(linear, touching, new, c)
         raise IntegrationError(DIVERGES, hint="try a shorter step, or forces that change less abruptly")
 
     def _agrees(self, start: StepStart, linear: StepEquations, change: Array, found: StepSolution) -> bool:
@@ -316,8 +316,6 @@ class ContactSteps:
         """The solution at a jump of forces, where those on each of its two sides drive the motion to the other one: a
         mean of both (A. F. Filippov); None if there is none. ``ends``: solutions on both sides."""
         own = [self._own(start, linear, x, True) for x in ends]
-        if (own[0].side == own[1].side).all():
-            return None
         for _ in range(FROZEN):
             one, two = own
             last = dict[bool, OwnForces]()
@@ -399,7 +397,7 @@ class ContactSteps:
         try:
             speeds = self.e[which] * approach
             if self.sequential and approach.any():
-                first = in_sequence(laws, u, self.e[which]).P
+                first = in_sequence(laws, u, self.e[which], SEQUENCE).P
                 speeds = np.where(first[N] > 0.0, np.maximum((u + G @ first)[N], 0.0), 0.0)
             found = separating(laws, free, speeds, tuple(self.modes[which].tolist()), self.P[rows])
             return found.P, found.modes
