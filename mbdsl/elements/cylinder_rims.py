@@ -7,11 +7,13 @@ from the lowest one, on which it stands:
 
 with the axis a of the cylinder, w = n . a, and the direction of the lowest point
 
-    m = (q + d c)/|q + d c|,   q = w a - n,   d = 1e-6
+    m = p/|p|,   p = ((1 - b) q . c + b s) q + d^2 c,   q = w a - n,   s = |q|,   b = s^4/(s^4 + 0.2^4),   d = 1e-6
 
-which an upright cylinder does not have, q = 0. There it has the direction c (``corner``) in the cylinder, that an event
-has set: see :mod:`mbdsl.integrators.rim_corners`. It makes the gap too large by d times the radius at most. The factor
-of the three points, which moves them to the centre of a lying cylinder, makes them smooth.
+which is q/s, but for two things. An upright cylinder has no lowest point: there m has the direction c (``corner``) in
+the cylinder, which an event has set (:mod:`mbdsl.integrators.rim_corners`). This makes the gap too large by d times the
+radius at most. And where a cylinder that rocks passes the upright position, the lowest point jumps to the other side: m
+does not follow, so that the point that strikes is another one. The factor of the three points, which moves them to the
+centre of a lying cylinder, makes them smooth.
 """
 
 from mbdsl.elements.contact_points import Point, contact
@@ -26,11 +28,14 @@ TERMS = {
     "leans": dot(NORMAL_IN_SPACE, A),
     "down": dot(NORMAL_IN_SPACE, B),
     "aside": dot(NORMAL_IN_SPACE, C),
-    "qb": f"{BLUNT}*corner[1] - down",
-    "qc": f"{BLUNT}*corner[2] - aside",
-    "slope": f"hypot(hypot({BLUNT**2}, qb), qc)",
-    "mb": "qb/slope",
-    "mc": "qc/slope",
+    "slope": f"hypot(hypot({BLUNT**2}, down), aside)",
+    "far": "slope^4/(slope^4 + 0.0016)",
+    "to": "(far - 1)*(down*corner[1] + aside*corner[2]) + far*slope",
+    "pb": f"{BLUNT**2}*corner[1] - to*down",
+    "pc": f"{BLUNT**2}*corner[2] - to*aside",
+    "size": f"hypot(hypot({BLUNT**4}, pb), pc)",
+    "mb": "pb/size",
+    "mc": "pc/size",
     "lower": "radius*(down*mb + aside*mc)",
     "along": "0.25*leans*(3 - leans*leans)*length",
 }
