@@ -18,26 +18,33 @@ from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.line_contact import AXIS, SIDES, axes, check
 from mbdsl.elements.point_contact import HEIGHT_IN_SPACE, NORMAL_IN_SPACE, N
 from mbdsl.elements.rigid_contact import specialised
-from mbdsl.elements.vectors import axis, cross, dot, total
+from mbdsl.elements.vectors import axis, dot, total
 
-A, B = axis("frame_b", "x"), axis("frame_b", "y")
-LOWEST = ("lowest_x", "lowest_y", "lowest_z")
-ACROSS = cross(A, LOWEST)
+A, B, C = (axis("frame_b", i) for i in "xyz")
+#: components of the normal along the axes of frame_b, and those of the direction m from a vector (toward_b, toward_c)
+NORMAL_IN_B = {"leans": dot(NORMAL_IN_SPACE, A), "down": dot(NORMAL_IN_SPACE, B), "aside": dot(NORMAL_IN_SPACE, C)}
+LOWEST, ACROSS = total(("mb", B), ("mc", C)), total(("mb", C), ("(-mc)", B))
+TERMS = {
+    **NORMAL_IN_B,
+    "toward_b": "1e-5 - down",
+    "toward_c": "-aside",
+    "slope": "hypot(toward_b, toward_c)",
+    "mb": "ratio(toward_b, slope)",
+    "mc": "ratio(toward_c, slope)",
+}
 
 
-def terms():
-    """The direction m of the lowest point."""
-    q = total((dot(NORMAL_IN_SPACE, A), A), ("-1", NORMAL_IN_SPACE), ("1e-5", B))
-    found = {f"q{i}": x for i, x in zip("xyz", q, strict=True)}
-    found["slope"] = "hypot(hypot(qx, qy), qz)"
-    return found | {name: f"ratio(q{name[-1]}, slope)" for name in LOWEST}
+def on_rim(end, c, s):
+    """The point of the rim with the centre ``end`` a, at the angle with the cosine c and the sine s from m."""
+    arm = total((end, A), (f"({c}*radius)", LOWEST), (f"({s}*radius)", ACROSS))
+    height = f"radius*({c}*(down*mb + aside*mc) + {s}*(aside*mb - down*mc))"
+    return Point(f"{HEIGHT_IN_SPACE} + {end}*leans + {height}", NORMAL_IN_SPACE, arm)
 
 
 def rims():
     for side in SIDES:
         for c, s in ((1.0, 0.0), (-0.5, 0.5 * sqrt(3.0)), (-0.5, -0.5 * sqrt(3.0))):
-            arm = total((f"({side}*length)", A), (f"({c}*radius)", LOWEST), (f"({s}*radius)", ACROSS))
-            yield Point(f"{HEIGHT_IN_SPACE} + {dot(NORMAL_IN_SPACE, arm)}", NORMAL_IN_SPACE, arm)
+            yield on_rim(f"({side}*length)", c, s)
 
 
 DOC = (
@@ -56,10 +63,10 @@ IN_SPACE = contact(
     SHAPE,
     list(rims()),
     spatial=True,
-    terms=terms(),
+    terms=TERMS,
     specialised=specialised("cylinder_rims"),
     axes=axes,
     check=check,
-    derive=lambda values: {"corner": (None, None)} if values["k"] is None else {},
+    derive=lambda values: {"corner": (None, None)},  # set at events
     drawing="surface",
 )

@@ -7,54 +7,47 @@ from the lowest one, on which it stands:
 
 with the axis a of the cylinder, w = n . a, and the direction of the lowest point
 
-    m = (q + d c)/|q + d c|,   q = w a - n,   d = 1e-6
+    m = p/|p|,   p = ((1 - b) q . c + b s) q + d^2 c,   q = w a - n,   s = |q|,   b = s^4/(s^4 + 0.2^4),   d = 1e-6
 
-which an upright cylinder does not have, q = 0. There it has the direction c (``corner``) in the cylinder, that an event
-has set: see :mod:`mbdsl.integrators.rim_corners`. It makes the gap too large by d times the radius at most. The factor
-of the three points, which moves them to the centre of a lying cylinder, makes them smooth.
+which is q/s, but for two things. An upright cylinder has no lowest point: there m has the direction c (``corner``) in
+the cylinder, which an event has set (:mod:`mbdsl.integrators.rim_corners`). This makes the gap too large by d times the
+radius at most. And where a cylinder that rocks passes the upright position, the lowest point jumps to the other side: m
+does not follow, so that the point that strikes is another one. The factor of the three points, which moves them to the
+centre of a lying cylinder, makes them smooth.
 """
 
-from mbdsl.elements.contact_points import Point, contact
-from mbdsl.elements.cylinder_contact import DOC, SHAPE, A, B
+from mbdsl.elements.contact_points import contact
+from mbdsl.elements.cylinder_contact import DOC, NORMAL_IN_B, SHAPE, on_rim
 from mbdsl.elements.line_contact import SIDES, axes, check
-from mbdsl.elements.point_contact import HEIGHT_IN_SPACE, NORMAL_IN_SPACE, TANGENTS
-from mbdsl.elements.vectors import axis, dot, total
+from mbdsl.elements.point_contact import TANGENTS
 
-C = axis("frame_b", "z")
 BLUNT = 1e-6  #: d
 TERMS = {
-    "leans": dot(NORMAL_IN_SPACE, A),
-    "down": dot(NORMAL_IN_SPACE, B),
-    "aside": dot(NORMAL_IN_SPACE, C),
-    "qb": f"{BLUNT}*corner[1] - down",
-    "qc": f"{BLUNT}*corner[2] - aside",
-    "slope": f"hypot(hypot({BLUNT**2}, qb), qc)",
-    "mb": "qb/slope",
-    "mc": "qc/slope",
-    "lower": "radius*(down*mb + aside*mc)",
-    "along": "0.25*leans*(3 - leans*leans)*length",
+    **NORMAL_IN_B,
+    "slope": f"hypot(hypot({BLUNT**2}, down), aside)",
+    "far": "slope^4/(slope^4 + 0.0016)",
+    "to": "(far - 1)*(down*corner[1] + aside*corner[2]) + far*slope",
+    "toward_b": f"{BLUNT**2}*corner[1] - to*down",
+    "toward_c": f"{BLUNT**2}*corner[2] - to*aside",
+    "size": f"hypot(hypot({BLUNT**4}, toward_b), toward_c)",
+    "mb": "toward_b/size",
+    "mc": "toward_c/size",
+    "along": "(0.25*leans*(leans*leans - 3)*length)",
 }
-LOWEST, ACROSS = total(("mb", B), ("mc", C)), total(("mb", C), ("(-mc)", B))
 
 
 def points():
     for side in SIDES:
-        arm = total((f"({side}*length)", A), ("radius", LOWEST))
-        yield Point(f"{HEIGHT_IN_SPACE} + {side}*length*leans + lower", NORMAL_IN_SPACE, arm, TANGENTS)
-    for where, height in (
-        (("radius", ACROSS), "radius*(aside*mb - down*mc)"),
-        (("(-radius)", LOWEST), "(-lower)"),
-        (("(-radius)", ACROSS), "radius*(down*mc - aside*mb)"),
-    ):
-        arm = total(("(-along)", A), where)
-        yield Point(f"{HEIGHT_IN_SPACE} - along*leans + {height}", NORMAL_IN_SPACE, arm, TANGENTS)
+        yield on_rim(f"({side}*length)", 1, 0)
+    for c, s in ((0, 1), (-1, 0), (0, -1)):
+        yield on_rim("along", c, s)
 
 
 IN_SPACE = contact(
     "CylinderContact",
     DOC,
     SHAPE,
-    list(points()),
+    [x._replace(tangents=TANGENTS) for x in points()],
     spatial=True,
     terms=TERMS,
     axes=axes,

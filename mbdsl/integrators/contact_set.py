@@ -94,7 +94,8 @@ class ContactSet:
         self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
         self.read = SharedReactions(system)
-        self._shared: tuple[tuple, Array] | None = None  # of the last event: time, contacts and modes, and shares
+        # of the last event: time, contacts and modes, and shares and accelerations
+        self._shared: tuple[tuple, Array, Array] | None = None
         self._before: tuple[float, Numbers] = np.nan, {}  # time of the last event, and values before it
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: Numbers) -> None:
@@ -306,9 +307,8 @@ class ContactSet:
         if self.corners.turned(own.which, P[laws.first], values):
             return self._lasting(t, q, v, which, others, before, values)
         modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
-        w = turn @ b + laws.G @ P
         act = active(laws, P, modes)
-        shares = self._shares(t, own, laws, P, modes, turn @ b, act)
+        shares, w = self._shares(t, own, laws, P, modes, turn @ b, act)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
             name, n = self.contacts[k].name, laws.first[i]
             if n in act:
@@ -355,13 +355,13 @@ class ContactSet:
 
     def _shares(
         self, t: float, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, b: Array, act: list[int]
-    ) -> Array:
-        """The part (r,) of the forces P that is not that of the rows ``act`` alone; in further rounds of an event the
-        same, which rounding would change."""
+    ) -> tuple[Array, Array]:
+        """The part (r,) of the forces P that is not that of the rows ``act`` alone, and the accelerations (r,); in
+        further rounds of an event the same, which rounding would change."""
         same = (t, own.which.tolist(), modes)
         if self._shared is not None and self._shared[0] == same:
             self.eased = bool(self._shared[1].any())
-            return self._shared[1]
+            return self._shared[1:]
         C = exerted(laws, modes, act)
         shares = P - C @ least_squares((laws.G @ C)[act], -b[act], DEPENDS)
         shares[np.abs(shares) <= VANISHED * np.abs(P).max(initial=0.0)] = 0.0
@@ -369,8 +369,8 @@ class ContactSet:
         names = tuple(self.contacts[k].name for k, n, size, mode in of if mode == STICK and shares[n : n + size].any())
         if len(names) > 1 and (not self.shared or self.shared[-1][1] != names):
             self.shared.append((t, names))
-        self._shared, self.eased = (same, shares), bool(shares.any())
-        return shares
+        self._shared, self.eased = (same, shares, b + laws.G @ P), bool(shares.any())
+        return self._shared[1:]
 
     @staticmethod
     def _rub(

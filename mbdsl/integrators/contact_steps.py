@@ -126,6 +126,14 @@ class ContactSteps:
 
     def _check_laws(self) -> None:
         scene, own = self.system.scene, {c.name for c in self.contacts}
+        cylinder = next((c for c in self.contacts if c.aim), None)
+        if cylinder is not None:
+            raise UsageError(
+                f"time stepping does not locate the events at which `{cylinder.name.rpartition('.')[0]}`, a rigid "
+                "cylinder, gets the points on which it stands",
+                cylinder.span,
+                "take another method, such as hht-si2, or give it stiffness `k`",
+            )
         for c in scene.components.values():
             laws = [x for p in c.kind.parameters if p.law and isinstance(x := c.values[p.name], Expr)]
             read = {leaf.value[0] for leaf in leaves(*laws) if leaf.op == "multiplier"} & own

@@ -14,15 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.mechanism.contacts import LEANS
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
 Array = NDArray[np.float64]
 
 POINTS = 5  #: contacts of a cylinder: the lowest points of both ends, and the other corners of the lower end
-LEANS = 0.01  #: inclination from which on a cylinder leans
 CARRIES = 1e-9  #: part of the largest force that is none
-MOST, TURNED = 60, 1e-9  #: most turns of the corners at one time, and an angle [rad] that is none
+MOST, TURNED = 60, 1e-6  #: most turns of the corners at one time, and an angle [rad] that is none
 
 
 class Rim(NamedTuple):

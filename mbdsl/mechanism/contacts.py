@@ -26,6 +26,7 @@ OPEN, CLOSED, DEPENDENT = 0.0, 1.0, 2.0
 FRICTION = "ContactFriction"  #: kind of the force that is the friction of a contact
 #: part of the largest friction by which a contact that sticks exceeds it before it slides: more than rounding
 MARGIN = 1e-8
+LEANS = 0.01  #: inclination from which on a cylinder that stands on a plane leans
 
 
 def number(contact: str, what: str) -> str:
@@ -82,7 +83,14 @@ class Contact(NamedTuple):
 
     @property
     def condition(self) -> Expr:
-        """Becomes true where an open contact closes, and where a closed one opens, stops or begins to slide."""
+        """Becomes true where an open contact closes, and where a closed one opens, stops or begins to slide, or where
+        the lowest point of a cylinder that leans has turned away from its corner."""
+        if self.aim:
+            size = call("hypot", *self.aim)
+            along = -sum(input_signal(c) * x for c, x in zip(self.corner, self.aim, strict=True))
+            leans = call("and", call("lt", LEANS, size), call("lt", size, 0.3))
+            turned = call("and", leans, call("lt", along, 0.5 * size))
+            return call("or", self._replace(aim=()).condition, turned)
         if not self.slips:
             return self.closing
         sliding, held, slow = (input_signal(number(self.name, x)) for x in (SLIDING, HELD, SLOW))

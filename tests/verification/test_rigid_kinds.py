@@ -237,12 +237,6 @@ def test_without_contact(spatial):
     assert found.scene.without == {"contact": ("stop",)}
 
 
-def test_a_cylinder_is_never_rigid():
-    cylinder = "CylinderContact stop(ground, b.c, length = 1 m, radius = 1 m, e = 0.5);"
-    with pytest.raises(ModelError, match=r"needs `k`: stiffness"):
-        made(SLIDER.replace("TranslationalStop stop(ground, b.c, s_min = 0 m, s_max = 1 m, {given});", cylinder), True)
-
-
 def test_from_python():
     b = mbdsl.Builder("Slider")
     ground, body = b.Ground("ground", g=0), b.Body("b", m=2, I=0.1)
