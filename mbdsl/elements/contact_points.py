@@ -57,6 +57,7 @@ def contact(
     terms: Mapping[str, str] = {},
     one: bool = False,
     rigid: bool = True,
+    aim: tuple[str, ...] = (),
     **more: Any,
 ) -> ForceKind:
     """The declaration of a kind.
@@ -74,12 +75,15 @@ def contact(
         nearest one, and only then there are forces.
     rigid : bool, optional
         Whether components without stiffness are rigid.
+    aim : tuple of str, optional
+        ``aim`` of the first rigid contact, see :class:`mbdsl.elements.declaration.Touch`.
     **more
         Further fields; ``signals``, ``check`` and ``derive`` are in addition to those of all contacts.
     """
     count, signals, check, derive = len(points), *(more.pop(x, None) for x in ("signals", "check", "derive"))
     touches = 1 if one else count
     touching = tuple(_touch(i, point, count, spatial) for i, point in enumerate(points, 1)) if rigid else ()
+    touching = tuple(x._replace(aim=aim) if x.key == "1" else x for x in touching)
     laws = contact_law.parameters("N/m", "v_0", "m/s", rigid), friction.parameters("v", "m/s", 1e-3)
     if rigid:
         more.setdefault("specialised", specialised(file_of(name)))

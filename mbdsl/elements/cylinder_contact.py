@@ -7,7 +7,8 @@ and the normal n of the plane, the rim with the centre e = -+length/2 a has
 
 (c, s) = (1, 0), (-1/2, -+3^(1/2)/2). An upright cylinder has no lowest point, but the small term along an axis y_b of
 the cylinder; the forces of three points at equal angles do not depend on the direction of the first one (they are
-linear in q, for a linear law). A lying cylinder acts at two points, and rolls. See contact_points.py.
+linear in q, for a linear law). A lying cylinder acts at two points, and rolls. See contact_points.py; without stiffness
+it is of the kind in cylinder_rims.py.
 """
 
 from math import sqrt
@@ -16,6 +17,7 @@ from mbdsl.elements.contact_points import Point, contact
 from mbdsl.elements.declaration import Parameter
 from mbdsl.elements.line_contact import AXIS, SIDES, axes, check
 from mbdsl.elements.point_contact import HEIGHT_IN_SPACE, NORMAL_IN_SPACE, N
+from mbdsl.elements.rigid_contact import specialised
 from mbdsl.elements.vectors import axis, cross, dot, total
 
 A, B = axis("frame_b", "x"), axis("frame_b", "y")
@@ -38,21 +40,26 @@ def rims():
             yield Point(f"{HEIGHT_IN_SPACE} + {dot(NORMAL_IN_SPACE, arm)}", NORMAL_IN_SPACE, arm)
 
 
+DOC = (
+    "A circular cylinder about the origin of frame_b on the plane through the origin of frame_a, which pushes its rims "
+    "to the side of n; with friction."
+)
+SHAPE = (
+    Parameter("length", "m", doc="length along the axis", positive=True),
+    Parameter("radius", "m", doc="radius", positive=True),
+    AXIS,
+    N,
+)
 IN_SPACE = contact(
     "CylinderContact",
-    "A circular cylinder about the origin of frame_b on the plane through the origin of frame_a, which pushes its rims "
-    "to the side of n; with friction.",
-    (
-        Parameter("length", "m", doc="length along the axis", positive=True),
-        Parameter("radius", "m", doc="radius", positive=True),
-        AXIS,
-        N,
-    ),
+    DOC,
+    SHAPE,
     list(rims()),
     spatial=True,
     terms=terms(),
-    rigid=False,
+    specialised=specialised("cylinder_rims"),
     axes=axes,
     check=check,
+    derive=lambda values: {"corner": (None, None)} if values["k"] is None else {},
     drawing="surface",
 )

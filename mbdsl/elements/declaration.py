@@ -80,7 +80,8 @@ class Touch(NamedTuple):
     """A rigid contact that is a part of a component: a ``Contact`` whose name ends with ``key``.
 
     ``gap`` and ``slips`` are formulas; it has slips if the component has friction. It exists if the parameter ``limit``
-    is given. ``sense`` is the sign of its force in that of the component.
+    is given. ``sense`` is the sign of its force in that of the component. ``aim``, of the first of five points of a
+    cylinder: formulas of two components of the normal, along the axes in which its ``corner`` is a direction.
     """
 
     key: str
@@ -88,6 +89,7 @@ class Touch(NamedTuple):
     slips: tuple[str, ...] = ()
     limit: str = ""
     sense: float = 1.0
+    aim: tuple[str, ...] = ()
 
 
 def power(formula: str) -> Signal:

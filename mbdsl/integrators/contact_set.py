@@ -14,8 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.integrators import contact_errors
+from mbdsl.integrators.driven_contacts import drivers_at_fault
 from mbdsl.integrators.friction_set import FrictionSet
-from mbdsl.integrators.touching import Touching, UnsolvedContactsError, reduced, senses
+from mbdsl.integrators.rim_corners import RimCorners
+from mbdsl.integrators.shared_reactions import SharedReactions
+from mbdsl.integrators.touching import Touching, reduced, senses
 from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
@@ -44,6 +48,10 @@ from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
+State = tuple[float, Array, Array]  #: t, q, v
+Places = NDArray[np.int64]
+Rows = tuple[int, ...]
+Numbers = dict[str, float]
 
 #: relative to the mechanism's size: gaps that count as closed; error of the gap of a closed contact, and overlap at the
 #: start that is rounding; and the overlap at which a gap has closed, which is more than the rounding error of gaps
@@ -78,17 +86,18 @@ class ContactSet:
     """
 
     def __init__(self, system: System) -> None:
-        self.system, self.contacts = system, system.scene.contacts
+        self.system, self.contacts, self.corners = system, system.scene.contacts, RimCorners(system)
         self.all_rows = system.tables.contact_rows
         self.rows = np.array([rows[0] for rows in self.all_rows], int)
         self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
         self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
+        self.read = SharedReactions(system)
         self._shared: tuple[tuple, Array] | None = None  # of the last event: time, contacts and modes, and shares
-        self._before: tuple[float, dict[str, float]] = np.nan, {}  # time of the last event, and values before it
+        self._before: tuple[float, Numbers] = np.nan, {}  # time of the last event, and values before it
 
-    def begin(self, t: float, q: Array, span: float, tol: float | None, values: dict[str, float]) -> None:
+    def begin(self, t: float, q: Array, span: float, tol: float | None, values: Numbers) -> None:
         """Start a run of ``span`` [s] with this tolerance.
 
         Raises
@@ -98,6 +107,7 @@ class ContactSet:
         """
         size, self._before, self.shared, self._shared = self.system.tables.size, (np.nan, {}), [], None
         self._release(values)
+        self.read.found = []
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             if not contact.absent and gap < -OVERLAP * size:
@@ -107,7 +117,12 @@ class ContactSet:
     def _gaps(self, t: float, q: Array) -> Array:
         return self.system.Phi(t, q)[self.rows]
 
-    def left_out(self, left_out: tuple[int, ...], values: dict[str, float]) -> tuple[int, ...]:
+    def without_value(self, t: float, q: Array) -> contact_errors.UnsolvedContactsError | None:
+        """The error of the first contact whose gap has no value at time t; None if all have one."""
+        own = zip(self.contacts, self._gaps(t, q), strict=True)
+        return next((contact_errors.no_value(c, t) for c, gap in own if not (c.absent or np.isfinite(gap))), None)
+
+    def left_out(self, left_out: Rows, values: Numbers) -> Rows:
         """The rows that are left out: those of ``left_out`` that are no contacts, and of contacts that are not closed
         by their rows, or do not stick."""
         own, inactive = set[int](), set[int]()
@@ -117,18 +132,12 @@ class ContactSet:
             inactive |= {x for k, x in enumerate(slips) if idle(values[number(c.name, HELD)], k)}
         return tuple(sorted({row for row in left_out if row not in own} | inactive))
 
-    def all_open(self, values: dict[str, float]) -> bool:
+    def all_open(self, values: Numbers) -> bool:
         """Whether no row of a contact is closed."""
         return all(values[number(c.name, MODE)] != CLOSED for c in self.contacts)
 
     def act(
-        self,
-        t: float,
-        q: Array,
-        v: Array,
-        left_out: tuple[int, ...],
-        values: dict[str, float],
-        friction: FrictionSet | None = None,
+        self, t: float, q: Array, v: Array, left_out: Rows, values: Numbers, friction: FrictionSet | None = None
     ) -> tuple[Array, Array]:
         """q and v (n,) behind the event at time t, ``v`` itself if it does not change; ``values`` get the modes.
 
@@ -142,12 +151,13 @@ class ContactSet:
         """
         self.struck = self.eased = False
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
+        if (problem := self.without_value(t, q)) is not None:
+            raise problem
+        self.corners.lean(t, q, v, values)
         gaps = self._gaps(t, q)
         near = np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size
-        which = np.flatnonzero((gaps < near) & self.present)
-        given = v
-        if t != self._before[0]:
-            self._before = t, dict(values)
+        which, given = np.flatnonzero((gaps < near) & self.present), v
+        self._before = self._before if t == self._before[0] else (t, dict(values))
         before = self._before[1]
         self._release(values)
         if len(which):
@@ -155,16 +165,15 @@ class ContactSet:
             touching = self._touching(t, q, v, which, others)
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
             free = tuple(sorted({*others, *self.system.tables.switchable}))
-            v = self._struck(t, q, v, touching if free == others else self._touching(t, q, v, which, free), values)
+            v = self._struck(t, q, v, which, free, values)
             if self.struck and friction is not None and friction.release(t, q, v, values):
                 others = friction.left_out(others, values)
-                touching = self._touching(t, q, v, which, others)
-            v = self._lasting(t, q, v, touching, others, before, values)
+            v = self._lasting(t, q, v, which, others, before, values)
         size, scale = self.system.tables.size, self.system.tables.scale
         change, fastest = (float(np.abs(x * scale).max(initial=0.0)) for x in (v - given, given))
         return q, given if change <= SAME * fastest + NOTHING * size / self.span else v
 
-    def _release(self, values: dict[str, float]) -> None:
+    def _release(self, values: Numbers) -> None:
         """Open all contacts."""
         for c in self.contacts:
             values[number(c.name, MODE)] = OPEN
@@ -175,7 +184,7 @@ class ContactSet:
                     self.system.set_input(number(c.name, name), 0.0)
 
     def _back(
-        self, t: float, q: Array, v: Array, touching: Touching, depth: Array, others: tuple[int, ...]
+        self, t: float, q: Array, v: Array, touching: Touching, depth: Array, others: Rows
     ) -> tuple[Array, Array]:
         """q and v where the gaps closed, before they were negative by ``depth`` (k,): without what this way adds to
         the energy, u^2 - 2 a depth, impacts would not die away."""
@@ -211,7 +220,7 @@ class ContactSet:
         G = touching.laws.G[np.ix_(N, N)]
         return u - G[:, at] @ least_squares(G[np.ix_(at, at)], u[at], DEPENDS) if len(at) else u
 
-    def _touching(self, t: float, q: Array, v: Array, which: NDArray[np.int64], others: tuple[int, ...]) -> Touching:
+    def _touching(self, t: float, q: Array, v: Array, which: Places, others: Rows) -> Touching:
         """The rows of contacts, and their Delassus matrix; ``others``: rows that do not constrain."""
         system, n = self.system, self.system.n
         matrix = dense(system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0))
@@ -222,13 +231,13 @@ class ContactSet:
         try:
             X = np.linalg.solve(K, right)[:n]
         except np.linalg.LinAlgError:
-            raise self._unsolvable("impulses", t, which) from None
+            raise self._unsolvable("impulses", (t, q, v), which, others) from None
         G = W @ X
         own = [self.contacts[k] for k in which]
         mu, mu_s = np.array([c.mu for c in own]), np.array([c.mu_s for c in own])
         return Touching(which, W, X, Contacts(0.5 * (G + G.T), tuple(1 + len(c.slips) for c in own), mu, (), mu_s))
 
-    def _rows_of(self, which: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _rows_of(self, which: Places) -> Places:
         """The rows of contacts, in their order."""
         return np.array([row for k in which for row in self.all_rows[k]], int)
 
@@ -238,9 +247,9 @@ class ContactSet:
         slow = self.system.tables.size * (REST * fastest + STILL / self.span)
         return self.system.constraint_rates(t, q, v)[self._rows_of(touching.which)], slow
 
-    def _struck(self, t: float, q: Array, v: Array, touching: Touching, values: dict[str, float]) -> Array:
+    def _struck(self, t: float, q: Array, v: Array, which: Places, others: Rows, values: Numbers) -> Array:
         """The velocities behind the impact, if there is one."""
-        which = touching.which
+        touching = self._touching(t, q, v, which, others)
         u, slow = self._speeds(t, q, v, touching)
         if not (u[touching.normals] < -slow).any():
             return v
@@ -248,9 +257,12 @@ class ContactSet:
         try:
             P = self.law(Contacts(laws.G, laws.sizes, laws.mu), u, self.e[which]).P
         except UnsolvableError as error:
-            raise self._unsolvable("impulses", t, which[list(error.which)]) from None
-        for k, impulse in enumerate(P[touching.normals]):
-            if impulse > 0.0:
+            raise self._unsolvable("impulses", (t, q, v), which[list(error.which)], others) from None
+        N = touching.normals
+        if self.corners.turned(which, P[N], values):
+            return self._struck(t, q, v, which, others, values)
+        for k, impulse in enumerate(P[N]):
+            if impulse * laws.G[N[k], N[k]] > slow:  # less is rounding of a body that rests there
                 name = self.contacts[which[k]].name
                 values[number(name, COUNT)] += 1.0
                 values[number(name, IMPULSE)] = float(impulse)
@@ -258,16 +270,10 @@ class ContactSet:
         return v + touching.X @ P
 
     def _lasting(
-        self,
-        t: float,
-        q: Array,
-        v: Array,
-        touching: Touching,
-        others: tuple[int, ...],
-        before: dict[str, float],
-        values: dict[str, float],
+        self, t: float, q: Array, v: Array, which: Places, others: Rows, before: Numbers, values: Numbers
     ) -> Array:
         """The velocities with contacts at rest; ``values`` get the modes, which were those of ``before``."""
+        touching = self._touching(t, q, v, which, others)
         u, slow = self._speeds(t, q, v, touching)
         a, _ = accelerations(self.system, t, q, v, others)
         b = touching.W @ a - self.system.gamma_c(t, q, v)[self._rows_of(touching.which)]
@@ -292,18 +298,19 @@ class ContactSet:
         last = tuple(self._last(k, sense, u[own.laws.tangents(i)], before) for i, (k, sense) in each)
         laws, turn = reduced(own, u, slips)
         if (paradox := painleve(laws)) is not None:
-            raise self._paradox(t, int(own.which[paradox[0]]), paradox[1])
+            raise contact_errors.too_rough(self.contacts[own.which[paradox[0]]], t, paradox[1])
         found = at_rest(laws, turn @ b, last)
         if found is None:
-            raise self._unsolvable("reactions", t, own.which)
+            raise self._unsolvable("reactions", (t, q, v), own.which, others)
         P, modes = found
+        if self.corners.turned(own.which, P[laws.first], values):
+            return self._lasting(t, q, v, which, others, before, values)
         modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         w = turn @ b + laws.G @ P
         act = active(laws, P, modes)
         shares = self._shares(t, own, laws, P, modes, turn @ b, act)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
-            name = self.contacts[k].name
-            n = laws.first[i]
+            name, n = self.contacts[k].name, laws.first[i]
             if n in act:
                 values[number(name, MODE)] = CLOSED
             elif mode != contact_modes.OPEN or not independent_rows(laws.G, [*act, n])[-1]:
@@ -312,6 +319,7 @@ class ContactSet:
             if self.contacts[k].slips and (n in act or mode == STICK):
                 values[number(name, SLOW)] = edge
                 values |= self._rub(name, laws, i, mode, u[own.laws.tangents(i)], w[laws.tangents(i)], act, shares)
+        self.read.look((t, q, v), (own, laws, turn, modes), others, values)
         if not act:
             return v
         J, rate = turn[act] @ own.W, turn[act] @ u
@@ -319,7 +327,7 @@ class ContactSet:
         return v - X @ least_squares(J @ X, rate, DEPENDS)
 
     def _opening(
-        self, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, size: float, before: dict[str, float]
+        self, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, size: float, before: Numbers
     ) -> contact_modes.Modes:
         """The modes in which contacts are open whose reaction is zero, but for rounding."""
         found = list(modes)
@@ -335,7 +343,7 @@ class ContactSet:
         fastest = float(np.abs(v * tables.scale).max(initial=0.0))
         return tables.size * (SLIP_OF_SIZE / self.span + SLIP_OF_SPEED * fastest)
 
-    def _last(self, k: int, slides: int, slip: Array, before: dict[str, float]) -> int:
+    def _last(self, k: int, slides: int, slip: Array, before: Numbers) -> int:
         """The present mode of contact k, which is tried first; one that has just begun to slide goes on."""
         contact = self.contacts[k]
         if not contact.slips:
@@ -367,7 +375,7 @@ class ContactSet:
     @staticmethod
     def _rub(
         name: str, laws: Contacts, i: int, mode: int, slip: Array, begins: Array, act: list[int], shares: Array
-    ) -> dict[str, float]:
+    ) -> Numbers:
         """The numbers of friction of contact i, which has a ``slip`` with the accelerations ``begins``."""
         n, T = laws.first[i], laws.tangents(i)
         if mode == STICK:
@@ -381,19 +389,6 @@ class ContactSet:
             found |= {number(name, x): float(d) for x, d in zip((ALONG, ALONG_2), along, strict=True)}
         return found
 
-    def _paradox(self, t: float, k: int, mu: float) -> UnsolvedContactsError:
-        contact = self.contacts[k]
-        return UnsolvedContactsError(
-            f"friction of `{contact.name}` is too large at t = {t:.9g} s: with mu = {contact.mu:g} its reaction does "
-            f"not exist or is not unique, from mu = {mu:.6g} on (Painleve's paradox)",
-            contact.span,
-            "take a smaller mu, or a contact with stiffness `k`",
-        )
-
-    def _unsolvable(self, what: str, t: float, which: NDArray[np.int64]) -> UnsolvedContactsError:
-        names = ", ".join(f"`{self.contacts[k].name}`" for k in which)
-        return UnsolvedContactsError(
-            f"no {what} satisfy the laws of the contacts {names} at t = {t:.9g} s",
-            self.contacts[which[0]].span,
-            "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
-        )
+    def _unsolvable(self, what: str, at: State, which: Places, others: Rows) -> InitialisationError:
+        drivers = drivers_at_fault(self.system, *at, self.rows[which].tolist(), others)
+        return contact_errors.unsolvable(what, [self.contacts[k] for k in which], f" at t = {at[0]:.9g} s", drivers)

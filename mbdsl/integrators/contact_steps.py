@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
+from mbdsl.integrators.contact_errors import unsolvable
 from mbdsl.integrators.contact_record import ContactRecord, ContactStep
+from mbdsl.integrators.driven_contacts import drivers_at_fault
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.contacts import FRICTION
 from mbdsl.numerics.contact_modes import OPEN, STICK, Contacts, Modes
@@ -141,7 +143,10 @@ class ContactSteps:
         switches = self._switches(t, q, v)
         for end in problem.times.tolist():
             with np.errstate(all="ignore"):
-                q, v = self.step(t, q, v, end - t)
+                try:
+                    q, v = self.step(t, q, v, end - t)
+                except UnsolvableError as error:
+                    raise self._unsolved(t, q, v, error.which) from None
             t = end
             problem.counts["steps"] += 1
             if self.events is not None and self.events.events:
@@ -153,6 +158,12 @@ class ContactSteps:
                     found = self._switches(t, q, v)
                 switches = found
             yield t, q, v, self._lam(problem.h)
+
+    def _unsolved(self, t: float, q: Array, v: Array, which: tuple[int, ...]) -> IntegrationError:
+        """The error of a step from this state, with contacts (numbers) whose laws have no solution."""
+        drivers = drivers_at_fault(self.system, t, q, v, self.normals[list(which)].tolist(), self._left_out)
+        found = unsolvable("impulses", [self.contacts[i] for i in which], "", drivers)
+        return IntegrationError(found.message, found.span, found.hint, found.notes)
 
     @property
     def _left_out(self) -> tuple[int, ...]:
@@ -391,9 +402,4 @@ class ContactSteps:
             found = separating(laws, free, speeds, tuple(self.modes[which].tolist()), self.P[rows])
             return found.P, found.modes
         except UnsolvableError as error:
-            names = ", ".join(f"`{self.contacts[which[i]].name}`" for i in error.which)
-            raise IntegrationError(
-                f"no impulses satisfy the laws of the contacts {names}",
-                self.contacts[which[error.which[0]]].span,
-                "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
-            ) from None
+            raise UnsolvableError(tuple(int(which[i]) for i in error.which)) from None

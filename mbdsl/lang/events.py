@@ -26,6 +26,8 @@ from mbdsl.messages import did_you_mean
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
 
+#: largest denominator of a time that counts as exact, and the rounding error of a number
+SIMPLE, EPS = 1_000_000, 2.0**-52
 HOLDS = 'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`'
 
 
@@ -386,11 +388,13 @@ def _text(e: s.Expression) -> str:
 
 
 def _seconds(e: s.Expression, scope: Scope) -> Fraction:
-    """A time that is known before the start, as the exact fraction that its decimals say."""
+    """A time that is known before the start, as the exact fraction that its decimals say, or as 1/3 if it is one."""
     with placed(e.at):
         value = argument_checks.fit(evaluate(e, scope), units.dimension("s"), "sample()", "s", e)
         number = argument_checks.number(value, "sample()")  # type: ignore[arg-type]
-    return Fraction(repr(float(f"{number:.15g}")))
+    simple = Fraction(number).limit_denominator(SIMPLE)
+    rounded = abs(float(simple) - number) <= 4.0 * EPS * abs(number)
+    return simple if rounded else Fraction(repr(float(f"{number:.15g}")))
 
 
 def _first_word(item: s.Item) -> str:

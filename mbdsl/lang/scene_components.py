@@ -61,6 +61,7 @@ def _contact(part: FlatComponent, own: ComponentFormulas) -> Component:
     assert isinstance(kind, JointKind)
     values = {x.name: own.given(x.name) for x in kind.parameters}
     slips = tuple(own.row(x) for x in kind.velocity_rows if values[x] is not None)
+    values |= {"aim": own.given("aim")} if own.given("aim") else {}
     return Component(
         own.name,
         kind,

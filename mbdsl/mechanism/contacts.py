@@ -62,16 +62,23 @@ class Contact(NamedTuple):
     closing: Expr
     absent: bool  #: whether it is left out: it never closes
     unit: str = "m"  #: of its gap, "rad" of stops of angles
+    aim: tuple[Expr, ...] = ()  #: of the first of the five points of a cylinder, see rim_corners.py
 
     @property
-    def numbers(self) -> tuple[str, ...]:
-        """Its numbers."""
-        return NUMBERS if self.slips else NUMBERS[:4]
+    def corner(self) -> tuple[str, ...]:
+        """The numbers of the direction of a corner of the cylinder of which it is the first point."""
+        return tuple(f"{self.name.rpartition('.')[0]}.corner[{k + 1}]" for k in range(len(self.aim)))
+
+    @property
+    def starts(self) -> dict[str, float]:
+        """Its numbers, and their values at the start."""
+        own = {number(self.name, x): 0.0 for x in (NUMBERS if self.slips else NUMBERS[:4])}
+        return own | dict(zip(self.corner, (1.0, 0.0), strict=False))
 
     @property
     def gap(self) -> Expr:
-        closes = self.closing.args[0]
-        return closes.args[1].args[0]
+        closes = self.closing.args[0].args[1]
+        return closes.args[0].args[1]
 
     @property
     def condition(self) -> Expr:
@@ -101,15 +108,16 @@ def contact_of(component) -> Contact:
     """The contact that a component is."""
     name, values = component.name, component.values
     mode, edge = input_signal(number(name, MODE)), input_signal(number(name, EDGE))
-    closes = call("and", call("ne", mode, CLOSED), call("lt", component.relations[0], edge))
+    below = call("not", call("le", edge, component.relations[0]))  # a gap without a value is an event, too
+    closes = call("and", call("ne", mode, CLOSED), below)
     pulls = (
         call("lt", carried(name, 0), 0.0) if component.velocity_constraints else call("lt", 0.0, multiplier(name, 0))
     )
     opens = call("and", call("eq", mode, CLOSED), pulls)
     own = component.velocity_constraints, float(values["mu"]), float(values["mu_s"])
     sequential = values["impacts"] == "sequential"
-    absent, unit = values["impacts"] == "never", component.units.get("gap", "m")
-    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), absent, unit)
+    more = values["impacts"] == "never", component.units.get("gap", "m"), values.get("aim", ())
+    return Contact(name, float(values["e"]), sequential, *own, component.span, call("or", closes, opens), *more)
 
 
 def rubbing(name: str, slips: Sequence[Expr], spatial: bool) -> list[tuple[str, list[Expr]]]:

@@ -18,7 +18,6 @@ from typing import Any, Protocol
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, SensorKind
 from mbdsl.errors import ModelWarning, Span, UsageError
 from mbdsl.expressions.symbolic import Expr, const, substitute
-from mbdsl.mechanism import contacts as rigid
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.contacts import Contact, contact_of, is_contact
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -210,7 +209,7 @@ class Scene(SceneSignals):
             This scene without them and without when-equations; laws read reactions of zero, and no impacts.
         """
         gone = {c.name for c in self.contacts}
-        numbers = {rigid.number(c.name, what) for c in self.contacts for what in c.numbers}
+        numbers = {name for c in self.contacts for name in c.starts}
 
         def law(x: Any) -> Any:
             return substitute(x, lambda leaf: const(0.0) if reads(leaf) else None) if isinstance(x, Expr) else x
@@ -230,7 +229,7 @@ class Scene(SceneSignals):
         """Discrete variables, and the numbers of rigid contacts and of joints that stick -> their values at the
         start."""
         starts = {name: x.start for name, x in self.events.variables.items()}
-        starts |= {rigid.number(c.name, what): 0.0 for c in self.contacts for what in c.numbers}
+        starts |= {name: start for c in self.contacts for name, start in c.starts.items()}
         return starts | {name: start for x in self.sticking for name, start in x.starts.items()}
 
     @property

@@ -172,6 +172,7 @@ class ComponentFormulas:
         assert kind is not None
         own = {x: self.given(x) if self.kind.parameter(x) is not None else 0.0 for x in ("mu", "mu_s")}
         own |= {x: self.given(x) for x in ("e", "impacts")} | {"gap": formulas.evaluate(touch.gap, self)}
+        own["aim"] = tuple(expr(formulas.evaluate(x, self)) for x in touch.aim)
         if own["mu_s"]:
             own |= {x: formulas.evaluate(y, self) for x, y in zip(("slip", "slip_2"), touch.slips, strict=False)}
         return ComponentFormulas(kind, f"{self.name}.{touch.key}", own.get, self.coordinate)

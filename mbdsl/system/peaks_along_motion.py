@@ -86,8 +86,10 @@ class OnTheWay:
     def __init__(self, system: System) -> None:
         self._system = system
         roots: dict[Expr, Expr] = {}
+        whole = {c.condition for c in system.scene.contacts}  # of gaps and slips only the signs count
         for root, law in system.searched_laws.items():
-            for term in hiding([_in_joint_coordinates(law) if system.counts_angles else law]):
+            law = _in_joint_coordinates(law) if system.counts_angles else law
+            for term in [law] if root in whole else hiding([law]):
                 if any(n.op in ("coordinate", "multiplier") for n in leaves(term)):
                     roots.setdefault(term, root)
         self.terms = list(roots)

@@ -90,12 +90,13 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
 
 
 def friction_of(contact: Component, kind: ForceKind) -> list[Component]:
-    """The friction of a rigid contact on each frame that slides, which are no components of the scene."""
+    """The friction of a rigid contact on each frame that slides, which are no components of the scene. It is no law of
+    the model, and not searched for peaks."""
     return [
         Component(
             f"{contact.name}.friction({frame})",
             kind,
-            dict(zip(kind.laws, loads, strict=True)),
+            dict(zip(kind.laws, loads, strict=True)) | {"searched": None},
             {"frame_a": frame, "frame_b": frame},
             span=contact.span,
         )

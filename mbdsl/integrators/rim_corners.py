@@ -1,0 +1,78 @@
+"""Rigid cylinders that stand on a plane: where the corners of their lower end are.
+
+A standing cylinder touches the plane at four points of its rim, its corners (:mod:`mbdsl.elements.cylinder_rims`), but
+it leans over where the load leaves the circle, not the square. With the load outside of the square, two neighbouring
+corners carry all of it. Then the first corner moves to the centre of their forces, and the forces are computed again: a
+load within the circle is carried at last, and one outside of it turns the cylinder about the point of the rim that is
+nearest to it. Of a cylinder that leans, the first corner is the lowest point.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.system import System
+from mbdsl.system.signals import values
+
+Array = NDArray[np.float64]
+
+POINTS = 5  #: contacts of a cylinder: the lowest points of both ends, and the other corners of the lower end
+LEANS = 0.01  #: inclination from which on a cylinder leans
+CARRIES = 1e-9  #: part of the largest force that is none
+MOST, TURNED = 60, 1e-9  #: most turns of the corners at one time, and an angle [rad] that is none
+
+
+class Rim(NamedTuple):
+    """A cylinder: its first contact, and the names of the numbers that are the direction of its first corner."""
+
+    first: int
+    corner: tuple[str, ...]
+
+
+class RimCorners:
+    """The corners of all rigid cylinders of a system."""
+
+    def __init__(self, system: System) -> None:
+        self.system, self.turns = system, 0
+        self.rims = [Rim(k, c.corner) for k, c in enumerate(system.scene.contacts) if c.aim]
+        self._aims = [x for rim in self.rims for x in system.scene.contacts[rim.first].aim]
+
+    def lean(self, t: float, q: Array, v: Array, numbers: dict[str, float]) -> None:
+        """At the begin of an event: the first corners of cylinders that lean are their lowest points."""
+        self.turns = 0
+        if not self.rims:
+            return
+        found = np.array([float(x[0]) for x in values(self.system, self._aims, np.array([t]), q[None], v[None])])
+        for rim, aim in zip(self.rims, found.reshape(-1, 2), strict=True):
+            if (size := float(np.hypot(*aim))) > LEANS:
+                self._set(rim, -aim / size, numbers)
+
+    def turned(self, which: NDArray[np.int64], P: Array, numbers: dict[str, float]) -> bool:
+        """Whether corners of standing cylinders have moved, by the forces or impulses P (k,) of the contacts
+        ``which``."""
+        moved = False
+        for rim in self.rims if self.turns < MOST else ():
+            on = dict(zip((which - rim.first).tolist(), P.tolist(), strict=True))
+            ends = [k for k in (0, 1) if k in on]
+            if len(ends) != 1 or any(k not in on for k in (2, 3, 4)):
+                continue  # it does not stand
+            N = np.array([on[k] for k in (*ends, 2, 3, 4)])
+            carry = np.flatnonzero(CARRIES * N.max(initial=0.0) < N)
+            if len(carry) > 2 or not len(carry) or (len(carry) == 2 and carry[1] - carry[0] == 2):
+                continue
+            centre = complex(N[carry] @ 1j**carry)
+            if abs(np.angle(centre)) > TURNED:
+                c, s = (numbers[x] for x in rim.corner)
+                along = complex(c, s) * centre / abs(centre)
+                self._set(rim, np.array([along.real, along.imag]), numbers)
+                moved = True
+        self.turns += moved
+        return moved
+
+    def _set(self, rim: Rim, along: Array, numbers: dict[str, float]) -> None:
+        for name, x in zip(rim.corner, along.tolist(), strict=True):
+            numbers[name] = x
+            self.system.set_input(name, x)
