@@ -282,6 +282,7 @@ def test_a_slide_along_a_jump_of_forces():
       Real x(start = 0);
       Ground ground;
       PointMass p(m = 1 kg);
+      FreeMotion free(ground, p);
     initial equation
       p.x = 0 m; p.y = 0 m; p.vx = 0 m/s; p.vy = 0 m/s;
     equation
