@@ -13,7 +13,6 @@ s = W^T, c = 0, Delassus's matrix is G = W X, and the velocities of contacts are
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,7 @@ from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.contact_errors import unsolvable
 from mbdsl.integrators.contact_record import ContactRecord, ContactStep
 from mbdsl.integrators.driven_contacts import drivers_at_fault
+from mbdsl.integrators.step_equations import ClosedContacts, OwnForces, StepEquations, StepSolution, StepStart
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.contacts import FRICTION
 from mbdsl.numerics.contact_modes import OPEN, STICK, Contacts, Modes
@@ -48,53 +48,6 @@ NOT_FINITE = "the forces have values that are not finite"
 SINGULAR = "the equations of motion are singular"
 OF_SINGULAR = "a body without mass or inertia moves freely, or the pose is singular"
 DIVERGES = "the iteration for the forces of a step does not converge"
-
-
-class StepStart(NamedTuple):
-    """The start of a step of length h."""
-
-    t: float
-    q: Array
-    v: Array
-    h: float
-
-
-class StepEquations(NamedTuple):
-    """The equations of a step with n coordinates and k constraints, and the inverse (n + k, n + k) of their matrix."""
-
-    A: Array  #: M + C
-    C: Array
-    U: Array  #: J^T - Q_lam (n, k), at q_theta
-    J: Array  #: (k, n)
-    inverse: Array
-
-
-class ClosedContacts(NamedTuple):
-    """Contacts (numbers) that are closed in a step, and their rows: W (r, n), with their velocities u (r,) before; and
-    the speed that counts as rest."""
-
-    which: Rows
-    rows: list[int]
-    W: Array
-    u: Array
-    slow: float
-
-
-class StepSolution(NamedTuple):
-    """x = [dv; h dlam] for s and c, and the impulses P (r,) and modes of the contacts."""
-
-    s: Array
-    x: Array
-    P: Array
-    modes: Modes
-
-
-class OwnForces(NamedTuple):
-    """s (n,) of the motion of a solution; there the states of switches at which forces jump, and their quantities."""
-
-    s: Array
-    side: Rows
-    quantities: Array
 
 
 class ContactSteps:

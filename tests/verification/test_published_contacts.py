@@ -137,14 +137,19 @@ CRANK = {"crank.phi": 1.613025140, "rod.phi": -0.519910471, "slider.phi": 0.0, "
 
 
 @pytest.mark.parametrize(
-    ("options", "close"),
-    [({"tol": 1e-6, "method": "radau5"}, 2e-5), ({"step": 1e-5}, 1e-3), (MOREAU | {"step": 2e-5}, 5e-3)],
+    ("options", "stop", "close"),
+    [
+        ({"tol": 1e-6, "method": "radau5"}, 0.03, 2e-5),
+        ({"step": 1e-5}, 0.02, 1e-3),
+        (MOREAU | {"step": 2e-5}, 0.02, 5e-3),
+    ],
 )
-def test_slider_crank_with_clearance_in_its_guide(options, close):
+def test_slider_crank_with_clearance_in_its_guide(options, stop, close):
     """Twelve impacts of two corners, which accumulate at 2.6925 ms; both lift off at 15.0313 ms."""
-    found = final("clearance_crank", 0.02, **options)
-    check(found, CRANK, close)
-    assert found["high.impacts"][-1] >= 2 and found["high.active"][-1] == 0.0
+    found = final("clearance_crank", stop, **options)
+    k = int(np.argmin(np.abs(found.t - 0.02)))
+    assert {x: found[x][k] for x in CRANK} == pytest.approx(CRANK, abs=close)
+    assert found["high.impacts"][k] >= 2 and found["high.active"][k] == 0.0
 
 
 #: Siconos, h = 1e-4 s, at 0.05 s
