@@ -304,7 +304,7 @@ class ContactSet:
         if found is None:
             raise self._unsolvable("reactions", (t, q, v), own.which, others)
         P, modes = found
-        if self.corners.turned(own.which, P[laws.first], values):
+        if self.corners.turned(own.which, P[laws.first], values, (laws, turn @ b)):
             return self._lasting(t, q, v, which, others, before, values)
         modes = self._opening(own, laws, P, modes, np.abs(b).max(initial=0.0), before)
         act = active(laws, P, modes)

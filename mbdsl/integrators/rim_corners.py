@@ -1,10 +1,11 @@
 """Rigid cylinders that stand on a plane: where the corners of their lower end are.
 
 A standing cylinder touches the plane at four points of its rim, its corners (:mod:`mbdsl.elements.cylinder_rims`), but
-it leans over where the load leaves the circle, not the square. With the load outside of the square, two neighbouring
-corners carry all of it. Then the first corner moves to the centre of their forces, and the forces are computed again: a
-load within the circle is carried at last, and one outside of it turns the cylinder about the point of the rim that is
-nearest to it. Of a cylinder that leans, the first corner is the lowest point.
+it leans over where the load leaves the circle, not the square. With the load outside of the square, one corner or two
+neighbours carry all of it. Then the first corner moves to the load, to the centre of the forces that would hold all
+corners, and the forces are computed again: a load within the circle is carried, and one outside of it turns the
+cylinder about the point of the rim that is nearest to it. Impulses are treated in the same way, with the centre of
+those of the two corners. Of a cylinder that leans, the first corner is the lowest point.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.mechanism.contacts import LEANS
+from mbdsl.numerics.contact_modes import STICK, Contacts
+from mbdsl.numerics.friction_shares import exerted
+from mbdsl.numerics.saddle_point import least_squares
 from mbdsl.system import System
 from mbdsl.system.signals import values
 
@@ -50,9 +54,15 @@ class RimCorners:
             if (size := float(np.hypot(*aim))) > LEANS:
                 self._set(rim, -aim / size, numbers)
 
-    def turned(self, which: NDArray[np.int64], P: Array, numbers: dict[str, float]) -> bool:
+    def turned(
+        self,
+        which: NDArray[np.int64],
+        P: Array,
+        numbers: dict[str, float],
+        forces: tuple[Contacts, Array] | None = None,
+    ) -> bool:
         """Whether corners of standing cylinders have moved, by the forces or impulses P (k,) of the contacts
-        ``which``."""
+        ``which``. Of forces, with the accelerations (r,) without them, the place of the load is known."""
         moved = False
         for rim in self.rims if self.turns < MOST else ():
             on = dict(zip((which - rim.first).tolist(), P.tolist(), strict=True))
@@ -64,6 +74,10 @@ class RimCorners:
             if len(carry) > 2 or not len(carry) or (len(carry) == 2 and carry[1] - carry[0] == 2):
                 continue
             centre = complex(N[carry] @ 1j**carry)
+            if forces is not None:
+                held = _held(*forces)
+                load = np.array([held[list(on).index(k)] for k in (*ends, 2, 3, 4)])
+                centre = complex(load @ 1j ** np.arange(4)) if load.sum() > 0.0 else centre
             if abs(np.angle(centre)) > TURNED:
                 c, s = (numbers[x] for x in rim.corner)
                 along = complex(c, s) * centre / abs(centre)
@@ -76,3 +90,11 @@ class RimCorners:
         for name, x in zip(rim.corner, along.tolist(), strict=True):
             numbers[name] = x
             self.system.set_input(name, x)
+
+
+def _held(contacts: Contacts, b: Array) -> Array:
+    """The normal forces (k,) with which no contact that touches or sticks has an acceleration, pulling too."""
+    modes = tuple(STICK if STICK in x else x[-1] for x in map(contacts.choices, range(len(contacts.sizes))))
+    rows = contacts.held(modes)
+    C = exerted(contacts, modes, rows)
+    return (C @ least_squares((contacts.G @ C)[rows], -b[rows], 1e-10))[contacts.first]

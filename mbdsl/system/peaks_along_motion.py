@@ -86,7 +86,8 @@ class OnTheWay:
     def __init__(self, system: System) -> None:
         self._system = system
         roots: dict[Expr, Expr] = {}
-        whole = {c.condition for c in system.scene.contacts}  # of gaps and slips only the signs count
+        # of gaps and slips only the signs count
+        whole = {c.condition for c in system.scene.contacts} if system.scene.spatial else set()
         for root, law in system.searched_laws.items():
             law = _in_joint_coordinates(law) if system.counts_angles else law
             for term in [law] if root in whole else hiding([law]):

@@ -90,13 +90,14 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
 
 
 def friction_of(contact: Component, kind: ForceKind) -> list[Component]:
-    """The friction of a rigid contact on each frame that slides, which are no components of the scene. It is no law of
-    the model, and not searched for peaks."""
+    """The friction of a rigid contact on each frame that slides, which are no components of the scene. In space it is
+    not searched for peaks: it is no law of the model, and has many terms."""
+    more = {"searched": None} if kind.spatial else {}
     return [
         Component(
             f"{contact.name}.friction({frame})",
             kind,
-            dict(zip(kind.laws, loads, strict=True)) | {"searched": None},
+            dict(zip(kind.laws, loads, strict=True)) | more,
             {"frame_a": frame, "frame_b": frame},
             span=contact.span,
         )

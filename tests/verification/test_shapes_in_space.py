@@ -144,7 +144,7 @@ def test_a_cylinder_rocks():
 
 def test_a_cylinder_from_python_and_by_choice_of_contacts():
     """Dropped on its side: impacts at t1, t1 + 2 e u/g, ...; it rests after t1 (1 + e)/(1 - e)."""
-    b = mbdsl.Builder("Dropped", spatial=True)
+    b = mbdsl.SpatialBuilder("Dropped")
     ground, body = b.Ground("ground", n=(0, 0, -1)), b.Body("b", m=M, I=LYING)
     b.FreeMotion("free", ground, body.c)
     b.CylinderContact("c", ground, body.c, length=L, radius=R, axis=(0, 1, 0), k=1e6, e=0.5)
