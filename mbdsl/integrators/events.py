@@ -172,7 +172,7 @@ class SwitchEvents:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches or self.set is not None:
-            read = self._fixed and self.system.tables.switches_of_multipliers  # a tolerance bounds their error
+            read = run.grid > 0.0 and self.system.tables.switches_of_multipliers  # a tolerance bounds their error
             turning = self.set is not None and self.set.friction is not None and self.set.friction.turning
             integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else BEHIND if read else 1
             # the error estimate hardly sees a corner between two of many stages
