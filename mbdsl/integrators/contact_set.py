@@ -45,7 +45,9 @@ from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
-Places, Rows, Numbers = NDArray[np.int64], tuple[int, ...], dict[str, float]
+Places = NDArray[np.int64]
+Rows = tuple[int, ...]
+Numbers = dict[str, float]
 
 #: relative to the mechanism's size: gaps that count as closed; error of the gap of a closed contact, and overlap at the
 #: start that is rounding; and the overlap at which a gap has closed, which is more than the rounding error of gaps
